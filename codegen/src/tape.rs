@@ -1,172 +1,178 @@
-//! The functions of a scene as a tape: the operations of the printed functions, in the same order.
-//!
-//! The printed functions are run on numbers that note what is done with them.
+//! The functions of a scene as operations, each distinct one present once, with the names and the order in which they
+//! are written. Printers write a tape; evaluators run it.
 
+mod evaluation;
+mod function;
+mod placed;
 mod places;
 mod switching;
 mod text;
-mod trace;
 
-use qrm_core::{OwnedKernel, OwnedTape};
-use qrm_scene::scene::Scene;
+use std::collections::{HashMap, HashSet};
+use std::mem::Discriminant;
 
-use crate::interpret::{GeneratedModule, Value};
-use places::Places;
-use switching::Switching;
+use qrm_core::Operation;
+
+pub(crate) use evaluation::{Evaluation, Number};
+pub use function::{Argument, Function, Operations, Part, Shape, Statement};
+pub use placed::placed;
 pub use text::text;
-use trace::Traced;
 
-/// The tape of a generated module; `operations` is the number that accelerations and multipliers take.
+/// The functions of a scene with `n` coordinates and `m` constraints.
 ///
-/// # Errors
-/// If the module holds what generated code does not.
-pub(crate) fn of_module(scene: &Scene, file: &syn::File, operations: usize) -> Result<OwnedTape, String> {
-    let [n, m] = [scene.coordinates.len(), scene.constraints.len()];
-    let module = GeneratedModule::new(file)?;
-    trace::begin();
-    let count = scene.parameters.iter().filter(|p| !p.left_out).count();
-    // In the order of their places.
-    let parameters = Traced::inputs(count);
-    let t = Value::Number(Traced::inputs(1)[0]);
-    let list = |count: usize| Value::numbers_of(&Traced::inputs(count));
-    let [q, qd, qdd] = [list(n), list(n), list(n)];
-    let multipliers = list(m);
-    let angles = Value::fields([("sin", list(n)), ("cos", list(n))]);
-    let residuals = list(m);
-    let inputs = trace::len();
-    let arguments = [
-        ("t", t),
-        ("q", q),
-        ("qd", qd),
-        ("qdd", qdd),
-        ("multipliers", multipliers),
-        ("angles", angles),
-        ("residuals", residuals),
-    ];
-    let mut functions = Functions { module, arguments: arguments.into() };
-
-    functions.module.method("with", &[Value::<Traced>::Nothing])?;
-    let mut kept = parameters.into_iter();
-    let values = scene.parameters.iter().map(|p| if p.left_out { None } else { kept.next() });
-    let values: Vec<Traced> = values.map(|value| value.unwrap_or_else(|| Traced::number(0.0))).collect();
-    let mechanism = functions.module.model_of(scene, &values)?;
-    functions.arguments.push(("m", mechanism.clone()));
-    functions.arguments.push(("self", mechanism));
-
-    let dynamics = ["mass_matrix", "generalized_forces", "constraint_jacobian", "constraint_bias"];
-    let dynamics = functions.numbers("dynamics", &dynamics)?;
-    let loop_constraints = ["residuals", "constraint_jacobian", "constraint_rate"];
-    let loop_constraints = functions.numbers("loop_constraints", &loop_constraints)?;
-    let [mass_matrix, energy] = [functions.numbers("mass_matrix", &[])?, functions.numbers("energy", &[])?];
-    let [power, outputs] = [functions.numbers("power", &[])?, functions.numbers("outputs", &[])?];
-    let matrices = ["stiffness", "damping", "constraint_stiffness", "constraint_damping"];
-    let linearization = [&matrices[..], &["forcing", "constraint_forcing"]].concat();
-    let linearization = scene.run.stiff.then(|| functions.numbers("linearization", &linearization)).transpose()?;
-    let event = scene.run.until.as_ref().map(|_| functions.numbers("event", &[])).transpose()?;
-    let start = functions.numbers("start", &["q", "qd"])?;
-    let given = functions.value("start")?;
-    let given = [given.field("given")?.truths(), given.field("given_rates")?.truths()].concat();
-    let schedule = functions.numbers("schedule", &["step", "end_time"])?;
-    let has_angle = functions.value("has_angle")?.truths();
-    let position = functions.value("position")?;
-    let fields = position.all_numbers();
-    functions.arguments.push(("position", position));
-    let of_position = [functions.numbers("growth_factor", &[])?, functions.numbers("residuals", &[])?].concat();
-    let velocity_residual = functions.numbers("velocity_residual", &[])?;
-    let correction = functions.numbers("correction", &[])?;
-    let mut accelerations = functions.numbers("accelerations", &[])?;
-    let multipliers = accelerations.split_off(n);
-    let outputs_at = functions.numbers("outputs_at", &[])?;
-
-    let trace = trace::end();
-    let mut places = Places::new(&trace, inputs);
-    let Switching { functions: switching_functions, linear_in_time, tanh_arguments } =
-        Switching::of(&trace, &places, &[&dynamics, &loop_constraints], scene.friction_by_forces().next().is_some());
-    let of_state = [&dynamics, &loop_constraints, &mass_matrix, &energy, &power, &outputs, &start, &schedule];
-    let of_kernel = [&fields, &of_position, &velocity_residual, &correction, &accelerations, &multipliers, &outputs_at];
-    let all = of_state
-        .into_iter()
-        .chain(of_kernel)
-        .chain(&linearization)
-        .chain(&event)
-        .chain([&switching_functions, &tanh_arguments]);
-    let constants = places.constants(all.flatten());
-    let mut kernel = places.clone();
-    Ok(OwnedTape {
-        coordinates: places::place(n),
-        constraints: places::place(m),
-        is_driven: scene.is_driven(),
-        parameters: places.parameters(inputs),
-        constants,
-        dynamics: places.function(&dynamics),
-        loop_constraints: places.function(&loop_constraints),
-        mass_matrix: places.function(&mass_matrix),
-        energy: places.function(&energy),
-        power: places.function(&power),
-        outputs: places.function(&outputs),
-        linearization: linearization.map(|numbers| places.function(&numbers)),
-        event: event.map(|numbers| places.function(&numbers)),
-        switching_functions: places.function(&switching_functions),
-        linear_in_time,
-        tanh_arguments: places.function(&tanh_arguments),
-        start: places.function(&start),
-        given,
-        schedule: places.function(&schedule),
-        kernel: OwnedKernel {
-            operations,
-            has_angle,
-            position: kernel.first_part(&fields, &of_position),
-            velocity_residual: kernel.part(&velocity_residual),
-            correction: kernel.part(&correction),
-            accelerations: kernel.clone().function(&accelerations),
-            multipliers: kernel.part_after(&accelerations, &multipliers),
-            outputs: kernel.part(&outputs_at),
-        },
-    })
+/// A value is known by its place. The inputs come first: parameters; time; positions, rates and accelerations of the
+/// coordinates (`n` each); multipliers (`m`); sines and cosines of the coordinates (`n` each); residuals (`m`). Operands
+/// stand before what is made of them.
+#[derive(Clone, Debug)]
+pub struct Tape {
+    parameters: usize,
+    coordinates: usize,
+    constraints: usize,
+    values: Vec<Value>,
+    known: HashMap<Key, u32>,
+    /// The functions, in the order in which they are written.
+    pub functions: Vec<Function>,
+    /// The names of inputs.
+    pub(crate) names: HashMap<u32, String>,
+    /// Whether a coordinate's sine or cosine occurs.
+    pub(crate) has_angle: Vec<bool>,
+    /// The coordinates along which `inverse_dynamics` gives forces and torques.
+    pub actuated: Vec<usize>,
+    /// What accelerations and multipliers take from sines and cosines on.
+    pub solution: Operations,
 }
 
-/// The functions of a module, and the arguments for all of them.
-struct Functions<'f> {
-    module: GeneratedModule<'f>,
-    arguments: Vec<(&'static str, Value<Traced>)>,
+/// A value of a tape.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Value {
+    /// A parameter or an argument.
+    Input,
+    /// The result of an operation.
+    Operation(Operation),
+    /// The cosine that belongs to the sine before.
+    Cosine,
 }
 
-impl Functions<'_> {
-    /// The result of a function, or else of a method.
-    fn value(&self, name: &str) -> Result<Value<Traced>, String> {
-        let arguments = |signature: &syn::Signature| -> Result<Vec<Value<Traced>>, String> {
-            signature.inputs.iter().map(|input| self.argument(input)).collect()
-        };
-        match self.module.functions.get(name) {
-            Some(function) => self.module.value(name, &arguments(&function.sig)?),
-            None => {
-                let method = self.module.methods.get(name).ok_or_else(|| format!("no `{name}` was generated"))?;
-                self.module.method(name, &arguments(&method.sig)?)
-            }
+type Key = (Discriminant<Operation>, [u64; 3]);
+
+impl Tape {
+    /// The tape without functions.
+    pub(crate) fn new(parameters: usize, coordinates: usize, constraints: usize) -> Self {
+        let inputs = parameters + 1 + 5 * coordinates + 2 * constraints;
+        let values = vec![Value::Input; inputs];
+        let (known, functions, names) = (HashMap::new(), Vec::new(), HashMap::new());
+        let has_angle = vec![false; coordinates];
+        let (actuated, solution) = (Vec::new(), Operations::default());
+        Self { parameters, coordinates, constraints, values, known, functions, names, has_angle, actuated, solution }
+    }
+
+    /// The numbers of parameters, coordinates and constraints.
+    pub(crate) fn sizes(&self) -> [usize; 3] {
+        [self.parameters, self.coordinates, self.constraints]
+    }
+
+    /// The values.
+    pub(crate) fn values(&self) -> &[Value] {
+        &self.values
+    }
+
+    /// The number of inputs.
+    pub(crate) fn inputs(&self) -> usize {
+        self.parameters + 1 + 5 * self.coordinates + 2 * self.constraints
+    }
+
+    /// The first of the inputs that an argument brings.
+    pub(crate) fn input(&self, argument: Argument) -> u32 {
+        let (n, m) = (self.coordinates, self.constraints);
+        let q = self.parameters + 1;
+        place(match argument {
+            Argument::Time => self.parameters,
+            Argument::Coordinates => q,
+            Argument::Rates => q + n,
+            Argument::Accelerations => q + 2 * n,
+            Argument::Multipliers => q + 3 * n,
+            Argument::Angles => q + 3 * n + m,
+            Argument::Residuals => q + 5 * n + m,
+            Argument::Position => unreachable!("its fields are no inputs"),
+        })
+    }
+
+    /// The sine of a coordinate, for functions that are given it; the cosine stands `n` places behind.
+    pub(crate) fn sine(&self, coordinate: usize) -> u32 {
+        self.input(Argument::Angles) + place(coordinate)
+    }
+
+    /// A function by its name.
+    pub fn function(&self, name: &str) -> Option<&Function> {
+        self.functions.iter().find(|function| function.name == name)
+    }
+
+    /// The operations that a function takes beside those of its arguments and of the constants.
+    pub fn operations(&self, function: &Function) -> Operations {
+        let of = |name: &str| self.function(name).into_iter().flat_map(Function::results);
+        let is_of_position = function.arguments.contains(&Argument::Position);
+        let given: HashSet<u32> = of("constants").chain(of("position").filter(|_| is_of_position)).collect();
+        function.operations(self, |value| given.contains(&value))
+    }
+
+    /// The result of an operation, which is added if it is new.
+    pub(crate) fn operation(&mut self, operation: Operation) -> u32 {
+        let key = key(operation);
+        if let Some(&value) = self.known.get(&key) {
+            return value;
+        }
+        let value = place(self.values.len());
+        self.values.push(Value::Operation(operation));
+        self.known.insert(key, value);
+        if matches!(operation, Operation::SinCos(_)) {
+            self.values.push(Value::Cosine);
+        }
+        value
+    }
+
+    /// The result of an operation, if the tape has it.
+    pub(crate) fn find(&self, operation: Operation) -> Option<u32> {
+        self.known.get(&key(operation)).copied()
+    }
+
+    /// A number.
+    pub(crate) fn number(&mut self, number: f64) -> u32 {
+        self.operation(Operation::Number(number))
+    }
+
+    /// Whether a value takes an operation: it is neither an input nor a number.
+    pub(crate) fn is_computed(&self, value: u32) -> bool {
+        match self.values[value as usize] {
+            Value::Input | Value::Operation(Operation::Number(_) | Operation::Pi) => false,
+            Value::Operation(_) | Value::Cosine => true,
         }
     }
 
-    /// The numbers in some fields of the result, or all if there are no fields.
-    fn numbers(&self, name: &str, fields: &[&str]) -> Result<Vec<Traced>, String> {
-        let value = self.value(name)?;
-        if fields.is_empty() {
-            return Ok(value.numbers());
-        }
-        let fields: Result<Vec<_>, String> = fields.iter().map(|field| value.field(field)).collect();
-        Ok(fields?.into_iter().flat_map(Value::numbers).collect())
+    /// A value with the other sign.
+    pub(crate) fn negative(&mut self, value: u32) -> u32 {
+        self.operation(match self.values[value as usize] {
+            Value::Operation(Operation::Number(number)) => Operation::Number(-number),
+            _ => Operation::Neg(value),
+        })
     }
+}
 
-    /// The argument for a parameter by its name; unused ones begin with an underscore.
-    fn argument(&self, input: &syn::FnArg) -> Result<Value<Traced>, String> {
-        let name = match input {
-            syn::FnArg::Receiver(_) => "self".to_owned(),
-            syn::FnArg::Typed(input) => match &*input.pat {
-                syn::Pat::Ident(name) => name.ident.to_string(),
-                _ => return Err("an argument without a name".to_owned()),
-            },
-        };
-        let name = name.trim_start_matches('_');
-        let known = self.arguments.iter().find(|(known, _)| *known == name);
-        known.map(|(_, value)| value.clone()).ok_or_else(|| format!("unknown argument `{name}`"))
+/// A place in a list.
+pub(crate) fn place(length: usize) -> u32 {
+    u32::try_from(length).unwrap_or_else(|_| unreachable!("no scene has 2^32 operations"))
+}
+
+fn key(operation: Operation) -> Key {
+    let mut numbers = [0; 3];
+    let mut next = 0;
+    operation.for_each_operand(|operand| {
+        numbers[next] = u64::from(operand);
+        next += 1;
+    });
+    match operation {
+        Operation::Number(number) | Operation::PowF(_, number) => numbers[2] = number.to_bits(),
+        Operation::PowI(_, exponent) => numbers[2] = u64::from(exponent.unsigned_abs()) << 1 | u64::from(exponent < 0),
+        _ => {}
     }
+    (std::mem::discriminant(&operation), numbers)
 }

@@ -2,6 +2,7 @@
 
 mod compiler;
 mod driver;
+mod interpret;
 mod libm;
 mod octave;
 mod states;

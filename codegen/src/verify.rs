@@ -1,5 +1,5 @@
-//! A generated module is run, as syntax, before it is written, and compared with the scene itself: formulae evaluated
-//! with automatic differentiation that shares nothing with the engine, the graph or the printer.
+//! A tape is run before it is written, and compared with the scene itself: formulae evaluated with automatic
+//! differentiation that shares nothing with the engine or the graph.
 
 mod equations;
 mod errors;
@@ -19,7 +19,7 @@ mod wide;
 use num_traits::Signed;
 use qrm_core::{DoubleDouble, OwnedTape};
 
-use crate::interpret::{GeneratedModule, Value};
+use crate::tape::{Evaluation, Tape};
 use crate::term::Equations;
 use errors::{Errors, has_rounded_constants};
 use expected::Expected;
@@ -60,13 +60,12 @@ pub enum Unverified {
     Undetermined(String),
 }
 
-/// Compares the module with its scene at random states, half of them near the start, and its tape with the module.
+/// Compares the tape with its scene at random states, half of them near the start, and what evaluators run with the tape.
 ///
 /// # Errors
 /// Which function differs, by how much, and where; or that the scene has no value to compare with.
-pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &OwnedTape) -> Result<(), Unverified> {
-    let tape = tape.tape();
-    let module = GeneratedModule::new(file).map_err(Unverified::Wrong)?;
+pub fn verify(scene: &Scene, equations: &Equations, tape: &Tape, placed: &OwnedTape) -> Result<(), Unverified> {
+    let placed = placed.tape();
     let states = (NUMBERS / scene.coordinates.len().max(1)).clamp(STATES / 5, STATES);
     let mut random = fastrand::Rng::with_seed(1);
     // Where forces are not determined, they are so nowhere.
@@ -80,7 +79,7 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
     let of_order_one =
         of_order_one.filter_map(|s| s.on::<Wide>().expected(scene, equations).map(|expected| (s, expected)));
     let of_order_one: Vec<(Sample, Expected<Wide>)> = of_order_one.take(states / 4).collect();
-    if scene.run.inverse && !module.functions.contains_key("inverse_dynamics") {
+    if scene.run.inverse && tape.function("inverse_dynamics").is_none() {
         return Err(Unverified::Undetermined(format!(
             "error: scene `{}` asks for inverse dynamics, but its constraints repeat others\n  = help: take out the \
              constraints that are too many, or `inverse = true` under [run]",
@@ -93,13 +92,13 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
         let scales = scales(samples);
         for (sample, expected) in samples {
             let second = second_derivatives(scene, equations, sample, has_rounded_constants);
-            let agrees = agrees(scene, equations, &module, (sample, expected), &scales);
+            let agrees = agrees(scene, equations, tape, (sample, expected), &scales);
             let wrong = |difference| Unverified::Wrong(format!("scene `{}`: {difference}\nat {sample:?}", scene.name));
             second.map_err(wrong)?;
-            let kernel_agrees = kernel::agrees(scene, equations, &module, (sample, expected));
+            let kernel_agrees = kernel::agrees(scene, equations, tape, (sample, expected));
             agreed += usize::from(agrees.map_err(wrong)? && counts);
             kernel_agrees.map_err(wrong)?;
-            tape::agrees(scene, &module, &tape, sample).map_err(wrong)?;
+            tape::agrees(scene, tape, &placed, sample).map_err(wrong)?;
         }
     }
     let problem = if known.len() < states / 4 && !scene.normal_forces().is_empty() {
@@ -119,7 +118,7 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
             known.len()
         )
     } else {
-        let plain = verify_plain(scene, &module).and_then(|()| tape::agrees_at_start(scene, &module, &tape));
+        let plain = verify_plain(scene, tape).and_then(|()| tape::agrees_at_start(scene, tape, &placed));
         return plain.map_err(Unverified::Wrong);
     };
     Err(Unverified::NoDomain(format!("error: the formulae of scene `{}` {problem}", scene.name)))
@@ -159,22 +158,16 @@ fn size(number: Wide) -> f64 {
 fn agrees(
     scene: &Scene,
     equations: &Equations,
-    module: &GeneratedModule,
+    tape: &Tape,
     (sample, expected): (&Sample, &Expected<Wide>),
     scales: &[Vec<f64>],
 ) -> Result<bool, String> {
-    let model = module.model(scene, &sample.parameters)?;
-    let errors = Errors::new(scene, equations, module, sample);
+    let evaluation: Evaluation<DoubleDouble> = sample.evaluation(scene, tape, &[]);
+    let errors = Errors::new(scene, equations, tape, sample);
     let largest = largest(expected, scales).max(largest_constant(scene));
     let mut all_compared = true;
-    let mut last = ("", Value::Nothing);
     for (place, ((function, expected), scales)) in expected.iter().zip(scales).enumerate() {
-        // Parts of a result stand one after another.
-        let (whole, part) = function.split_once('.').unwrap_or((function, ""));
-        if whole != last.0 {
-            last = (whole, module.value(whole, &sample.arguments(scene, whole, model.clone()))?);
-        }
-        let got: Vec<DoubleDouble> = if part.is_empty() { last.1.numbers() } else { last.1.field(part)?.numbers() };
+        let got = evaluation.results(function);
         let own = scales.iter().fold(0.0, |most: f64, &scale| most.max(scale));
         let floor = (SMALLEST * own.max(largest)).max(TINY);
         let strict = |i: usize| (TOLERANCE * size(expected[i]).max(1e-3 * scales[i])).max(floor);
@@ -219,15 +212,13 @@ fn same(what: &str, got: &[DoubleDouble], expected: &[Wide]) -> Result<(), Strin
 }
 
 /// Start, schedule and stop condition, at the scene's own parameters and at a random state.
-fn verify_plain(scene: &Scene, module: &GeneratedModule) -> Result<(), String> {
+fn verify_plain(scene: &Scene, tape: &Tape) -> Result<(), String> {
     let parameters: Vec<Wide> = parameter_values(scene, |_| None);
-    let numbers: Vec<DoubleDouble> = parameters.iter().map(|parameter| parameter.0).collect();
-    let model = module.model_of(scene, &numbers)?;
     let constant = |value: &Formula| constant(value, &parameters);
-    let set = module.method("with", &[Value::Nothing])?;
-    for (parameter, value) in scene.parameters.iter().zip(&parameters).filter(|(p, _)| !p.left_out) {
-        let name = crate::emit::field_name(&parameter.name);
-        same(&format!("value of parameter {}", parameter.name), &set.field(&name)?.numbers(), &[*value])?;
+    let kept = scene.parameters.iter().zip(&parameters).filter(|(p, _)| !p.left_out);
+    let (names, kept): (Vec<&str>, Vec<DoubleDouble>) = kept.map(|(p, value)| (&*p.name, value.0)).unzip();
+    for ((name, value), got) in names.iter().zip(&kept).zip(Evaluation::parameters(tape)) {
+        same(&format!("value of parameter {name}"), &[got], &[Wide(*value)])?;
     }
     let starts = |start: fn(&Coordinate) -> &Start| -> Vec<Wide> {
         let value = |coordinate| match start(coordinate) {
@@ -236,25 +227,21 @@ fn verify_plain(scene: &Scene, module: &GeneratedModule) -> Result<(), String> {
         };
         scene.coordinates.iter().map(value).collect()
     };
-    let start = module.method("start", std::slice::from_ref(&model))?;
-    same("start", &start.field("q")?.numbers(), &starts(|c| &c.position))?;
-    same("start", &start.field("qd")?.numbers(), &starts(|c| &c.rate))?;
-    let schedule = module.method("schedule", std::slice::from_ref(&model))?;
-    same("schedule", &schedule.field("step")?.numbers(), &[constant(&scene.run.step)])?;
-    same("schedule", &schedule.field("end_time")?.numbers(), &[constant(&scene.run.end_time)])?;
+    let evaluation = Evaluation::new(tape, &kept, &[]);
+    same("start", &evaluation.results("start.q"), &starts(|c| &c.position))?;
+    same("start", &evaluation.results("start.qd"), &starts(|c| &c.rate))?;
+    same("schedule", &evaluation.results("schedule.step"), &[constant(&scene.run.step)])?;
+    same("schedule", &evaluation.results("schedule.end_time"), &[constant(&scene.run.end_time)])?;
     if let Some(condition) = &scene.run.until {
-        let own: Vec<f64> = numbers.iter().map(|number| number.hi()).collect();
-        let model = module.model(scene, &own)?;
+        let own: Vec<f64> = parameters.iter().map(|parameter| parameter.0.hi()).collect();
         let mut random = fastrand::Rng::with_seed(2);
         for number in 0..PATIENCE {
-            let sample = Sample::random(scene, number, &mut random);
+            let sample = Sample { parameters: own.clone(), ..Sample::random(scene, number, &mut random) };
             let wide = sample.on::<Wide>();
             let state = State::plain(scene, &own, wide.t, &wide.q, &wide.qd);
             let expected = state.value(&condition.difference) * condition.comparison.sign();
-            let (q, qd) = (Value::list(&sample.q), Value::list(&sample.qd));
-            let arguments = [model.clone(), Value::Number(sample.t.into()), q, qd];
             if size(expected).is_finite() {
-                same("event", &module.method("event", &arguments)?.numbers(), &[expected])?;
+                same("event", &sample.evaluation(scene, tape, &[]).results("event"), &[expected])?;
             }
         }
     }

@@ -91,7 +91,7 @@ pub use sine::sin_cos;
 pub use single_step::{StepEstimate, StepMut, StepRequest};
 #[cfg(feature = "std")]
 pub use tape::{Obstacle, OwnedFunction, OwnedKernel, OwnedTape, TapeSeries};
-pub use tape::{Operation, OperationKind, Tape, TapeEvaluator, TapeFunction, TapeKernel};
+pub use tape::{Operation, OperationKind, Tape, TapeEvaluator, TapeFunction, TapeKernel, execute};
 
 /// The constructors of steps in lanes; none without `simd`.
 #[cfg(not(feature = "simd"))]

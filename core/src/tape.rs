@@ -12,7 +12,7 @@ mod series;
 mod smooth;
 
 pub use evaluator::TapeEvaluator;
-pub(crate) use execute::execute;
+pub use execute::execute;
 #[cfg(feature = "simd")]
 pub(crate) use execute::execute_one;
 #[cfg(feature = "std")]

@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use qrm_codegen::{derivation, emit, header, tape, verify};
+use qrm_codegen::{derivation, functions, header, rust, tape, verify};
 use qrm_scene::{resolve, source};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -15,31 +15,34 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (scene, _) = scene.map_err(|report| report.to_string())?;
     let (equations, deriving) = timed(|| qrm_engine::derive(&[&scene], &|_| ()));
     let equations = equations?.remove(0);
-    let (module, emitting) = timed(|| emit::module(&scene, &equations, &text));
-    let (verified, verifying) = timed(|| verify::verify(&scene, &equations, &module.file, &module.tape));
+    let ((tape, placed), making) = timed(|| {
+        let tape = functions::tape(&scene, &equations);
+        let placed = tape::placed(&scene, &tape);
+        (tape, placed)
+    });
+    let (verified, verifying) = timed(|| verify::verify(&scene, &equations, &tape, &placed));
     verified?;
     let ((code, derivation), writing) = timed(|| {
-        let header = header::header(&path, &scene, &equations, &module, "");
-        let code = format!("{header}{}", prettyplease::unparse(&module.file));
+        let header = header::header(&path, &scene, &equations, &tape, "");
+        let code = format!("{header}{}", prettyplease::unparse(&rust::module(&scene, &tape, &text)));
         (code, derivation::markdown(&scene, &equations, &text))
     });
     println!("scene         {}", scene.name);
     println!("coordinates   {}", scene.coordinates.len());
     println!("constraints   {}", scene.constraints.len());
-    let phases =
-        [("read", reading), ("derive", deriving), ("emit", emitting), ("verify", verifying), ("write", writing)];
+    let phases = [("read", reading), ("derive", deriving), ("tape", making), ("verify", verifying), ("write", writing)];
     for (what, time) in phases {
         println!("{what:13} {:.3} s", time.as_secs_f64());
     }
     println!("code          {} lines, {} kB", code.lines().count(), code.len() / 1000);
     println!("derivation    {} lines, {} kB", derivation.lines().count(), derivation.len() / 1000);
-    let (tape, text) = (module.tape.tape(), tape::text(&module.tape.tape()));
-    let operations = tape.constants.len() + tape.functions().map(|f| f.operations.len()).sum::<usize>();
-    println!("tape          {operations} operations, {} kB, {} places", text.len() / 1000, tape.places());
-    for (function, operations) in &module.operations {
-        println!("{function:13} {} operations", operations.sum());
+    let (placed, text) = (placed.tape(), tape::text(&placed.tape()));
+    let operations = placed.constants.len() + placed.functions().map(|f| f.operations.len()).sum::<usize>();
+    println!("tape          {operations} operations, {} kB, {} places", text.len() / 1000, placed.places());
+    for function in &tape.functions {
+        println!("{:13} {} operations", function.name, tape.operations(function).sum());
     }
-    println!("kernel        {} operations", module.solution.sum());
+    println!("kernel        {} operations", tape.solution.sum());
     if let Some(path) = std::env::args().nth(2) {
         std::fs::write(&path, code)?;
         std::fs::write(format!("{path}.md"), derivation)?;

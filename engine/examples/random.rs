@@ -13,7 +13,7 @@ use std::error::Error;
 use std::path::Path;
 
 use fastrand::Rng;
-use qrm_codegen::{emit, verify};
+use qrm_codegen::{functions, rust, tape, verify};
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 
@@ -43,12 +43,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let equations = qrm_engine::derive(&list, &|_| ())?;
     let mut failed = 0;
     for ((seed, text, scene), equations) in scenes.iter().zip(&equations) {
-        let module = emit::module(scene, equations, text);
+        let tape = functions::tape(scene, equations);
+        let printed = rust::check(&tape, &rust::module(scene, &tape, text));
         let write = || std::fs::write(Path::new(folder).join(format!("random-{seed}.toml")), text);
         if keeps_all {
             write()?;
         }
-        if let Err(reason) = verify::verify(scene, equations, &module.file, &module.tape) {
+        let verified = verify::verify(scene, equations, &tape, &tape::placed(scene, &tape));
+        if let Err(reason) = verified.map_err(|e| e.to_string()).and(printed) {
             failed += 1;
             println!("{seed}: {reason}");
             write()?;

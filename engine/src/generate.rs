@@ -5,10 +5,10 @@ use std::{fs, io};
 
 use crate::Waiting;
 use qrm_build::with_checksum;
-use qrm_codegen::emit::{self, Module};
+use qrm_codegen::tape::{self, Tape};
 use qrm_codegen::term::Equations;
 use qrm_codegen::verify::{self, Unverified};
-use qrm_codegen::{derivation, header, names, tape};
+use qrm_codegen::{derivation, functions, header, names, rust};
 use qrm_core::OwnedTape;
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::files;
@@ -48,7 +48,8 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<(), Error> {
     fs::create_dir_all(directory).map_err(|source| Error::File { path: directory.display().to_string(), source })?;
     for (scene_file, equations) in all.iter().zip(&equations(&all, &|_| ())?) {
         let SceneFile { scene, source, .. } = scene_file;
-        let (module, _) = code(scene_file, equations, emit::module(scene, equations, source))?;
+        let tape = functions::tape(scene, equations);
+        let module = code(scene_file, equations, &tape, &tape::placed(scene, &tape))?;
         let file = directory.join(format!("{}.rs", module_name(&scene.name)));
         let markdown = derivation::markdown(scene, equations, source);
         // First: the module includes it, and is the mark of both.
@@ -95,17 +96,19 @@ fn engine_error(error: crate::Error, scenes: &[&SceneFile]) -> Error {
     Error::Scenes(vec![scenes[scene].report(vec![finding])])
 }
 
-/// The text of a scene's module, without its last line, and its tape, once they are found right.
+/// The text of a scene's module, without its last line, once its functions are found right.
 pub(crate) fn code(
     SceneFile { path, source, scene, .. }: &SceneFile,
     equations: &Equations,
-    module: Module,
-) -> Result<(String, OwnedTape), Error> {
-    verify::verify(scene, equations, &module.file, &module.tape).map_err(Error::Unverified)?;
+    tape: &Tape,
+    placed: &OwnedTape,
+) -> Result<String, Error> {
+    verify::verify(scene, equations, tape, placed).map_err(Error::Unverified)?;
+    let file = rust::module(scene, tape, source);
+    rust::check(tape, &file).map_err(|e| Error::Unverified(Unverified::Wrong(e)))?;
     // The printer drops comments of this kind, so the header is joined afterwards.
-    let header = header::header(&path.display().to_string(), scene, equations, &module, &header::hash(source));
-    let text = format!("{header}\n{}{}", spaced(&prettyplease::unparse(&module.file)), tape::text(&module.tape.tape()));
-    Ok((text, module.tape))
+    let header = header::header(&path.display().to_string(), scene, equations, tape, &header::hash(source));
+    Ok(format!("{header}\n{}{}", spaced(&prettyplease::unparse(&file)), tape::text(&placed.tape())))
 }
 
 /// Sets a blank line between items and between methods, and makes comments of the documentation of statements.

@@ -9,7 +9,7 @@ use qrm_scene::scene_file::SceneFile;
 use crate::Waiting;
 use crate::generate::{self, Error};
 use qrm_build::with_checksum;
-use qrm_codegen::{derivation, emit};
+use qrm_codegen::{derivation, functions, rust, tape};
 
 /// Derives the equations of motion of a scene. At most one call per process.
 ///
@@ -27,13 +27,14 @@ pub fn derive(
     let file = generate::read(path, source)?;
     let equations = generate::equations(&[&file], announce)?.remove(0);
     let SceneFile { scene, source, .. } = &file;
-    let module = emit::module(scene, &equations, source);
+    let tape = functions::tape(scene, &equations);
+    let placed = tape::placed(scene, &tape);
     let texts = [String::new(), String::new()];
-    show(&DerivedScene { description: description(scene, source, texts), tape: module.tape.clone() });
-    let (code, tape) = generate::code(&file, &equations, module)?;
+    show(&DerivedScene { description: description(scene, source, texts), tape: placed.clone() });
+    let code = generate::code(&file, &equations, &tape, &placed)?;
     let derivation = derivation::markdown(scene, &equations, source);
     let code = with_checksum(code, &derivation);
-    Ok(DerivedScene { description: description(scene, source, [code, derivation]), tape })
+    Ok(DerivedScene { description: description(scene, source, [code, derivation]), tape: placed })
 }
 
 /// The description of a scene in its generated module.
@@ -59,6 +60,6 @@ fn description(scene: &Scene, source: &str, [code, derivation]: [String; 2]) -> 
         left_out: scene.left_out().map(|p| p.name.clone()).collect(),
         has_corners: scene.has_corners(),
         friction: scene.friction_by_forces().map(str::to_owned).collect(),
-        until: qrm_codegen::emit::until(scene, source).to_owned(),
+        until: rust::until(scene, source).to_owned(),
     }
 }

@@ -4,8 +4,8 @@
 #[allow(dead_code, unreachable_pub, reason = "the command around it is not used")]
 mod make;
 
-use qrm_codegen::emit::Module;
-use qrm_codegen::{emit, verify};
+use qrm_codegen::tape::{self, Tape};
+use qrm_codegen::{functions, rust, verify};
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 
@@ -56,9 +56,9 @@ fn read(text: &str) -> Scene {
     scene
 }
 
-fn operations(module: &Module, function: &str) -> usize {
-    let found = module.operations.iter().find(|(name, _)| *name == function);
-    found.map_or_else(|| panic!("no function `{function}`"), |(_, operations)| operations.sum())
+fn operations(tape: &Tape, function: &str) -> usize {
+    let function = tape.function(function).unwrap_or_else(|| panic!("no function `{function}`"));
+    tape.operations(function).sum()
 }
 
 /// The engine serves once in a process, so one test holds all of them.
@@ -74,12 +74,12 @@ fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
     ];
     let scenes = texts.each_ref().map(|text| read(text));
     let equations = qrm_engine::derive(&scenes.each_ref(), &|_| ()).expect("the equations");
-    let modules: Vec<Module> = (0..texts.len())
+    let tapes: Vec<Tape> = (0..texts.len())
         .map(|i| {
-            let module = emit::module(&scenes[i], &equations[i], &texts[i]);
-            verify::verify(&scenes[i], &equations[i], &module.file, &module.tape)
+            let tape = functions::tape(&scenes[i], &equations[i]);
+            verify::verify(&scenes[i], &equations[i], &tape, &tape::placed(&scenes[i], &tape))
                 .unwrap_or_else(|wrong| panic!("{wrong}"));
-            module
+            tape
         })
         .collect();
 
@@ -92,13 +92,13 @@ fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
         ("mass_matrix", 3),
     ];
     for (function, degree) in degrees {
-        let [small, large] = [0, 1].map(|i| operations(&modules[i], function));
+        let [small, large] = [0, 1].map(|i| operations(&tapes[i], function));
         assert!(
             10 * large <= 12 * small * 2_usize.pow(degree),
             "{function}: {small} operations, twice as many links {large}"
         );
     }
     // Nothing of a scene depends on those that were derived before it.
-    let code = |i: usize| prettyplease::unparse(&modules[i].file);
+    let code = |i: usize| prettyplease::unparse(&rust::module(&scenes[i], &tapes[i], &texts[i]));
     assert!(code(0) == code(4), "the same scene becomes other code");
 }

@@ -3,7 +3,7 @@
 
 use num_rational::BigRational;
 use qrm_codegen::term::{Equations, KernelEquations, Linearization, Row, Symbol, Term};
-use qrm_codegen::{emit, verify};
+use qrm_codegen::{functions, rust, tape, verify};
 use qrm_scene::function::Function;
 use qrm_scene::resolve;
 
@@ -154,8 +154,8 @@ fn check(equations: &Equations) -> Result<(), verify::Unverified> {
 
 fn check_in(text: &str, equations: &Equations) -> Result<(), verify::Unverified> {
     let (scene, _) = resolve::read("pendulum.toml", text).expect("the scene is right");
-    let module = emit::module(&scene, equations, text);
-    verify::verify(&scene, equations, &module.file, &module.tape)
+    let tape = functions::tape(&scene, equations);
+    verify::verify(&scene, equations, &tape, &tape::placed(&scene, &tape))
 }
 
 /// The scene with other sizes: as it is, with a rod of steel, on a chip, and with both extremes at once.
@@ -248,28 +248,29 @@ fn a_wrong_tape_is_found() {
     let mut wrong = equations();
     wrong.power[0] = product(&[number(2), wrong.power[0].clone()]);
     let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
-    let (right, wrong) = (emit::module(&scene, &equations(), SCENE), emit::module(&scene, &wrong, SCENE));
-    let said = verify::verify(&scene, &equations(), &right.file, &wrong.tape).expect_err("a wrong tape").to_string();
+    let [right, wrong] = [equations(), wrong].map(|equations| functions::tape(&scene, &equations));
+    let wrong = tape::placed(&scene, &wrong);
+    let said = verify::verify(&scene, &equations(), &right, &wrong).expect_err("a wrong tape").to_string();
     assert!(said.contains("generated tape of `power` is wrong"), "{said}");
 }
 
 #[test]
 fn changed_text_is_found() {
-    // Not the equations are spoiled but what was printed of them: parentheses lost, a start or a stop condition
-    // changed.
+    // Not the equations are spoiled but their text: parentheses lost, operands exchanged, numbers changed.
     let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
     let equations = equations();
-    let module = emit::module(&scene, &equations, SCENE);
-    let text = prettyplease::unparse(&module.file);
+    let tape = functions::tape(&scene, &equations);
+    let text = prettyplease::unparse(&rust::module(&scene, &tape, SCENE));
+    assert_eq!(rust::check(&tape, &syn::parse_file(&text).expect("Rust")), Ok(()));
     for (right, wrong) in [
         ("q: [R::from_f64(1.0), R::from_f64(1.0)]", "q: [R::from_f64(1.0), R::from_f64(1.5)]"),
         ("step: R::from_f64(0.001)", "step: R::from_f64(0.01)"),
         ("unwrap_or(R::from_f64(100.0))", "unwrap_or(R::from_f64(10.0))"),
-        ("q[1] - (R::from_f64(2.0) + t)", "q[1] - R::from_f64(2.0) + t"),
+        ("phi - (R::from_f64(2.0) + t)", "phi - R::from_f64(2.0) + t"),
     ] {
         assert!(text.contains(right), "{right} is not in\n{text}");
         let file = syn::parse_file(&text.replace(right, wrong)).expect("still Rust");
-        assert!(verify::verify(&scene, &equations, &file, &module.tape).is_err(), "{wrong}");
+        assert!(rust::check(&tape, &file).is_err(), "{wrong}");
     }
 }
 

@@ -17,17 +17,17 @@
 //     outputs              5 additions, 6 multiplications, 1 root, 1 sine-cosine pair
 //     dynamics             92 additions, 123 multiplications, 1 division, 1 root, 7 sine-cosine pairs
 //     loop_constraints     39 additions, 14 multiplications, 7 sine-cosine pairs
-//     position             76 additions, 118 multiplications, 8 divisions, 1 root
+//     position             81 additions, 118 multiplications, 8 divisions, 1 root
 //     residuals            no operations
 //     velocity_residual    15 additions, 14 multiplications
 //     correction           23 additions, 27 multiplications
-//     accelerations        92 additions, 133 multiplications
+//     accelerations        93 additions, 133 multiplications
 //     outputs_at           no operations
 //
 // Accelerations and multipliers, from sines and cosines on:
 //      4438 operations  with full matrices, as the method is written down
 //      1920 operations  by the function `dynamics` and one full system
-//       403 operations  by the kernel: 150 additions, 244 multiplications, 8 divisions, 1 root
+//       414 operations  by the kernel: 161 additions, 244 multiplications, 8 divisions, 1 root
 //
 // Left out:
 //     117 of the 147 entries of T, 36 of the 49 entries of Mbar, 20 of the 42 entries of C_q: zero by structure
@@ -1556,7 +1556,7 @@ pub struct Position<R> {
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 76 additions, 118 multiplications, 8 divisions, 1 root.
+/// Operations: 81 additions, 118 multiplications, 8 divisions, 1 root.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &Andrews<R>,
@@ -1827,7 +1827,6 @@ pub fn velocity_residual<R: Scalar>(
     position: &Position<R>,
     qd: &[R; 7],
 ) -> [R; 6] {
-    let [beta_dot, Theta_dot, gamma_dot, Phi_dot, delta_dot, Omega_dot, eps_dot] = *qd;
     let Position {
         d_cos_beta_plus_theta,
         d_sin_beta_plus_theta,
@@ -1845,6 +1844,7 @@ pub fn velocity_residual<R: Scalar>(
         zf_sin_eps_plus_omega,
         ..
     } = *position;
+    let [beta_dot, Theta_dot, gamma_dot, Phi_dot, delta_dot, Omega_dot, eps_dot] = *qd;
     let v1 = Theta_dot.neg_mul_add(d_sin_beta_plus_theta, beta_dot * p_y);
     let v2 = Theta_dot.neg_mul_add(d_cos_beta_plus_theta, beta_dot * p_x);
     [
@@ -1866,7 +1866,6 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 6],
 ) -> [R; 7] {
-    let [g1_open, g2_open, g3_open, g4_open, g5_open, g6_open] = *residuals;
     let Position {
         d_cos_beta_plus_theta,
         d_sin_beta_plus_theta,
@@ -1897,6 +1896,7 @@ pub fn correction<R: Scalar>(
         zf_cos_eps_plus_omega,
         ..
     } = *position;
+    let [g1_open, g2_open, g3_open, g4_open, g5_open, g6_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let gamma_closing = g1_open * inv_g1;
@@ -1953,7 +1953,7 @@ pub fn correction<R: Scalar>(
 
 /// `qdd`, and the multipliers.
 ///
-/// Operations: 92 additions, 133 multiplications.
+/// Operations: 93 additions, 133 multiplications.
 #[inline(always)]
 pub fn accelerations<R: Scalar>(
     m: &Andrews<R>,
@@ -1965,7 +1965,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 7], [R; 6]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [beta_dot, Theta_dot, gamma_dot, Phi_dot, delta_dot, Omega_dot, eps_dot] = *qd;
     let Position {
         cos_beta_plus_theta,
         cos_delta_plus_phi,
@@ -2026,6 +2025,7 @@ pub fn accelerations<R: Scalar>(
         zf_cos_eps_plus_omega,
         ..
     } = *position;
+    let [beta_dot, Theta_dot, gamma_dot, Phi_dot, delta_dot, Omega_dot, eps_dot] = *qd;
 
     // Convective terms of the loops: (C_q qd)_q qd.
     let Theta_dot_sq = Theta_dot * Theta_dot;
@@ -2243,28 +2243,45 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 25 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position
-        .theta_per_beta
+pub fn growth_factor<R: Scalar>(_m: &Andrews<R>, position: &Position<R>) -> R {
+    let Position {
+        delta_per_beta,
+        eps_per_beta,
+        g1_over_g2_theta,
+        g2_over_g1_gamma,
+        g3_over_g4_delta,
+        g4_over_g2_theta,
+        g4_over_g3_phi,
+        g5_over_g6_eps,
+        g6_over_g5_omega,
+        gamma_per_beta_2,
+        omega_per_beta_2,
+        phi_per_beta_2,
+        theta_per_beta,
+        ..
+    } = *position;
+    theta_per_beta
         .abs()
-        .max(position.gamma_per_beta_2.abs())
-        .max(position.phi_per_beta_2.abs())
-        .max(position.delta_per_beta.abs())
-        .max(position.omega_per_beta_2.abs())
-        .max(position.eps_per_beta.abs())
-        .max(position.g2_over_g1_gamma.abs())
-        .max(position.g1_over_g2_theta.abs())
-        .max(position.g4_over_g2_theta.abs())
-        .max(position.g4_over_g3_phi.abs())
-        .max(position.g3_over_g4_delta.abs())
-        .max(position.g6_over_g5_omega.abs())
-        .max(position.g5_over_g6_eps.abs())
+        .max(gamma_per_beta_2.abs())
+        .max(phi_per_beta_2.abs())
+        .max(delta_per_beta.abs())
+        .max(omega_per_beta_2.abs())
+        .max(eps_per_beta.abs())
+        .max(g2_over_g1_gamma.abs())
+        .max(g1_over_g2_theta.abs())
+        .max(g4_over_g2_theta.abs())
+        .max(g4_over_g3_phi.abs())
+        .max(g3_over_g4_delta.abs())
+        .max(g6_over_g5_omega.abs())
+        .max(g5_over_g6_eps.abs())
 }
 
 impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 403;
+    const OPERATIONS: usize = 414;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 7] {
@@ -2293,7 +2310,7 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -2407,7 +2424,7 @@ impl<R: Scalar> Equations<R, 7, 6> for Andrews<R> {
         Start {
             q: [
                 -R::from_f64(0.06171389001427645),
-                R::from_f64(0.0),
+                R::zero(),
                 R::from_f64(0.45528),
                 R::from_f64(0.222668),
                 R::from_f64(0.487365),
@@ -2416,7 +2433,7 @@ impl<R: Scalar> Equations<R, 7, 6> for Andrews<R> {
             ],
             given: [true, false, false, false, false, false, false],
             qd: [
-                R::from_f64(0.0),
+                R::zero(),
                 R::zero(),
                 R::zero(),
                 R::zero(),
@@ -2998,78 +3015,78 @@ pub static TAPE: qrm_core::Tape = {
         ],
         dynamics: TapeFunction {
             operations: &[
-                Add(43, 44), Add(47, 46), Add(49, 48), Mul(50, 50), Mul(52, 52), Mul(54, 54), Mul(56, 56), Mul(22, 50),
-                Mul(159, 51), Add(221, 222), Mul(50, 223), Mul(51, 51), Mul(22, 225), Add(224, 226), Mul(53, 53),
-                Add(228, 219), Mul(24, 229), Mul(160, 53), Mul(231, 54), Add(230, 232), Mul(55, 55), Add(234, 220),
+                Add(43, 44), Add(47, 46), Add(49, 48), Mul(50, 50), Mul(51, 51), Mul(52, 52), Mul(54, 54), Mul(56, 56),
+                Mul(22, 50), Mul(159, 51), Add(222, 223), Mul(50, 224), Mul(22, 218), Add(225, 226), Mul(53, 53),
+                Add(228, 220), Mul(24, 229), Mul(160, 53), Mul(231, 54), Add(230, 232), Mul(55, 55), Add(234, 221),
                 Mul(38, 235), Mul(161, 55), Mul(237, 56), Add(236, 238), Mul(162, 50), Mul(100, 51), Add(240, 241),
                 Mul(194, 53), Mul(204, 54), Add(243, 244), Mul(195, 55), Mul(205, 56), Add(246, 247), SinCos(43),
                 SinCos(45), SinCos(47), SinCos(49), SinCos(214), SinCos(215), SinCos(216), Mul(26, 250), Mul(26, 249),
-                Mul(39, 254), Mul(39, 253), Mul(33, 254), Mul(34, 253), Mul(34, 254), Mul(33, 253), Add(269, 270),
-                Mul(35, 255), Mul(35, 256), Mul(36, 255), Mul(37, 256), Mul(37, 255), Mul(36, 256), Add(276, 277),
-                Mul(178, 260), Mul(178, 259), Add(265, 280), Mul(179, 261), Mul(179, 262), Add(272, 283), Mul(28, 251),
-                Mul(22, 258), Mul(28, 252), Mul(22, 257), Mul(24, 259), Mul(24, 260), Mul(38, 262), Mul(38, 261),
-                Mul(217, 263), Mul(258, 227), Mul(217, 264), Mul(257, 227), Mul(250, 258), Mul(249, 257),
-                Add(297, 298), Mul(100, 299), Mul(259, 281), Mul(262, 284), Mul(250, 257), Mul(249, 258), Mul(31, 251),
-                Mul(32, 252), Add(305, 306), Add(182, 307), Mul(32, 251), Mul(31, 252), Mul(308, 308), Mul(254, 260),
-                Mul(259, 253), Mul(255, 261), Mul(262, 256), Mul(162, 299), Mul(281, 281), Mul(271, 271),
-                Mul(284, 284), Mul(278, 278), Mul(242, 303), Mul(242, 304), Mul(29, 251), Mul(30, 252), Add(323, 324),
-                Mul(165, 325), Mul(30, 251), Mul(29, 252), Add(312, 313), Mul(194, 329), Mul(330, 219), Mul(245, 312),
-                Mul(245, 313), Add(332, 333), Mul(53, 334), Add(314, 315), Mul(195, 336), Mul(337, 220), Mul(248, 314),
-                Mul(248, 315), Add(339, 340), Mul(55, 341), Add(265, 289), Add(272, 291), Mul(218, 285), Mul(218, 287),
-                Mul(259, 233), Mul(219, 265), Mul(260, 233), Mul(219, 266), Mul(262, 239), Mul(220, 272),
-                Mul(220, 273), Mul(261, 239), Sub(267, 268), Sub(274, 275), Sub(266, 279), Sub(273, 282),
-                Sub(263, 286), Sub(264, 288), Sub(293, 294), Sub(295, 296), Sub(102, 300), Sub(309, 310), Sub(98, 316),
-                Sub(321, 322), Sub(303, 304), Sub(327, 328), Neg(335), Neg(338), Neg(360), Neg(287), Neg(286),
-                Neg(285), Neg(290), Sub(266, 290), Neg(289), Neg(343), Sub(273, 292), Neg(379), Neg(291), Neg(344),
-                Sub(361, 345), Neg(383), Sub(361, 347), Sub(385, 348), Neg(386), Sub(349, 350), Sub(361, 351),
-                Sub(389, 352), Neg(390), Sub(353, 354), Mul(260, 357), Mul(261, 358), Add(183, 364), Mul(395, 395),
-                Add(311, 396), Mul(357, 357), Add(398, 317), Mul(3, 399), Add(109, 400), Mul(355, 355), Add(318, 402),
-                Mul(4, 403), Add(401, 404), Mul(358, 358), Add(406, 319), Mul(5, 407), Add(111, 408), Mul(356, 356),
-                Add(320, 410), Mul(6, 411), Add(409, 412), Mul(51, 366), Mul(100, 367), Mul(415, 217), Mul(368, 218),
-                Mul(326, 417), Mul(308, 364), Mul(395, 307), Add(346, 362), Add(388, 362), Add(392, 362),
-                Sub(301, 393), Sub(302, 394), Sub(41, 414), Sub(419, 420), Neg(421), Neg(422), Neg(423), Mul(192, 424),
-                Add(10, 431), Mul(193, 425), Add(12, 433), Sqrt(397), Sub(21, 435), Mul(20, 436), Mul(437, 427),
-                Div(438, 435), Sub(418, 439),
+                Mul(39, 254), Mul(39, 253), Mul(35, 255), Mul(35, 256), Mul(29, 251), Mul(30, 252), Add(269, 270),
+                Mul(30, 251), Mul(29, 252), Mul(178, 259), Mul(178, 260), Mul(33, 254), Mul(34, 253), Mul(34, 254),
+                Mul(33, 253), Add(278, 279), Mul(179, 262), Mul(179, 261), Mul(36, 255), Mul(37, 256), Mul(37, 255),
+                Mul(36, 256), Add(285, 286), Add(265, 274), Add(267, 281), Mul(217, 263), Mul(217, 264), Mul(22, 258),
+                Mul(22, 257), Mul(28, 251), Mul(28, 252), Mul(24, 259), Mul(24, 260), Mul(38, 262), Mul(38, 261),
+                Add(265, 296), Add(267, 298), Mul(258, 227), Mul(257, 227), Mul(219, 294), Mul(219, 295),
+                Mul(259, 233), Mul(220, 265), Mul(260, 233), Mul(220, 266), Mul(262, 239), Mul(221, 267),
+                Mul(221, 268), Mul(261, 239), Mul(250, 258), Mul(249, 257), Add(314, 315), Mul(100, 316),
+                Mul(259, 288), Mul(262, 289), Mul(162, 316), Mul(288, 288), Mul(280, 280), Mul(289, 289),
+                Mul(287, 287), Mul(250, 257), Mul(249, 258), Mul(31, 251), Mul(32, 252), Add(327, 328), Add(182, 329),
+                Mul(32, 251), Mul(31, 252), Mul(330, 330), Mul(254, 260), Mul(259, 253), Mul(255, 261), Mul(262, 256),
+                Mul(242, 325), Mul(242, 326), Mul(165, 271), Add(334, 335), Mul(194, 341), Mul(342, 220),
+                Mul(245, 334), Mul(245, 335), Add(344, 345), Mul(53, 346), Add(336, 337), Mul(195, 348), Mul(349, 221),
+                Mul(248, 336), Mul(248, 337), Add(351, 352), Mul(55, 353), Sub(272, 273), Sub(276, 277), Sub(283, 284),
+                Sub(266, 275), Sub(268, 282), Sub(263, 292), Sub(264, 293), Neg(361), Neg(295), Neg(292), Neg(294),
+                Neg(297), Sub(266, 297), Neg(296), Neg(300), Sub(268, 299), Neg(370), Neg(298), Neg(301),
+                Sub(290, 302), Sub(291, 303), Sub(374, 304), Neg(376), Sub(374, 306), Sub(378, 307), Neg(379),
+                Sub(308, 309), Sub(374, 310), Sub(382, 311), Neg(383), Sub(312, 313), Sub(102, 317), Sub(98, 320),
+                Sub(331, 332), Sub(338, 339), Sub(325, 326), Neg(347), Neg(350), Mul(355, 219), Add(305, 375),
+                Add(381, 375), Add(385, 375), Mul(260, 358), Mul(261, 359), Mul(358, 358), Add(399, 321), Mul(3, 400),
+                Add(109, 401), Mul(356, 356), Add(322, 403), Mul(4, 404), Add(402, 405), Mul(359, 359), Add(407, 323),
+                Mul(5, 408), Add(111, 409), Mul(357, 357), Add(324, 411), Mul(6, 412), Add(410, 413), Add(183, 388),
+                Mul(415, 415), Add(333, 416), Mul(51, 389), Mul(100, 390), Mul(419, 217), Mul(340, 393), Mul(330, 388),
+                Mul(415, 329), Neg(394), Neg(395), Neg(396), Sub(318, 397), Sub(319, 398), Sub(41, 418), Sub(422, 423),
+                Mul(192, 427), Add(10, 431), Mul(193, 428), Add(12, 433), Sqrt(417), Sub(21, 435), Mul(20, 436),
+                Mul(437, 430), Div(438, 435), Sub(421, 439),
             ],
             results: &[
-                365, 363, 149, 149, 149, 149, 149, 363, 102, 149, 149, 149, 149, 149, 149, 149, 107, 149, 149, 149,
-                149, 149, 149, 149, 199, 432, 149, 149, 149, 149, 149, 432, 405, 149, 149, 149, 149, 149, 149, 149,
-                203, 434, 149, 149, 149, 149, 149, 434, 413, 426, 416, 440, 331, 369, 370, 342, 371, 288, 372, 149,
-                149, 149, 149, 359, 373, 374, 149, 149, 149, 149, 371, 288, 149, 375, 376, 149, 149, 359, 373, 149,
-                377, 378, 149, 149, 371, 288, 149, 149, 149, 292, 380, 359, 373, 149, 149, 149, 381, 382, 384, 428,
-                387, 429, 391, 430,
+                387, 386, 149, 149, 149, 149, 149, 386, 102, 149, 149, 149, 149, 149, 149, 149, 107, 149, 149, 149,
+                149, 149, 149, 149, 199, 432, 149, 149, 149, 149, 149, 432, 406, 149, 149, 149, 149, 149, 149, 149,
+                203, 434, 149, 149, 149, 149, 149, 434, 414, 429, 420, 440, 343, 391, 392, 354, 362, 293, 363, 149,
+                149, 149, 149, 360, 364, 365, 149, 149, 149, 149, 362, 293, 149, 366, 367, 149, 149, 360, 364, 149,
+                368, 369, 149, 149, 362, 293, 149, 149, 149, 299, 371, 360, 364, 149, 149, 149, 372, 373, 377, 424,
+                380, 425, 384, 426,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
                 Add(43, 44), Add(47, 46), Add(49, 48), SinCos(43), SinCos(45), SinCos(47), SinCos(49), SinCos(214),
-                SinCos(215), SinCos(216), Mul(26, 218), Mul(26, 217), Mul(39, 222), Mul(39, 221), Mul(35, 223),
-                Mul(35, 224), Mul(28, 219), Mul(22, 226), Mul(28, 220), Mul(22, 225), Mul(24, 227), Mul(24, 228),
-                Mul(38, 230), Mul(38, 229), Add(233, 241), Add(235, 243), Add(14, 233), Add(15, 234), Add(14, 235),
-                Sub(231, 238), Sub(232, 240), Neg(251), Neg(239), Neg(238), Neg(237), Neg(242), Sub(234, 242),
-                Neg(241), Neg(245), Sub(236, 244), Neg(260), Neg(243), Neg(246), Sub(15, 236), Sub(250, 16),
-                Sub(265, 237), Sub(239, 17), Sub(250, 241), Sub(268, 247), Sub(250, 243), Sub(270, 249), Sub(251, 244),
-                Sub(272, 264), Add(267, 251), Add(242, 251), Sub(275, 248),
+                SinCos(215), SinCos(216), Mul(26, 218), Mul(26, 217), Mul(39, 222), Add(14, 233), Mul(39, 221),
+                Add(15, 235), Mul(35, 223), Add(14, 237), Mul(35, 224), Mul(22, 226), Mul(22, 225), Mul(28, 219),
+                Mul(28, 220), Mul(24, 227), Mul(24, 228), Mul(38, 230), Mul(38, 229), Add(233, 244), Add(237, 246),
+                Sub(15, 239), Sub(231, 240), Sub(232, 241), Sub(251, 16), Sub(253, 242), Sub(243, 17), Sub(251, 244),
+                Sub(256, 234), Sub(251, 246), Sub(258, 238), Sub(252, 247), Sub(260, 250), Neg(252), Neg(243),
+                Neg(240), Neg(242), Neg(245), Sub(235, 245), Neg(244), Neg(248), Sub(239, 247), Neg(270), Neg(246),
+                Neg(249), Add(255, 252), Add(245, 252), Sub(275, 236),
             ],
             results: &[
-                266, 274, 269, 276, 271, 273, 252, 240, 253, 149, 149, 149, 149, 250, 254, 255, 149, 149, 149, 149,
-                252, 240, 149, 256, 257, 149, 149, 250, 254, 149, 258, 259, 149, 149, 252, 240, 149, 149, 149, 244,
-                261, 250, 254, 149, 149, 149, 262, 263, 149, 149, 149, 149, 149, 149,
+                254, 274, 257, 276, 259, 261, 262, 241, 263, 149, 149, 149, 149, 251, 264, 265, 149, 149, 149, 149,
+                262, 241, 149, 266, 267, 149, 149, 251, 264, 149, 268, 269, 149, 149, 262, 241, 149, 149, 149, 247,
+                271, 251, 264, 149, 149, 149, 272, 273, 149, 149, 149, 149, 149, 149,
             ],
         },
         mass_matrix: TapeFunction {
             operations: &[
                 Add(43, 44), Add(47, 46), Add(49, 48), SinCos(43), SinCos(47), SinCos(49), SinCos(214), SinCos(215),
-                SinCos(216), Mul(39, 220), Mul(39, 219), Mul(33, 220), Mul(34, 219), Mul(34, 220), Mul(33, 219),
-                Add(233, 234), Mul(35, 221), Mul(35, 222), Mul(36, 221), Mul(37, 222), Mul(37, 221), Mul(36, 222),
-                Add(240, 241), Mul(178, 226), Mul(178, 225), Add(229, 244), Mul(179, 227), Mul(179, 228),
-                Add(236, 247), Mul(218, 224), Mul(217, 223), Add(249, 250), Mul(100, 251), Mul(225, 245),
-                Mul(228, 248), Mul(162, 251), Mul(245, 245), Mul(235, 235), Mul(248, 248), Mul(242, 242),
-                Sub(231, 232), Sub(238, 239), Sub(230, 243), Sub(237, 246), Sub(102, 252), Sub(98, 255), Mul(226, 262),
-                Mul(227, 263), Mul(262, 262), Add(268, 256), Mul(3, 269), Add(109, 270), Mul(260, 260), Add(257, 272),
-                Mul(4, 273), Add(271, 274), Mul(263, 263), Add(276, 258), Mul(5, 277), Add(111, 278), Mul(261, 261),
-                Add(259, 280), Mul(6, 281), Add(279, 282), Sub(253, 266), Sub(254, 267), Mul(192, 284), Add(10, 286),
-                Mul(193, 285), Add(12, 288),
+                SinCos(216), Mul(39, 220), Mul(39, 219), Mul(35, 221), Mul(35, 222), Mul(178, 225), Mul(178, 226),
+                Mul(33, 220), Mul(34, 219), Mul(34, 220), Mul(33, 219), Add(237, 238), Mul(179, 228), Mul(179, 227),
+                Mul(36, 221), Mul(37, 222), Mul(37, 221), Mul(36, 222), Add(244, 245), Add(229, 233), Add(231, 240),
+                Mul(218, 224), Mul(217, 223), Add(249, 250), Mul(100, 251), Mul(225, 247), Mul(228, 248),
+                Mul(162, 251), Mul(247, 247), Mul(239, 239), Mul(248, 248), Mul(246, 246), Sub(235, 236),
+                Sub(242, 243), Sub(230, 234), Sub(232, 241), Sub(102, 252), Sub(98, 255), Mul(226, 262), Mul(227, 263),
+                Mul(262, 262), Add(268, 256), Mul(3, 269), Add(109, 270), Mul(260, 260), Add(257, 272), Mul(4, 273),
+                Add(271, 274), Mul(263, 263), Add(276, 258), Mul(5, 277), Add(111, 278), Mul(261, 261), Add(259, 280),
+                Mul(6, 281), Add(279, 282), Sub(253, 266), Sub(254, 267), Mul(192, 284), Add(10, 286), Mul(193, 285),
+                Add(12, 288),
             ],
             results: &[
                 265, 264, 149, 149, 149, 149, 149, 264, 102, 149, 149, 149, 149, 149, 149, 149, 107, 149, 149, 149,
@@ -3079,14 +3096,14 @@ pub static TAPE: qrm_core::Tape = {
         },
         energy: TapeFunction {
             operations: &[
-                Add(43, 44), Add(47, 46), Add(49, 48), Mul(52, 52), Mul(51, 51), Mul(53, 53), Mul(55, 55), Add(53, 54),
-                Add(55, 56), Add(50, 51), Mul(166, 50), Mul(102, 51), Mul(199, 53), Mul(184, 54), Mul(203, 55),
-                Mul(185, 56), Mul(169, 218), Mul(170, 217), Mul(212, 219), Mul(213, 220), Mul(41, 43), SinCos(43),
+                Add(43, 44), Add(47, 46), Add(49, 48), Mul(51, 51), Mul(52, 52), Add(53, 54), Add(55, 56), Mul(53, 53),
+                Mul(55, 55), Add(50, 51), Mul(166, 50), Mul(102, 51), Mul(199, 53), Mul(184, 54), Mul(203, 55),
+                Mul(185, 56), Mul(169, 217), Mul(170, 218), Mul(212, 221), Mul(213, 222), Mul(41, 43), SinCos(43),
                 SinCos(45), SinCos(47), SinCos(49), SinCos(214), SinCos(215), SinCos(216), Mul(236, 244),
                 Mul(235, 243), Mul(31, 237), Mul(32, 238), Add(251, 252), Add(182, 253), Mul(32, 237), Mul(31, 238),
                 Mul(254, 254), Mul(223, 249), Mul(223, 250), Add(258, 259), Mul(100, 260), Mul(240, 245),
-                Mul(262, 221), Mul(239, 246), Mul(264, 221), Mul(241, 248), Mul(266, 222), Mul(242, 247),
-                Mul(268, 222), Sub(255, 256), Sub(261, 224), Sub(271, 225), Sub(263, 265), Sub(267, 269),
+                Mul(262, 219), Mul(239, 246), Mul(264, 219), Mul(241, 248), Mul(266, 220), Mul(242, 247),
+                Mul(268, 220), Sub(255, 256), Sub(261, 224), Sub(271, 225), Sub(263, 265), Sub(267, 269),
                 Add(183, 270), Mul(275, 275), Add(257, 276), Mul(50, 272), Mul(194, 273), Add(279, 226), Add(280, 227),
                 Mul(54, 281), Mul(195, 274), Add(283, 228), Add(284, 229), Mul(56, 285), Sub(278, 282), Sub(287, 286),
                 Sub(288, 230), Sub(289, 231), Add(290, 232), Add(291, 233), Neg(292), Sqrt(277), Sub(21, 294),
@@ -3126,7 +3143,7 @@ pub static TAPE: qrm_core::Tape = {
             results: &[157, 158],
         },
         kernel: TapeKernel {
-            operations: 403,
+            operations: 414,
             has_angle: &[true, true, true, true, true, true, true],
             position: TapeFunction {
                 operations: &[
@@ -3135,32 +3152,32 @@ pub static TAPE: qrm_core::Tape = {
                     Mul(22, 224), Mul(39, 81), Mul(74, 80), MulAdd(81, 73, 227), Mul(24, 228), Add(226, 229),
                     Mul(39, 74), Mul(81, 80), Mul(35, 76), Mul(83, 82), Mul(35, 83), Mul(76, 82), MulAdd(83, 75, 236),
                     Mul(38, 237), Mul(178, 228), Add(226, 239), Mul(228, 240), Mul(33, 81), Mul(34, 81),
-                    MulAdd(33, 74, 243), Mul(240, 240), Mul(244, 244), Mul(179, 237), Mul(36, 76), Mul(37, 76),
+                    MulAdd(33, 74, 243), Mul(244, 244), Mul(240, 240), Mul(179, 237), Mul(36, 76), Mul(37, 76),
                     MulAdd(36, 83, 249), Mul(250, 250), Mul(77, 224), NegMulAdd(31, 79, 216), NegMulAdd(70, 71, 221),
                     Neg(225), Sub(222, 17), Neg(230), NegMulAdd(74, 73, 232), NegMulAdd(76, 75, 234), Sub(235, 238),
                     NegMulAdd(34, 74, 242), Sub(235, 247), NegMulAdd(37, 83, 248), MulAdd(253, 253, 217), Mul(22, 254),
                     MulAdd(26, 70, 255), Add(256, 266), Mul(24, 258), Mul(38, 259), Add(233, 269), Mul(77, 254),
-                    MulAdd(70, 224, 271), Mul(178, 258), MulAdd(261, 261, 246), MulAdd(4, 274, 109), Mul(179, 259),
-                    Add(233, 276), Mul(237, 262), Mul(277, 277), MulAdd(262, 262, 279), MulAdd(263, 263, 251),
-                    MulAdd(6, 281, 111), MulAdd(5, 280, 282), Mul(70, 254), Neg(265), Sub(231, 268), Sub(15, 266),
+                    MulAdd(70, 224, 271), Mul(178, 258), MulAdd(261, 261, 245), MulAdd(4, 274, 109), Mul(179, 259),
+                    Add(233, 276), Mul(237, 262), MulAdd(263, 263, 251), MulAdd(6, 279, 111), Mul(277, 277),
+                    MulAdd(262, 262, 281), MulAdd(5, 282, 280), Mul(70, 254), Neg(265), Sub(231, 268), Sub(15, 266),
                     Neg(286), Sub(288, 287), Neg(270), Sub(260, 287), NegMulAdd(162, 272, 98),
                     NegMulAdd(100, 272, 102), Sub(231, 273), NegMulAdd(258, 294, 241), NegMulAdd(259, 277, 278),
                     NegMulAdd(193, 296, 12), Sub(252, 284), Sqrt(264), Recip(264), Recip(222), Recip(268), Recip(238),
-                    Mul(300, 299), Mul(219, 304), MulAdd(26, 77, 285), MulAdd(192, 295, 10), MulAdd(294, 294, 245),
+                    Mul(300, 299), Mul(219, 304), MulAdd(26, 77, 285), MulAdd(192, 295, 10), MulAdd(294, 294, 246),
                     MulAdd(3, 308, 275), Mul(225, 301), MulAdd(220, 310, 265), Mul(286, 302), MulAdd(229, 312, 230),
                     Mul(260, 303), MulAdd(269, 314, 270), Mul(266, 301), MulAdd(220, 316, 306), Mul(220, 301),
                     Mul(229, 302), Mul(269, 303), Recip(311), Recip(313), Recip(315), Abs(318), Abs(319), Abs(320),
                     Mul(317, 321), Mul(225, 321), Mul(265, 321), Mul(286, 322), Mul(260, 323), MulAdd(293, 327, 292),
                     MulAdd(102, 327, 293), MulAdd(327, 333, 332), Sub(306, 16), Sub(335, 220), Sub(14, 306),
                     Sub(257, 337), Sub(290, 337), NegMulAdd(225, 327, 266), NegMulAdd(265, 327, 306),
-                    NegMulAdd(310, 327, 316), Sub(21, 299), Abs(327), Abs(342), Max(344, 345), Abs(328), Abs(329),
-                    Abs(330), Abs(331), Mul(302, 340), MulAdd(229, 351, 341), Mul(322, 352), Mul(303, 340),
-                    Mul(107, 342), MulAdd(342, 355, 334), Mul(20, 343), Mul(357, 305), NegMulAdd(269, 354, 341),
+                    NegMulAdd(310, 327, 316), Sub(21, 299), Abs(327), Abs(342), Abs(328), Abs(329), Abs(330), Abs(331),
+                    Max(344, 345), Mul(302, 340), MulAdd(229, 351, 341), Mul(322, 352), Mul(303, 340), Mul(107, 342),
+                    MulAdd(342, 355, 334), Mul(20, 343), Mul(357, 305), NegMulAdd(269, 354, 341),
                     NegMulAdd(312, 353, 351), Mul(323, 359), MulAdd(314, 361, 354), Mul(199, 360), Mul(307, 360),
-                    Mul(297, 361), MulAdd(203, 362, 365), Mul(283, 361), MulAdd(297, 362, 367), Abs(360),
-                    Max(346, 369), Abs(353), Max(370, 371), Abs(362), Max(372, 373), Abs(361), Max(374, 375),
-                    Max(376, 324), Max(377, 347), Max(378, 348), Max(379, 325), Max(380, 349), Max(381, 326),
-                    Max(382, 350), NegMulAdd(307, 353, 363), NegMulAdd(309, 353, 364), MulAdd(360, 384, 356),
+                    Mul(297, 361), MulAdd(203, 362, 365), Mul(283, 361), MulAdd(297, 362, 367), Abs(360), Abs(353),
+                    Abs(362), Abs(361), Max(350, 369), Max(373, 370), Max(374, 371), Max(375, 372), Max(376, 324),
+                    Max(377, 346), Max(378, 347), Max(379, 325), Max(380, 348), Max(381, 326), Max(382, 349),
+                    NegMulAdd(307, 353, 363), NegMulAdd(309, 353, 364), MulAdd(360, 384, 356),
                     NegMulAdd(353, 385, 386), MulAdd(362, 366, 387), MulAdd(361, 368, 388), Recip(389),
                 ],
                 results: &[383, 336, 267, 338, 289, 339, 291],
@@ -3189,22 +3206,22 @@ pub static TAPE: qrm_core::Tape = {
             },
             accelerations: TapeFunction {
                 operations: &[
-                    Mul(52, 52), Mul(159, 51), Mul(51, 51), Mul(162, 50), Add(53, 54), Add(55, 56), Mul(50, 266),
+                    Mul(51, 51), Mul(52, 52), Add(53, 54), Add(55, 56), Mul(159, 51), Mul(162, 50), Mul(50, 266),
                     Mul(50, 306), Mul(53, 228), Mul(24, 53), Mul(160, 449), MulAdd(54, 230, 451), Mul(53, 258),
                     Mul(54, 286), Mul(55, 259), Mul(38, 55), Mul(161, 455), MulAdd(56, 270, 457), Mul(55, 237),
-                    Mul(56, 260), Mul(53, 445), Mul(53, 239), MulAdd(54, 240, 462), Mul(461, 239),
-                    MulAdd(54, 463, 464), Mul(3, 465), Mul(53, 273), Mul(461, 273), Mul(55, 446), Mul(55, 276),
-                    MulAdd(56, 277, 470), Mul(469, 276), MulAdd(56, 471, 472), Mul(5, 473), Mul(55, 247),
-                    Mul(469, 247), MulAdd(100, 51, 444), Mul(477, 252), Mul(100, 50), Mul(479, 50), Mul(480, 298),
-                    Mul(273, 466), Mul(294, 466), Mul(247, 474), Mul(262, 474), NegMulAdd(442, 254, 448),
-                    NegMulAdd(442, 224, 447), NegMulAdd(160, 453, 454), NegMulAdd(161, 459, 460),
-                    NegMulAdd(54, 294, 467), NegMulAdd(56, 262, 475), NegMulAdd(477, 284, 478), NegMulAdd(51, 492, 41),
-                    Mul(50, 486), Mul(50, 487), MulAdd(54, 490, 468), Mul(3, 496), MulAdd(56, 491, 476), Mul(5, 498),
+                    Mul(56, 260), Mul(53, 443), Mul(461, 239), Mul(53, 239), MulAdd(54, 240, 463),
+                    MulAdd(54, 464, 462), Mul(3, 465), Mul(461, 273), Mul(53, 273), Mul(55, 444), Mul(469, 276),
+                    Mul(55, 276), MulAdd(56, 277, 471), MulAdd(56, 472, 470), Mul(5, 473), Mul(469, 247), Mul(55, 247),
+                    MulAdd(100, 51, 446), Mul(477, 252), Mul(100, 50), Mul(479, 50), Mul(480, 298), Mul(273, 466),
+                    Mul(294, 466), Mul(247, 474), Mul(262, 474), NegMulAdd(445, 254, 448), NegMulAdd(445, 224, 447),
+                    NegMulAdd(160, 453, 454), NegMulAdd(161, 459, 460), NegMulAdd(54, 294, 468),
+                    NegMulAdd(56, 262, 476), NegMulAdd(477, 284, 478), NegMulAdd(51, 492, 41), Mul(50, 486),
+                    Mul(50, 487), MulAdd(54, 490, 467), Mul(3, 496), MulAdd(56, 491, 475), Mul(5, 498),
                     MulAdd(240, 497, 483), MulAdd(277, 499, 485), MulAdd(481, 327, 493), MulAdd(342, 358, 502),
-                    NegMulAdd(443, 265, 494), Neg(504), NegMulAdd(443, 225, 495), NegMulAdd(450, 449, 504),
+                    NegMulAdd(441, 265, 494), Neg(504), NegMulAdd(441, 225, 495), NegMulAdd(450, 449, 504),
                     NegMulAdd(54, 452, 507), NegMulAdd(456, 455, 504), NegMulAdd(56, 458, 509),
                     NegMulAdd(456, 459, 506), NegMulAdd(239, 497, 482), NegMulAdd(276, 499, 484),
-                    MulAdd(220, 441, 505), MulAdd(222, 441, 506), MulAdd(450, 453, 506), MulAdd(56, 489, 511),
+                    MulAdd(220, 442, 505), MulAdd(222, 442, 506), MulAdd(450, 453, 506), MulAdd(56, 489, 511),
                     Mul(301, 514), MulAdd(220, 518, 515), Mul(519, 321), Mul(225, 520), Add(508, 521), Mul(302, 522),
                     Mul(265, 520), Add(510, 521), Mul(303, 525), MulAdd(520, 333, 503), NegMulAdd(54, 488, 516),
                     Sub(528, 524), NegMulAdd(229, 523, 529), Sub(517, 524), NegMulAdd(310, 520, 518), Mul(322, 530),
@@ -3238,4 +3255,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: f0b1e93202ea5668
+// Hash of this file and its derivation: 15cdd20eb1e9cc23

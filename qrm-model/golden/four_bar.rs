@@ -27,7 +27,7 @@
 // Accelerations and multipliers, from sines and cosines on:
 //       486 operations  with full matrices, as the method is written down
 //       285 operations  by the function `dynamics` and one full system
-//       230 operations  by the kernel: 93 additions, 134 multiplications, 3 divisions
+//       232 operations  by the kernel: 95 additions, 134 multiplications, 3 divisions
 //
 // Left out:
 //     9 of the 27 entries of T: zero by structure
@@ -1114,8 +1114,8 @@ pub fn velocity_residual<R: Scalar>(
     position: &Position<R>,
     qd: &[R; 3],
 ) -> [R; 2] {
-    let [q1_dot, q2_dot, q3_dot] = *qd;
     let Position { close_y_residual, v2, v3, v4, v5, v6, .. } = *position;
+    let [q1_dot, q2_dot, q3_dot] = *qd;
     [
         -q1_dot.mul_add(close_y_residual, q2_dot.mul_add(v6, q3_dot * v5)),
         q1_dot.mul_add(v4, q2_dot.mul_add(v3, q3_dot * v2)),
@@ -1131,7 +1131,6 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 2],
 ) -> [R; 3] {
-    let [close_x_open, close_y_open] = *residuals;
     let Position {
         close_x_q3_share,
         inv_close_x,
@@ -1144,6 +1143,7 @@ pub fn correction<R: Scalar>(
         v3,
         ..
     } = *position;
+    let [close_x_open, close_y_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let q2_closing = close_x_open * inv_close_x;
@@ -1170,7 +1170,6 @@ pub fn accelerations<R: Scalar>(
     _angles: &Angles<R, 3>,
 ) -> ([R; 3], [R; 2]) {
     let k = &m.constants;
-    let [q1_dot, q2_dot, q3_dot] = *qd;
     let Position {
         close_x_q3_share,
         close_y_residual,
@@ -1207,6 +1206,7 @@ pub fn accelerations<R: Scalar>(
         v9,
         ..
     } = *position;
+    let [q1_dot, q2_dot, q3_dot] = *qd;
 
     // Convective terms of the loops: (C_q qd)_q qd.
     let q3_dot_sq = q3_dot * q3_dot;
@@ -1309,19 +1309,27 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 7 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position
-        .q2_per_q1_2
+pub fn growth_factor<R: Scalar>(_m: &FourBar<R>, position: &Position<R>) -> R {
+    let Position {
+        close_x_over_close_y_q3,
+        close_y_over_close_x_q2,
+        q2_per_q1_2,
+        q3_per_q1,
+        ..
+    } = *position;
+    q2_per_q1_2
         .abs()
-        .max(position.q3_per_q1.abs())
-        .max(position.close_y_over_close_x_q2.abs())
-        .max(position.close_x_over_close_y_q3.abs())
+        .max(q3_per_q1.abs())
+        .max(close_y_over_close_x_q2.abs())
+        .max(close_x_over_close_y_q3.abs())
 }
 
 impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 230;
+    const OPERATIONS: usize = 232;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 3] {
@@ -1350,7 +1358,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -1657,55 +1665,55 @@ pub static TAPE: qrm_core::Tape = {
         dynamics: TapeFunction {
             operations: &[
                 Add(6, 7), Add(8, 93), Mul(9, 9), Mul(10, 10), Add(95, 96), Mul(9, 10), Mul(57, 97), Mul(2, 98),
-                Add(99, 100), Add(10, 11), Mul(9, 102), Mul(10, 11), Add(103, 104), Mul(11, 11), Add(106, 97),
-                Mul(3, 105), Mul(58, 107), Add(108, 109), Mul(2, 97), Mul(62, 98), Add(111, 112), Mul(3, 107),
+                Add(99, 100), Add(10, 11), Mul(9, 102), Mul(10, 11), Add(103, 104), Mul(3, 105), Mul(11, 11),
+                Add(107, 97), Mul(58, 108), Add(106, 109), Mul(2, 97), Mul(62, 98), Add(111, 112), Mul(3, 108),
                 Mul(63, 105), Add(114, 115), Mul(36, 10), Mul(77, 11), Add(117, 118), Mul(36, 11), SinCos(6),
-                SinCos(93), SinCos(94), Mul(56, 122), Mul(56, 121), Mul(57, 124), Mul(1, 122), Mul(1, 121),
-                Mul(57, 123), Add(131, 132), Mul(58, 126), Mul(2, 124), Add(130, 135), Mul(58, 125), Mul(2, 123),
-                Add(131, 138), Add(137, 139), Add(130, 129), Add(134, 136), Mul(95, 130), Mul(95, 131), Mul(124, 113),
-                Add(143, 145), Mul(123, 113), Add(144, 147), Mul(3, 126), Mul(3, 125), Add(150, 139), Add(138, 137),
-                Mul(140, 152), Add(135, 134), Mul(142, 154), Add(153, 155), Mul(37, 156), Add(67, 157), Mul(68, 124),
-                Add(127, 159), Mul(124, 160), Mul(68, 123), Add(128, 162), Mul(123, 163), Add(161, 164), Mul(34, 165),
-                Add(158, 166), Add(127, 129), Mul(70, 126), Add(168, 169), Mul(126, 170), Add(128, 132), Mul(70, 125),
-                Add(172, 173), Mul(125, 174), Add(171, 175), Mul(35, 176), Add(69, 177), Mul(124, 126), Mul(123, 125),
-                Add(179, 180), Mul(77, 181), Add(76, 182), Mul(124, 125), Mul(123, 126), Mul(122, 122), Mul(121, 121),
-                Add(186, 187), Mul(66, 188), Add(64, 189), Mul(133, 133), Mul(141, 141), Add(191, 192), Mul(33, 193),
-                Add(190, 194), Mul(140, 140), Mul(142, 142), Add(196, 197), Mul(37, 198), Add(195, 199), Mul(36, 181),
-                Add(75, 201), Mul(124, 101), Add(203, 143), Mul(133, 204), Mul(123, 101), Add(206, 144), Mul(141, 207),
-                Mul(126, 110), Add(209, 146), Mul(140, 210), Mul(125, 110), Add(212, 148), Mul(142, 213), Mul(80, 123),
-                Mul(81, 125), Add(215, 216), Mul(122, 217), Mul(80, 124), Mul(81, 126), Add(219, 220), Mul(121, 221),
-                Mul(119, 184), Mul(119, 185), Mul(81, 121), Mul(77, 123), Add(225, 226), Mul(126, 227), Mul(81, 122),
-                Mul(77, 124), Add(229, 230), Mul(125, 231), Add(138, 150), Add(149, 136), Add(135, 149), Mul(126, 116),
-                Add(236, 146), Mul(125, 116), Add(238, 148), Sub(184, 185), Sub(205, 208), Sub(211, 214),
-                Sub(218, 222), Sub(223, 224), Sub(228, 232), Neg(151), Neg(233), Neg(150), Neg(237), Neg(239),
-                Mul(33, 241), Mul(37, 242), Add(251, 252), Mul(9, 243), Mul(120, 240), Mul(11, 244), Mul(9, 245),
-                Mul(240, 117), Mul(77, 240), Mul(259, 96), Neg(253), Sub(254, 255), Sub(257, 258), Mul(9, 262),
-                Mul(9, 263), Sub(264, 256), Neg(266), Sub(265, 260),
+                SinCos(93), SinCos(94), Mul(1, 122), Mul(1, 121), Mul(2, 124), Add(127, 129), Mul(2, 123),
+                Add(128, 131), Mul(56, 122), Mul(56, 121), Mul(57, 124), Mul(57, 123), Add(128, 136), Mul(58, 126),
+                Mul(58, 125), Add(139, 132), Add(127, 135), Add(131, 139), Add(138, 130), Add(129, 138), Mul(95, 127),
+                Mul(95, 128), Mul(124, 101), Add(147, 145), Mul(123, 101), Add(149, 146), Mul(126, 110), Mul(124, 113),
+                Add(145, 152), Add(151, 153), Mul(125, 110), Mul(123, 113), Add(146, 156), Add(155, 157), Mul(3, 125),
+                Add(159, 132), Mul(3, 126), Add(161, 130), Add(131, 159), Add(129, 161), Mul(126, 116), Add(165, 153),
+                Mul(125, 116), Add(167, 157), Mul(140, 142), Mul(143, 144), Add(169, 170), Mul(37, 171), Add(67, 172),
+                Mul(68, 124), Add(133, 174), Mul(124, 175), Mul(68, 123), Add(134, 177), Mul(123, 178), Add(176, 179),
+                Mul(34, 180), Add(173, 181), Add(133, 135), Mul(70, 126), Add(183, 184), Mul(126, 185), Add(134, 136),
+                Mul(70, 125), Add(187, 188), Mul(125, 189), Add(186, 190), Mul(35, 191), Add(69, 192), Mul(124, 126),
+                Mul(123, 125), Add(194, 195), Mul(77, 196), Add(76, 197), Mul(122, 122), Mul(121, 121), Add(199, 200),
+                Mul(66, 201), Add(64, 202), Mul(137, 137), Mul(141, 141), Add(204, 205), Mul(33, 206), Add(203, 207),
+                Mul(140, 140), Mul(143, 143), Add(209, 210), Mul(37, 211), Add(208, 212), Mul(36, 196), Add(75, 214),
+                Mul(124, 125), Mul(123, 126), Mul(137, 148), Mul(141, 150), Mul(140, 154), Mul(143, 158), Mul(80, 123),
+                Mul(81, 125), Add(222, 223), Mul(122, 224), Mul(80, 124), Mul(81, 126), Add(226, 227), Mul(121, 228),
+                Mul(119, 216), Mul(119, 217), Mul(81, 121), Mul(77, 123), Add(232, 233), Mul(126, 234), Mul(81, 122),
+                Mul(77, 124), Add(236, 237), Mul(125, 238), Neg(160), Neg(163), Neg(159), Neg(166), Neg(168),
+                Sub(216, 217), Sub(218, 219), Sub(220, 221), Sub(225, 229), Sub(230, 231), Sub(235, 239), Mul(33, 246),
+                Mul(37, 247), Add(251, 252), Mul(9, 248), Mul(120, 245), Mul(11, 249), Mul(9, 250), Mul(245, 117),
+                Mul(77, 245), Mul(259, 96), Neg(253), Sub(254, 255), Sub(257, 258), Mul(9, 262), Mul(9, 263),
+                Sub(264, 256), Neg(266), Sub(265, 260),
             ],
             results: &[
-                200, 167, 178, 167, 202, 183, 178, 183, 76, 261, 267, 268, 246, 247, 248, 234, 235, 149, 249, 250,
+                213, 182, 193, 182, 215, 198, 193, 198, 76, 261, 267, 268, 240, 241, 242, 162, 164, 161, 243, 244,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
                 Add(6, 7), Add(8, 93), SinCos(6), SinCos(93), SinCos(94), Mul(1, 96), Mul(1, 95), Mul(2, 98),
-                Add(101, 103), Mul(2, 97), Add(102, 105), Mul(3, 100), Mul(3, 99), Add(108, 106), Add(105, 108),
-                Add(107, 104), Add(103, 107), Add(0, 111), Neg(109), Neg(110), Neg(108),
+                Add(101, 103), Mul(2, 97), Add(102, 105), Mul(3, 99), Add(107, 106), Mul(3, 100), Add(109, 104),
+                Add(0, 110), Add(105, 107), Add(103, 109), Neg(108), Neg(112), Neg(107),
             ],
-            results: &[113, 109, 114, 115, 116, 111, 112, 107, 49, 49],
+            results: &[111, 108, 114, 115, 116, 110, 113, 109, 49, 49],
         },
         mass_matrix: TapeFunction {
             operations: &[
-                Add(6, 7), Add(8, 93), SinCos(6), SinCos(93), SinCos(94), Mul(56, 96), Mul(56, 95), Mul(57, 98),
-                Mul(1, 96), Mul(1, 95), Mul(57, 97), Add(105, 106), Mul(58, 100), Mul(2, 98), Add(104, 109),
-                Mul(58, 99), Mul(2, 97), Add(105, 112), Add(111, 113), Add(104, 103), Add(108, 110), Add(112, 111),
-                Mul(114, 117), Add(109, 108), Mul(116, 119), Add(118, 120), Mul(37, 121), Add(67, 122), Mul(68, 98),
-                Add(101, 124), Mul(98, 125), Mul(68, 97), Add(102, 127), Mul(97, 128), Add(126, 129), Mul(34, 130),
-                Add(123, 131), Add(101, 103), Mul(70, 100), Add(133, 134), Mul(100, 135), Add(102, 106), Mul(70, 99),
+                Add(6, 7), Add(8, 93), SinCos(6), SinCos(93), SinCos(94), Mul(1, 96), Mul(1, 95), Mul(2, 98),
+                Add(101, 103), Mul(2, 97), Add(102, 105), Mul(56, 96), Mul(56, 95), Mul(57, 98), Mul(57, 97),
+                Add(102, 110), Mul(58, 100), Mul(58, 99), Add(113, 106), Add(101, 109), Add(105, 113), Add(112, 104),
+                Add(103, 112), Mul(114, 116), Mul(117, 118), Add(119, 120), Mul(37, 121), Add(67, 122), Mul(68, 98),
+                Add(107, 124), Mul(98, 125), Mul(68, 97), Add(108, 127), Mul(97, 128), Add(126, 129), Mul(34, 130),
+                Add(123, 131), Add(107, 109), Mul(70, 100), Add(133, 134), Mul(100, 135), Add(108, 110), Mul(70, 99),
                 Add(137, 138), Mul(99, 139), Add(136, 140), Mul(35, 141), Add(69, 142), Mul(98, 100), Mul(97, 99),
                 Add(144, 145), Mul(77, 146), Add(76, 147), Mul(96, 96), Mul(95, 95), Add(149, 150), Mul(66, 151),
-                Add(64, 152), Mul(107, 107), Mul(115, 115), Add(154, 155), Mul(33, 156), Add(153, 157), Mul(114, 114),
-                Mul(116, 116), Add(159, 160), Mul(37, 161), Add(158, 162), Mul(36, 146), Add(75, 164),
+                Add(64, 152), Mul(111, 111), Mul(115, 115), Add(154, 155), Mul(33, 156), Add(153, 157), Mul(114, 114),
+                Mul(117, 117), Add(159, 160), Mul(37, 161), Add(158, 162), Mul(36, 146), Add(75, 164),
             ],
             results: &[163, 132, 143, 132, 165, 148, 143, 148, 76],
         },
@@ -1751,7 +1759,7 @@ pub static TAPE: qrm_core::Tape = {
             results: &[54, 55],
         },
         kernel: TapeKernel {
-            operations: 230,
+            operations: 232,
             has_angle: &[true, true, true],
             position: TapeFunction {
                 operations: &[
@@ -1761,18 +1769,18 @@ pub static TAPE: qrm_core::Tape = {
                     NegMulAdd(17, 18, 94), Mul(2, 112), Mul(22, 112), MulAdd(19, 112, 99), Mul(3, 115), Add(98, 116),
                     Add(97, 117), Mul(57, 112), Add(93, 119), Mul(58, 115), Add(98, 121), Add(97, 122), Mul(120, 120),
                     MulAdd(101, 101, 124), MulAdd(33, 125, 104), MulAdd(68, 112, 105), MulAdd(112, 127, 108),
-                    MulAdd(34, 128, 67), Mul(96, 115), Add(105, 119), MulAdd(70, 115, 109), Mul(115, 132),
+                    MulAdd(34, 128, 67), Mul(96, 115), MulAdd(70, 115, 109), Mul(115, 131), Add(105, 119),
                     Mul(62, 112), Mul(63, 115), Add(110, 135), Mul(17, 112), NegMulAdd(19, 96, 114), Sub(111, 137),
                     Mul(3, 138), Add(113, 140), Add(93, 141), Add(0, 142), Mul(58, 138), Add(113, 144), Add(93, 145),
                     Mul(146, 146), MulAdd(123, 123, 147), MulAdd(37, 148, 126), Mul(145, 146), MulAdd(122, 123, 150),
-                    MulAdd(37, 151, 129), MulAdd(112, 138, 130), MulAdd(36, 153, 75), MulAdd(70, 138, 131),
-                    MulAdd(138, 155, 133), MulAdd(35, 156, 69), MulAdd(77, 153, 76), Mul(63, 138), Add(134, 159),
+                    MulAdd(37, 151, 129), MulAdd(112, 138, 130), MulAdd(36, 153, 75), MulAdd(70, 138, 133),
+                    MulAdd(138, 155, 132), MulAdd(35, 156, 69), MulAdd(77, 153, 76), Mul(63, 138), Add(134, 159),
                     Recip(117), Mul(116, 161), Mul(118, 161), Mul(141, 161), NegMulAdd(141, 162, 140),
                     NegMulAdd(141, 163, 142), Recip(165), Abs(164), Mul(166, 167), Mul(116, 167),
                     NegMulAdd(162, 169, 163), NegMulAdd(157, 169, 149), NegMulAdd(152, 171, 172),
                     NegMulAdd(158, 169, 152), NegMulAdd(154, 171, 174), NegMulAdd(76, 169, 157),
                     NegMulAdd(158, 171, 176), NegMulAdd(171, 175, 173), NegMulAdd(169, 177, 178), Recip(179), Abs(171),
-                    Abs(169), Max(181, 182), Max(183, 168), Abs(170), Max(184, 185),
+                    Abs(169), Abs(170), Max(181, 182), Max(184, 168), Max(185, 183),
                 ],
                 results: &[186, 143, 118],
             },
@@ -1793,19 +1801,19 @@ pub static TAPE: qrm_core::Tape = {
             },
             accelerations: TapeFunction {
                 operations: &[
-                    Add(10, 11), Mul(11, 11), Mul(11, 116), Mul(11, 140), Mul(11, 159), MulAdd(10, 160, 209),
-                    MulAdd(9, 142, 210), MulAdd(10, 141, 209), Mul(206, 140), MulAdd(10, 212, 213),
-                    MulAdd(9, 211, 214), Mul(11, 135), MulAdd(10, 136, 216), MulAdd(9, 118, 217), MulAdd(10, 117, 216),
-                    Mul(206, 116), MulAdd(10, 219, 220), MulAdd(9, 218, 221), Mul(10, 134), MulAdd(205, 140, 223),
-                    MulAdd(9, 146, 224), MulAdd(10, 145, 208), Mul(206, 144), MulAdd(10, 226, 227),
-                    MulAdd(9, 225, 228), Mul(37, 229), Mul(10, 110), MulAdd(205, 116, 231), MulAdd(9, 123, 232),
-                    MulAdd(10, 122, 207), Mul(206, 121), MulAdd(10, 234, 235), MulAdd(9, 233, 236), Mul(37, 237),
-                    Mul(42, 9), MulAdd(92, 10, 239), Mul(240, 111), Mul(92, 9), Mul(242, 9), Mul(243, 139),
-                    MulAdd(122, 230, 244), Mul(121, 230), Mul(161, 215), MulAdd(141, 247, 222), Mul(248, 167),
-                    MulAdd(162, 249, 247), NegMulAdd(240, 137, 241), NegMulAdd(145, 238, 245),
-                    NegMulAdd(144, 238, 246), Mul(10, 251), NegMulAdd(123, 230, 254), MulAdd(146, 238, 255),
-                    MulAdd(253, 169, 256), MulAdd(252, 171, 257), MulAdd(250, 175, 258), NegMulAdd(249, 177, 259),
-                    Mul(260, 180), MulAdd(171, 261, 250), NegMulAdd(169, 261, 249), Neg(262),
+                    Add(10, 11), Mul(11, 11), Mul(11, 116), Mul(11, 140), Mul(11, 159), Mul(206, 140),
+                    MulAdd(10, 141, 209), MulAdd(10, 211, 210), MulAdd(10, 160, 209), MulAdd(9, 142, 213),
+                    MulAdd(9, 214, 212), Mul(11, 135), Mul(206, 116), MulAdd(10, 117, 216), MulAdd(10, 218, 217),
+                    MulAdd(10, 136, 216), MulAdd(9, 118, 220), MulAdd(9, 221, 219), Mul(206, 144),
+                    MulAdd(10, 145, 208), MulAdd(10, 224, 223), Mul(10, 134), MulAdd(205, 140, 226),
+                    MulAdd(9, 146, 227), MulAdd(9, 228, 225), Mul(37, 229), Mul(206, 121), MulAdd(10, 122, 207),
+                    MulAdd(10, 232, 231), Mul(10, 110), MulAdd(205, 116, 234), MulAdd(9, 123, 235),
+                    MulAdd(9, 236, 233), Mul(37, 237), Mul(42, 9), MulAdd(92, 10, 239), Mul(240, 111), Mul(92, 9),
+                    Mul(242, 9), Mul(243, 139), MulAdd(122, 230, 244), Mul(121, 230), Mul(161, 215),
+                    MulAdd(141, 247, 222), Mul(248, 167), MulAdd(162, 249, 247), NegMulAdd(240, 137, 241),
+                    NegMulAdd(145, 238, 245), NegMulAdd(144, 238, 246), Mul(10, 251), NegMulAdd(123, 230, 254),
+                    MulAdd(146, 238, 255), MulAdd(253, 169, 256), MulAdd(252, 171, 257), MulAdd(250, 175, 258),
+                    NegMulAdd(249, 177, 259), Mul(260, 180), MulAdd(171, 261, 250), NegMulAdd(169, 261, 249), Neg(262),
                 ],
                 results: &[261, 264, 263],
             },
@@ -1825,4 +1833,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 27d5639e106baaa3
+// Hash of this file and its derivation: 202990f57462f695

@@ -19,15 +19,15 @@
 //     loop_constraints     17 additions, 14 multiplications, 5 sine-cosine pairs
 //     position             26 additions, 53 multiplications, 5 divisions
 //     residuals            1 addition
-//     velocity_residual    10 additions, 10 multiplications
+//     velocity_residual    12 additions, 10 multiplications
 //     correction           17 additions, 19 multiplications
-//     accelerations        54 additions, 75 multiplications
+//     accelerations        56 additions, 75 multiplications
 //     outputs_at           1 addition, 2 multiplications
 //
 // Accelerations and multipliers, from sines and cosines on:
 //      1683 operations  with full matrices, as the method is written down
 //       682 operations  by the function `dynamics` and one full system
-//       189 operations  by the kernel: 65 additions, 119 multiplications, 5 divisions
+//       196 operations  by the kernel: 72 additions, 119 multiplications, 5 divisions
 //
 // Left out:
 //     56 of the 75 entries of T, 16 of the 25 entries of Mbar, 8 of the 20 entries of C_q: zero by structure
@@ -67,7 +67,7 @@ impl<R: Scalar> Parameters<R> {
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
         let l = replace("l").unwrap_or(R::from_f64(1.0));
         let m = replace("m").unwrap_or(R::from_f64(1.0));
-        let J = replace("J").unwrap_or(m * R::powi(l, 2) / R::from_f64(12.0));
+        let J = replace("J").unwrap_or(m * l.powi(2) / R::from_f64(12.0));
         let g = replace("g").unwrap_or(R::from_f64(9.81));
         let v0 = replace("v0").unwrap_or(R::from_f64(1.0));
         Self { l, m, J, g, v0 }
@@ -952,14 +952,13 @@ pub fn residuals<R: Scalar>(_m: &NFourBar2<R>, position: &Position<R>) -> [R; 4]
 
 /// `C_q qd`.
 ///
-/// Operations: 10 additions, 10 multiplications.
+/// Operations: 12 additions, 10 multiplications.
 #[inline(always)]
 pub fn velocity_residual<R: Scalar>(
     _m: &NFourBar2<R>,
     position: &Position<R>,
     qd: &[R; 5],
 ) -> [R; 4] {
-    let [a0_dot, a1_dot, a2_dot, b0_dot, b1_dot] = *qd;
     let Position {
         loop0_x_a0,
         loop0_x_a1,
@@ -973,6 +972,7 @@ pub fn velocity_residual<R: Scalar>(
         loop1_y_b1,
         ..
     } = *position;
+    let [a0_dot, a1_dot, a2_dot, b0_dot, b1_dot] = *qd;
     let v1_2 = a1_dot * loop0_x_a1;
     let v2_2 = a1_dot * loop0_y_a1;
     [
@@ -992,7 +992,6 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 4],
 ) -> [R; 5] {
-    let [loop0_x_open, loop0_y_open, loop1_x_open, loop1_y_open] = *residuals;
     let Position {
         a1_per_a0,
         a2_per_a0_2,
@@ -1015,6 +1014,7 @@ pub fn correction<R: Scalar>(
         momentum_b1_a0,
         ..
     } = *position;
+    let [loop0_x_open, loop0_y_open, loop1_x_open, loop1_y_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let b0_closing = loop0_y_open * inv_loop0_y;
@@ -1044,7 +1044,7 @@ pub fn correction<R: Scalar>(
 
 /// `qdd`, and the multipliers.
 ///
-/// Operations: 54 additions, 75 multiplications.
+/// Operations: 56 additions, 75 multiplications.
 #[inline(always)]
 pub fn accelerations<R: Scalar>(
     m: &NFourBar2<R>,
@@ -1056,9 +1056,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 5], [R; 4]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [a0_dot, a1_dot, a2_dot, b0_dot, b1_dot] = *qd;
-    let [sin_a0, sin_a1, sin_a2, sin_b0, sin_b1] = angles.sin;
-    let [cos_a0, cos_a1, cos_a2, cos_b0, cos_b1] = angles.cos;
     let Position {
         a1_per_a0,
         a2_per_a0_2,
@@ -1086,6 +1083,9 @@ pub fn accelerations<R: Scalar>(
         v3,
         ..
     } = *position;
+    let [a0_dot, a1_dot, a2_dot, b0_dot, b1_dot] = *qd;
+    let [sin_a0, sin_a1, sin_a2, sin_b0, sin_b1] = angles.sin;
+    let [cos_a0, cos_a1, cos_a2, cos_b0, cos_b1] = angles.cos;
 
     // Convective terms of the loops: (C_q qd)_q qd.
     let a0_dot_sq = a0_dot * a0_dot;
@@ -1220,30 +1220,43 @@ pub fn outputs_at<R: Scalar>(
     _multipliers: &[R; 4],
     _angles: &Angles<R, 5>,
 ) -> [R; 4] {
-    let [a0_dot, _, _, _, _] = *qd;
     let Position { loop0_x_a0, loop0_y_a0, .. } = *position;
+    let [a0_dot, _, _, _, _] = *qd;
     [loop0_y_a0, loop0_x_a0, -(a0_dot * loop0_x_a0), a0_dot * loop0_y_a0]
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 17 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position
-        .a1_per_a0
+pub fn growth_factor<R: Scalar>(_m: &NFourBar2<R>, position: &Position<R>) -> R {
+    let Position {
+        a1_per_a0,
+        a2_per_a0_2,
+        b0_per_a0_2,
+        b1_per_a0,
+        loop0_x_over_loop0_y_b0,
+        loop0_y_over_loop0_x_a1,
+        loop1_x_over_loop0_x_a1,
+        loop1_x_over_loop1_y_b1,
+        loop1_y_over_loop1_x_a2,
+        ..
+    } = *position;
+    a1_per_a0
         .abs()
-        .max(position.a2_per_a0_2.abs())
-        .max(position.b0_per_a0_2.abs())
-        .max(position.b1_per_a0.abs())
-        .max(position.loop0_x_over_loop0_y_b0.abs())
-        .max(position.loop0_y_over_loop0_x_a1.abs())
-        .max(position.loop1_x_over_loop0_x_a1.abs())
-        .max(position.loop1_y_over_loop1_x_a2.abs())
-        .max(position.loop1_x_over_loop1_y_b1.abs())
+        .max(a2_per_a0_2.abs())
+        .max(b0_per_a0_2.abs())
+        .max(b1_per_a0.abs())
+        .max(loop0_x_over_loop0_y_b0.abs())
+        .max(loop0_y_over_loop0_x_a1.abs())
+        .max(loop1_x_over_loop0_x_a1.abs())
+        .max(loop1_y_over_loop1_x_a2.abs())
+        .max(loop1_x_over_loop1_y_b1.abs())
 }
 
 impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 189;
+    const OPERATIONS: usize = 196;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 5] {
@@ -1272,7 +1285,7 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -1352,8 +1365,8 @@ impl<R: Scalar> Equations<R, 5, 4> for NFourBar2<R> {
                 R::pi() / R::from_f64(2.0),
                 R::pi() / R::from_f64(2.0),
                 R::pi() / R::from_f64(2.0),
-                R::from_f64(0.0),
-                R::from_f64(0.0),
+                R::zero(),
+                R::zero(),
             ],
             given: [true, false, false, false, false],
             qd: [-p.v0 / p.l, R::zero(), R::zero(), R::zero(), R::zero()],
@@ -1626,40 +1639,40 @@ pub static TAPE: qrm_core::Tape = {
             Mul(0, 1), Mul(0, 39), Mul(3, 39), Number(1.0), Number(2.0), Number(0.5), Number(1.25), Number(0.25),
             Number(1.5), Number(0.125), Number(0.625), Number(0.0), Pi, Div(51, 43), Number(0.001), Number(10.0),
             Mul(44, 2), Mul(45, 40), Add(2, 56), Mul(44, 40), Mul(46, 40), Add(2, 59), Mul(47, 41), Mul(44, 41),
-            Mul(48, 40), Add(55, 63), Mul(49, 40), Add(55, 65), Neg(4), Neg(41), Div(67, 0),
+            Mul(48, 40), Add(55, 63), Mul(49, 40), Add(55, 65), Neg(41), Neg(4), Div(68, 0),
         ],
         dynamics: TapeFunction {
             operations: &[
                 Mul(11, 11), Mul(12, 12), Mul(13, 13), Mul(14, 14), Mul(15, 15), SinCos(6), SinCos(7), SinCos(8),
                 SinCos(9), SinCos(10), Mul(0, 76), Mul(0, 75), Mul(0, 77), Mul(0, 78), Mul(76, 70), Mul(75, 70),
-                Mul(78, 71), Mul(77, 71), Mul(82, 73), Mul(81, 73), Mul(84, 74), Mul(83, 74), Mul(0, 79), Mul(76, 82),
-                Mul(75, 81), Add(98, 99), Mul(58, 100), Mul(78, 84), Mul(77, 83), Add(102, 103), Mul(58, 104),
-                Mul(58, 94), Mul(58, 75), Mul(107, 93), Mul(58, 96), Mul(58, 77), Mul(110, 95), Mul(62, 80),
-                Mul(58, 90), Mul(58, 81), Mul(114, 89), Mul(58, 92), Mul(58, 83), Mul(117, 91), Mul(0, 81), Mul(0, 82),
-                Mul(0, 83), Mul(0, 80), Mul(0, 84), Mul(80, 72), Mul(79, 72), Sub(61, 106), Sub(61, 109), Neg(112),
-                Sub(62, 113), Sub(62, 116), Neg(86), Neg(119), Neg(88), Neg(87), Neg(121), Neg(122), Sub(89, 91),
-                Sub(90, 92), Sub(91, 124), Sub(92, 125), Mul(76, 126), Add(141, 108), Mul(78, 127), Add(143, 111),
-                Mul(82, 129), Add(145, 115), Mul(84, 130), Add(147, 118), Add(137, 93), Mul(0, 149), Add(138, 94),
-                Mul(0, 151), Add(139, 95), Mul(0, 153), Add(140, 96), Mul(0, 155), Neg(142), Neg(144), Neg(146),
+                Mul(78, 71), Mul(77, 71), Mul(82, 73), Mul(81, 73), Mul(84, 74), Mul(83, 74), Mul(0, 79), Mul(0, 81),
+                Mul(0, 82), Mul(0, 83), Mul(0, 80), Mul(0, 84), Mul(80, 72), Mul(79, 72), Mul(76, 82), Mul(75, 81),
+                Add(105, 106), Mul(58, 107), Mul(78, 84), Mul(77, 83), Add(109, 110), Mul(58, 111), Mul(58, 94),
+                Mul(58, 75), Mul(114, 93), Mul(58, 96), Mul(58, 77), Mul(117, 95), Mul(58, 90), Mul(58, 81),
+                Mul(120, 89), Mul(58, 92), Mul(58, 83), Mul(123, 91), Mul(62, 80), Neg(86), Neg(87), Neg(98), Neg(88),
+                Neg(100), Neg(101), Sub(89, 91), Sub(90, 92), Sub(91, 103), Sub(92, 104), Sub(61, 113), Sub(61, 116),
+                Sub(62, 119), Sub(62, 122), Neg(125), Add(132, 93), Mul(0, 141), Add(133, 94), Mul(0, 143),
+                Add(134, 95), Mul(0, 145), Add(135, 96), Mul(0, 147), Mul(76, 136), Add(149, 115), Mul(78, 137),
+                Add(151, 118), Mul(82, 138), Add(153, 121), Mul(84, 139), Add(155, 124), Neg(142), Neg(144), Neg(146),
                 Neg(148), Neg(150), Neg(152), Neg(154), Neg(156),
             ],
             results: &[
-                57, 50, 50, 101, 50, 50, 57, 50, 50, 105, 50, 50, 60, 50, 50, 101, 50, 50, 60, 50, 50, 105, 50, 50, 60,
-                157, 158, 128, 159, 160, 131, 87, 50, 132, 50, 85, 133, 50, 120, 50, 50, 134, 97, 50, 135, 50, 88, 136,
-                50, 123, 161, 162, 163, 164,
+                57, 50, 50, 108, 50, 50, 57, 50, 50, 112, 50, 50, 60, 50, 50, 108, 50, 50, 60, 50, 50, 112, 50, 50, 60,
+                161, 162, 140, 163, 164, 126, 87, 50, 128, 50, 85, 129, 50, 99, 50, 50, 127, 97, 50, 130, 50, 88, 131,
+                50, 102, 157, 158, 159, 160,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(6), SinCos(7), SinCos(8), SinCos(9), SinCos(10), Mul(0, 71), Mul(0, 70), Mul(0, 72), Mul(0, 73),
-                Mul(0, 74), Mul(0, 76), Mul(0, 77), Mul(0, 78), Mul(0, 75), Mul(0, 79), Add(71, 77), Add(42, 73),
-                Neg(81), Neg(85), Neg(83), Neg(82), Neg(87), Neg(88), Sub(90, 91), Sub(70, 72), Sub(42, 73),
-                Sub(72, 74), Mul(0, 98), Add(99, 76), Mul(0, 103), Add(100, 75), Add(101, 78), Mul(0, 106),
+                SinCos(6), SinCos(7), SinCos(8), SinCos(9), SinCos(10), Mul(0, 71), Mul(0, 70), Add(42, 73),
+                Mul(0, 72), Mul(0, 73), Add(71, 77), Mul(0, 74), Mul(0, 76), Mul(0, 77), Mul(0, 78), Mul(0, 75),
+                Mul(0, 79), Neg(81), Neg(83), Sub(85, 82), Sub(70, 72), Sub(42, 73), Sub(72, 74), Neg(87), Neg(84),
+                Neg(89), Neg(90), Mul(0, 94), Add(95, 76), Mul(0, 103), Add(96, 75), Add(97, 78), Mul(0, 106),
                 Sub(105, 79), Mul(0, 108), Neg(109),
             ],
             results: &[
-                102, 104, 110, 107, 92, 82, 50, 93, 50, 80, 94, 50, 86, 50, 50, 95, 84, 50, 96, 50, 83, 97, 50, 89, 50,
-                50, 50, 50,
+                102, 104, 110, 107, 92, 83, 50, 98, 50, 80, 99, 50, 88, 50, 50, 93, 86, 50, 100, 50, 84, 101, 50, 91,
+                50, 50, 50, 50,
             ],
         },
         mass_matrix: TapeFunction {
@@ -1710,7 +1723,7 @@ pub static TAPE: qrm_core::Tape = {
             results: &[53, 54],
         },
         kernel: TapeKernel {
-            operations: 189,
+            operations: 196,
             has_angle: &[true, true, true, true, true],
             position: TapeFunction {
                 operations: &[
@@ -1725,7 +1738,7 @@ pub static TAPE: qrm_core::Tape = {
                     Mul(57, 118), Mul(85, 118), Abs(118), Abs(121), Abs(122), Abs(123), NegMulAdd(78, 119, 120),
                     NegMulAdd(103, 118, 105), NegMulAdd(82, 131, 57), NegMulAdd(60, 131, 82), NegMulAdd(131, 133, 132),
                     Neg(117), Mul(114, 130), NegMulAdd(104, 136, 119), NegMulAdd(85, 136, 124),
-                    NegMulAdd(60, 136, 125), Abs(137), Max(126, 140), Abs(131), Max(141, 142), Abs(136), Max(143, 144),
+                    NegMulAdd(60, 136, 125), Abs(137), Abs(131), Abs(136), Max(126, 140), Max(143, 141), Max(144, 142),
                     Max(145, 115), Max(146, 127), Max(147, 128), Max(148, 116), Max(149, 129), Mul(60, 137),
                     MulAdd(118, 138, 134), NegMulAdd(136, 139, 152), MulAdd(137, 151, 153), Recip(154),
                 ],
@@ -1753,10 +1766,10 @@ pub static TAPE: qrm_core::Tape = {
                 operations: &[
                     Mul(11, 11), Mul(12, 12), Mul(13, 13), Mul(14, 14), Mul(15, 15), Mul(30, 193), Mul(31, 194),
                     Mul(33, 196), Mul(25, 193), Mul(26, 194), Mul(28, 196), Mul(34, 197), Add(199, 204), Mul(29, 197),
-                    Add(202, 206), MulAdd(58, 203, 68), Mul(58, 25), Mul(209, 200), MulAdd(58, 206, 68), Mul(58, 26),
-                    Mul(212, 204), Mul(58, 28), Mul(214, 198), Mul(58, 29), Mul(216, 199), Sub(198, 199),
-                    Sub(201, 202), NegMulAdd(32, 195, 205), NegMulAdd(27, 195, 207), NegMulAdd(30, 208, 210),
-                    NegMulAdd(31, 211, 213), NegMulAdd(58, 201, 62), NegMulAdd(58, 202, 62), Add(218, 200),
+                    Add(202, 206), Mul(58, 25), Mul(208, 200), MulAdd(58, 203, 67), Mul(58, 26), Mul(211, 204),
+                    MulAdd(58, 206, 67), Mul(58, 28), Mul(214, 198), Mul(58, 29), Mul(216, 199), Sub(198, 199),
+                    Sub(201, 202), NegMulAdd(32, 195, 205), NegMulAdd(27, 195, 207), NegMulAdd(30, 210, 209),
+                    NegMulAdd(31, 213, 212), NegMulAdd(58, 201, 62), NegMulAdd(58, 202, 62), Add(218, 200),
                     Mul(0, 226), Add(219, 203), Mul(0, 228), Mul(0, 220), Mul(0, 221), Add(87, 222), Add(88, 223),
                     MulAdd(33, 224, 215), MulAdd(34, 225, 217), Mul(229, 101), MulAdd(72, 236, 227), Mul(237, 113),
                     MulAdd(71, 238, 230), Mul(102, 239), MulAdd(103, 238, 236), MulAdd(233, 118, 232),
@@ -1786,4 +1799,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 451a6f877be9fa2f
+// Hash of this file and its derivation: 228084187fae9def

@@ -17,17 +17,17 @@
 //     outputs              12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     dynamics             21 additions, 49 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     loop_constraints     6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     position             17 additions, 40 multiplications, 4 divisions, 1 root
+//     position             17 additions, 39 multiplications, 4 divisions, 1 root
 //     residuals            no operations
 //     velocity_residual    3 additions, 4 multiplications
 //     correction           6 additions, 8 multiplications
 //     accelerations        21 additions, 40 multiplications
-//     outputs_at           7 additions, 16 multiplications
+//     outputs_at           7 additions, 14 multiplications
 //
 // Accelerations and multipliers, from sines and cosines on:
 //       482 operations  with full matrices, as the method is written down
 //       187 operations  by the function `dynamics` and one full system
-//       107 operations  by the kernel: 30 additions, 72 multiplications, 4 divisions, 1 root
+//       108 operations  by the kernel: 31 additions, 72 multiplications, 4 divisions, 1 root
 //
 // Left out:
 //     J3 and all it multiplies: exactly zero in the scene
@@ -852,7 +852,7 @@ pub struct Position<R> {
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 17 additions, 40 multiplications, 4 divisions, 1 root.
+/// Operations: 17 additions, 39 multiplications, 4 divisions, 1 root.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &QuickReturn<R>,
@@ -911,7 +911,7 @@ pub fn position<R: Scalar>(
     let inv_inertia_phi2 = inertia_phi2.recip();
     let c_x = guide_phi4 + guide_phi5;
     let v3 = k.o4b_bg5_m5 * sin_phi4.neg_mul_add(cos_phi5, cos_phi4 * sin_phi5);
-    let v4 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v2, p.O2A * cos_phi2 * sin_phi4))
+    let v4 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v2, a_x * sin_phi4))
         .neg_mul_add(inv_r, sin_phi4);
     Position {
         a_x,
@@ -961,8 +961,8 @@ pub fn velocity_residual<R: Scalar>(
     position: &Position<R>,
     qd: &[R; 3],
 ) -> [R; 2] {
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     let Position { guide_phi4, guide_phi5, slot_phi2, slot_phi4, .. } = *position;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     [
         -phi4_dot.neg_mul_add(slot_phi4, phi2_dot * slot_phi2),
         phi5_dot.mul_add(guide_phi5, phi4_dot * guide_phi4),
@@ -978,7 +978,6 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 2],
 ) -> [R; 3] {
-    let [slot_open, guide_open] = *residuals;
     let Position {
         guide_phi4,
         inv_guide,
@@ -990,6 +989,7 @@ pub fn correction<R: Scalar>(
         phi5_per_phi2,
         ..
     } = *position;
+    let [slot_open, guide_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let phi4_closing = slot_open * inv_slot;
@@ -1016,9 +1016,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 3], [R; 2]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
-    let [sin_phi2, sin_phi4, _] = angles.sin;
-    let [_, cos_phi4, _] = angles.cos;
     let Position {
         a_x,
         b_y,
@@ -1041,6 +1038,9 @@ pub fn accelerations<R: Scalar>(
         v3,
         ..
     } = *position;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let [sin_phi2, sin_phi4, _] = angles.sin;
+    let [_, cos_phi4, _] = angles.cos;
 
     // Rates of the lengths.
     let r_dot = phi2_dot * r_phi2;
@@ -1100,7 +1100,7 @@ pub fn accelerations<R: Scalar>(
 
 /// What the scene asks for, at a position that is known.
 ///
-/// Operations: 7 additions, 16 multiplications.
+/// Operations: 7 additions, 14 multiplications.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn outputs_at<R: Scalar>(
@@ -1115,15 +1115,15 @@ pub fn outputs_at<R: Scalar>(
 ) -> [R; 6] {
     let p = &m.parameters;
     let k = &m.constants;
+    let Position { b_y, c_x, inv_r, v1, v4, .. } = *position;
     let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     let [_, phi4_ddot, phi5_ddot] = *qdd;
     let [lambda_slot, lambda_guide] = *multipliers;
     let [_, sin_phi4, sin_phi5] = angles.sin;
     let [cos_phi2, cos_phi4, cos_phi5] = angles.cos;
-    let Position { c_x, inv_r, v4, .. } = *position;
     [
         c_x,
-        -(p.BC * sin_phi5).mul_add(phi5_dot, p.O4B * sin_phi4 * phi4_dot),
+        -v1.mul_add(phi5_dot, b_y * phi4_dot),
         -p
             .BC
             .mul_add(
@@ -1137,18 +1137,17 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 5 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position
-        .phi4_per_phi2
-        .abs()
-        .max(position.phi5_per_phi2.abs())
-        .max(position.guide_over_slot_phi4.abs())
+pub fn growth_factor<R: Scalar>(_m: &QuickReturn<R>, position: &Position<R>) -> R {
+    let Position { guide_over_slot_phi4, phi4_per_phi2, phi5_per_phi2, .. } = *position;
+    phi4_per_phi2.abs().max(phi5_per_phi2.abs()).max(guide_over_slot_phi4.abs())
 }
 
 impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 107;
+    const OPERATIONS: usize = 108;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 3] {
@@ -1177,7 +1176,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -1223,7 +1222,8 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
 
     #[inline(always)]
     fn event(&self, _t: R, q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
-        Some(R::abs(q[0]) - R::from_f64(4.0) * R::pi())
+        let [phi2, _, _] = *q;
+        Some(phi2.abs() - R::from_f64(4.0) * R::pi())
     }
 
     #[inline(always)]
@@ -1265,7 +1265,7 @@ impl<R: Scalar> Equations<R, 3, 2> for QuickReturn<R> {
     fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
         Start {
-            q: [R::from_f64(0.0), R::from_f64(1.0), R::from_f64(2.6)],
+            q: [R::zero(), R::from_f64(1.0), R::from_f64(2.6)],
             given: [true, false, false],
             qd: [p.w0, R::zero(), R::zero()],
             given_rates: [true, false, false],
@@ -1613,63 +1613,63 @@ pub static TAPE: qrm_core::Tape = {
             Mul(0, 0), Mul(3, 3), Mul(0, 3), Mul(7, 36), Add(11, 39), Mul(1, 1), Mul(9, 41), Add(12, 42), Mul(4, 4),
             Mul(44, 8), Add(43, 45), Mul(10, 41), Mul(5, 9), Mul(2, 10), Mul(5, 48), Add(13, 50), Mul(2, 49),
             Add(36, 37), Mul(36, 37), Mul(1, 48), Add(49, 48), Mul(1, 56), Mul(1, 14), Mul(2, 14), Number(0.5),
-            Number(4.0), Number(2.0), Number(10.0), Pi, Number(0.0), Number(1.0), Number(2.6), Number(0.001),
+            Number(4.0), Number(2.0), Number(10.0), Pi, Number(1.0), Number(0.0), Number(2.6), Number(0.001),
             Mul(62, 38), Mul(60, 47), Mul(46, 60), Mul(51, 60), Mul(60, 52), Mul(40, 60), Mul(61, 64),
         ],
         dynamics: TapeFunction {
             operations: &[
-                Mul(21, 21), Mul(22, 22), Mul(38, 20), SinCos(17), SinCos(18), SinCos(19), Mul(1, 82), Mul(1, 81),
-                Mul(82, 76), Mul(84, 77), Mul(69, 79), Add(53, 89), Mul(55, 82), Mul(84, 91), Mul(57, 83), Mul(81, 93),
-                Add(92, 94), Mul(47, 81), Mul(96, 81), Add(46, 97), Mul(83, 83), Mul(52, 99), Add(51, 100),
-                Mul(47, 87), Add(58, 102), Mul(57, 88), Add(103, 104), Mul(81, 105), Mul(83, 77), Mul(107, 91),
-                Mul(57, 87), Add(59, 109), Mul(52, 88), Add(110, 111), Mul(83, 112), Mul(55, 81), Mul(114, 84),
-                Mul(115, 76), Mul(0, 79), Mul(38, 80), Mul(2, 84), Mul(81, 21), Mul(76, 86), Mul(2, 83), Mul(77, 122),
-                Add(121, 123), Sub(106, 108), Neg(125), Sub(113, 116), Neg(127), Neg(124), Sqrt(90), Recip(130),
-                Mul(82, 131), Mul(118, 132), Add(117, 133), Mul(81, 130), Mul(54, 131), Mul(136, 132), Mul(80, 131),
-                Mul(137, 138), Mul(69, 131), Mul(140, 120), Mul(79, 132), Mul(142, 78), Mul(130, 87), Neg(134),
-                Sub(0, 139), Mul(20, 146), Sub(147, 141), Mul(80, 148), Sub(149, 143), Mul(20, 150), Sub(151, 144),
-                Neg(152),
+                Mul(21, 21), Mul(22, 22), Mul(38, 20), SinCos(17), SinCos(18), SinCos(19), Mul(0, 79), Mul(1, 82),
+                Mul(1, 81), Mul(2, 84), Mul(2, 83), Mul(82, 76), Mul(84, 77), Mul(76, 87), Mul(69, 79), Add(53, 93),
+                Mul(38, 80), Mul(81, 21), Mul(55, 82), Mul(84, 97), Mul(57, 83), Mul(81, 99), Add(98, 100),
+                Mul(47, 81), Mul(102, 81), Add(46, 103), Mul(83, 83), Mul(52, 105), Add(51, 106), Mul(47, 90),
+                Add(58, 108), Mul(57, 91), Add(109, 110), Mul(81, 111), Mul(83, 77), Mul(113, 97), Mul(57, 90),
+                Add(59, 115), Mul(52, 91), Add(116, 117), Mul(83, 118), Mul(55, 81), Mul(120, 84), Mul(121, 76),
+                Mul(77, 89), Add(92, 123), Sub(112, 114), Neg(125), Sub(119, 122), Neg(127), Neg(124), Sqrt(94),
+                Recip(130), Mul(81, 130), Mul(82, 131), Mul(54, 131), Mul(134, 133), Mul(80, 131), Mul(135, 136),
+                Mul(69, 131), Mul(138, 96), Mul(79, 133), Mul(140, 78), Mul(130, 90), Mul(95, 133), Add(85, 143),
+                Sub(0, 137), Neg(144), Mul(20, 145), Sub(147, 139), Mul(80, 148), Sub(149, 141), Mul(20, 150),
+                Sub(151, 142), Neg(152),
             ],
-            results: &[40, 65, 65, 65, 98, 95, 65, 95, 101, 65, 126, 128, 145, 135, 65, 65, 85, 119, 153, 129],
+            results: &[40, 66, 66, 66, 104, 101, 66, 101, 107, 66, 126, 128, 146, 132, 66, 66, 86, 88, 153, 129],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(17), SinCos(18), SinCos(19), Mul(1, 79), Mul(1, 78), Mul(69, 76), Add(53, 84), Mul(0, 76),
-                Mul(38, 77), Mul(2, 81), Mul(2, 80), Mul(0, 77), Add(83, 89), Sub(91, 6), Sqrt(85), Div(79, 93),
-                Mul(78, 93), Mul(79, 93), Mul(87, 94), Add(86, 97), Sub(90, 96), Neg(98),
+                SinCos(17), SinCos(18), SinCos(19), Mul(0, 77), Mul(0, 76), Mul(1, 79), Mul(1, 78), Mul(2, 81),
+                Mul(2, 80), Mul(69, 76), Add(53, 88), Mul(38, 77), Add(85, 87), Sub(91, 6), Sqrt(89), Div(79, 93),
+                Mul(79, 93), Mul(90, 94), Add(83, 96), Mul(78, 93), Sub(82, 95), Neg(97),
             ],
-            results: &[99, 92, 100, 95, 65, 65, 82, 88, 65, 65],
+            results: &[99, 92, 100, 98, 66, 66, 84, 86, 66, 66],
         },
         mass_matrix: TapeFunction {
             operations: &[
                 SinCos(18), SinCos(19), Mul(55, 77), Mul(79, 80), Mul(57, 78), Mul(76, 82), Add(81, 83), Mul(47, 76),
                 Mul(85, 76), Add(46, 86), Mul(78, 78), Mul(52, 88), Add(51, 89),
             ],
-            results: &[40, 65, 65, 65, 87, 84, 65, 84, 90],
+            results: &[40, 66, 66, 66, 87, 84, 66, 84, 90],
         },
         energy: TapeFunction {
             operations: &[
-                Mul(22, 22), Mul(71, 21), Mul(20, 20), Mul(74, 78), SinCos(18), SinCos(19), Mul(1, 81), Mul(55, 81),
-                Mul(83, 85), Mul(57, 82), Mul(82, 82), Mul(2, 83), Mul(80, 21), Add(84, 89), Mul(70, 90), Mul(22, 87),
-                Add(92, 93), Mul(80, 94), Mul(22, 86), Add(95, 96), Add(97, 77), Mul(21, 98), Mul(73, 88),
-                Add(72, 100), Mul(101, 76), Add(99, 102), Add(103, 79), Mul(14, 91), Neg(105),
+                Mul(20, 20), Mul(22, 22), Mul(71, 21), Mul(74, 76), SinCos(18), SinCos(19), Mul(1, 81), Mul(2, 83),
+                Add(84, 85), Mul(80, 21), Mul(55, 81), Mul(83, 88), Mul(57, 82), Mul(82, 82), Mul(70, 87), Mul(22, 90),
+                Add(92, 93), Mul(80, 94), Mul(22, 89), Add(95, 96), Add(97, 78), Mul(21, 98), Mul(73, 91),
+                Add(72, 100), Mul(101, 77), Add(99, 102), Add(103, 79), Mul(14, 86), Neg(105),
             ],
             results: &[104, 106],
         },
         power: TapeFunction {
             operations: &[],
-            results: &[65],
+            results: &[66],
         },
         outputs: TapeFunction {
             operations: &[
-                Mul(21, 21), Mul(22, 22), Mul(38, 20), SinCos(17), SinCos(18), SinCos(19), Mul(1, 82), Mul(1, 81),
-                Mul(82, 76), Mul(84, 77), Mul(69, 79), Add(53, 89), Mul(0, 79), Mul(2, 84), Mul(2, 83), Mul(0, 80),
-                Add(85, 92), Add(3, 91), Mul(21, 86), Mul(22, 93), Add(97, 98), Mul(81, 24), Add(87, 100), Mul(1, 101),
-                Mul(83, 25), Add(88, 103), Mul(2, 104), Add(102, 105), Mul(81, 94), Mul(96, 82), Neg(99), Neg(106),
-                Sub(107, 108), Neg(27), Sqrt(90), Recip(113), Mul(82, 114), Mul(80, 114), Mul(116, 78), Mul(111, 115),
-                Sub(81, 118), Mul(26, 119),
+                Mul(21, 21), Mul(22, 22), Mul(38, 20), SinCos(17), SinCos(18), SinCos(19), Mul(0, 80), Mul(0, 79),
+                Add(3, 86), Mul(1, 82), Mul(1, 81), Mul(2, 84), Add(88, 90), Mul(2, 83), Mul(82, 76), Mul(84, 77),
+                Mul(69, 79), Add(53, 95), Mul(21, 89), Mul(22, 92), Add(97, 98), Mul(81, 24), Add(93, 100),
+                Mul(1, 101), Mul(83, 25), Add(94, 103), Mul(2, 104), Add(102, 105), Mul(81, 85), Mul(87, 82), Neg(99),
+                Neg(106), Sub(107, 108), Neg(27), Sqrt(96), Recip(113), Mul(82, 114), Mul(80, 114), Mul(116, 78),
+                Mul(111, 115), Sub(81, 118), Mul(26, 119),
             ],
-            results: &[95, 109, 110, 117, 120, 112],
+            results: &[91, 109, 110, 117, 120, 112],
         },
         linearization: None,
         event: Some(TapeFunction {
@@ -1687,7 +1687,7 @@ pub static TAPE: qrm_core::Tape = {
         },
         start: TapeFunction {
             operations: &[],
-            results: &[65, 66, 67, 15, 65, 65],
+            results: &[66, 65, 67, 15, 66, 66],
         },
         given: &[true, false, false, true, false, false],
         schedule: TapeFunction {
@@ -1695,19 +1695,19 @@ pub static TAPE: qrm_core::Tape = {
             results: &[68, 63],
         },
         kernel: TapeKernel {
-            operations: 107,
+            operations: 108,
             has_angle: &[true, true, true],
             position: TapeFunction {
                 operations: &[
                     MulAdd(69, 28, 53), Mul(38, 31), Mul(0, 31), Mul(1, 29), Mul(2, 30), Mul(0, 28), Mul(1, 32),
-                    Mul(2, 33), Mul(47, 29), MulAdd(84, 29, 46), Mul(57, 29), Mul(55, 32), Mul(87, 33),
-                    MulAdd(86, 30, 88), Mul(52, 30), MulAdd(90, 30, 51), Add(82, 83), Mul(32, 30), Add(3, 81),
-                    Mul(78, 29), Sqrt(76), Recip(76), Recip(29), Recip(83), NegMulAdd(32, 96, 78), Sub(79, 6),
-                    NegMulAdd(29, 33, 93), NegMulAdd(32, 94, 95), Mul(97, 96), Mul(77, 104), Add(101, 80),
+                    Mul(2, 33), Mul(47, 29), MulAdd(84, 29, 46), Mul(55, 32), Mul(86, 33), Mul(57, 29),
+                    MulAdd(88, 30, 87), Mul(52, 30), MulAdd(90, 30, 51), Add(82, 83), Mul(32, 30), Mul(78, 29),
+                    Add(3, 81), Sqrt(76), Recip(76), Recip(29), Recip(83), NegMulAdd(32, 96, 78), Sub(79, 6),
+                    NegMulAdd(29, 33, 93), NegMulAdd(32, 95, 94), Mul(97, 96), Mul(77, 104), Add(101, 80),
                     MulAdd(32, 105, 81), Mul(29, 96), Mul(98, 104), Mul(109, 107), Mul(82, 99), Mul(111, 110),
                     Mul(82, 109), Mul(85, 110), Mul(89, 110), Mul(55, 102), Mul(32, 103), NegMulAdd(89, 112, 114),
-                    NegMulAdd(91, 112, 115), NegMulAdd(117, 104, 29), Abs(110), Abs(112), Max(121, 122), Abs(113),
-                    Max(123, 124), MulAdd(110, 118, 40), NegMulAdd(112, 119, 126), Recip(127),
+                    NegMulAdd(91, 112, 115), NegMulAdd(117, 104, 29), Abs(110), Abs(112), Abs(113), Max(121, 122),
+                    Max(124, 123), MulAdd(110, 118, 40), NegMulAdd(112, 119, 126), Recip(127),
                 ],
                 results: &[125, 100, 106],
             },
@@ -1724,11 +1724,11 @@ pub static TAPE: qrm_core::Tape = {
             },
             accelerations: TapeFunction {
                 operations: &[
-                    Mul(21, 21), Mul(22, 22), Mul(20, 20), Mul(20, 105), Mul(38, 28), Mul(148, 146),
-                    MulAdd(147, 147, 149), Mul(104, 150), MulAdd(144, 96, 151), Mul(62, 29), Mul(153, 21),
-                    Mul(78, 146), Mul(144, 79), MulAdd(80, 145, 156), Mul(144, 82), MulAdd(145, 83, 158),
-                    MulAdd(10, 159, 14), Mul(145, 116), Mul(144, 116), MulAdd(80, 160, 162), NegMulAdd(154, 147, 155),
-                    NegMulAdd(32, 152, 164), NegMulAdd(79, 160, 161), Mul(109, 165), Mul(166, 110),
+                    Mul(20, 20), Mul(21, 21), Mul(22, 22), Mul(20, 105), Mul(38, 28), Mul(148, 144),
+                    MulAdd(147, 147, 149), Mul(104, 150), Mul(78, 144), Mul(62, 29), Mul(153, 21),
+                    MulAdd(145, 96, 151), Mul(145, 79), MulAdd(80, 146, 156), Mul(145, 82), MulAdd(146, 83, 158),
+                    MulAdd(10, 159, 14), Mul(146, 116), Mul(145, 116), MulAdd(80, 160, 162), NegMulAdd(154, 147, 152),
+                    NegMulAdd(32, 155, 164), NegMulAdd(79, 160, 161), Mul(109, 165), Mul(166, 110),
                     MulAdd(163, 112, 168), NegMulAdd(82, 167, 157), NegMulAdd(118, 167, 169), Mul(99, 170),
                     NegMulAdd(119, 172, 171), Mul(128, 173), MulAdd(110, 174, 167), NegMulAdd(112, 174, 172),
                 ],
@@ -1743,8 +1743,8 @@ pub static TAPE: qrm_core::Tape = {
             },
             outputs: TapeFunction {
                 operations: &[
-                    Mul(79, 21), MulAdd(80, 22, 185), Mul(33, 22), Mul(30, 25), MulAdd(187, 22, 188), Mul(32, 21),
-                    Mul(29, 24), MulAdd(190, 21, 191), Mul(1, 192), MulAdd(2, 189, 193), Mul(77, 20), Mul(195, 104),
+                    Mul(79, 21), MulAdd(80, 22, 185), Mul(29, 24), Mul(32, 21), MulAdd(188, 21, 187), Mul(1, 189),
+                    Mul(30, 25), Mul(33, 22), MulAdd(192, 22, 191), MulAdd(2, 193, 190), Mul(77, 20), Mul(195, 104),
                     Mul(26, 120), Neg(27), Neg(186), Neg(194),
                 ],
                 results: &[92, 199, 200, 196, 197, 198],
@@ -1753,4 +1753,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: a8a110326b1d3dec
+// Hash of this file and its derivation: 93a987e157b6afa8

@@ -19,17 +19,17 @@
 //     dynamics             21 additions, 48 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     loop_constraints     8 additions, 12 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     linearization        53 additions, 114 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     position             14 additions, 34 multiplications, 3 divisions, 1 root
+//     position             14 additions, 33 multiplications, 3 divisions, 1 root
 //     residuals            no operations
 //     velocity_residual    4 additions, 4 multiplications
 //     correction           5 additions, 4 multiplications
 //     accelerations        16 additions, 34 multiplications
-//     outputs_at           4 additions, 5 multiplications
+//     outputs_at           4 additions, 3 multiplications
 //
 // Accelerations and multipliers, from sines and cosines on:
 //       557 operations  with full matrices, as the method is written down
 //       262 operations  by the function `dynamics` and one full system
-//        84 operations  by the kernel: 21 additions, 59 multiplications, 3 divisions, 1 root
+//        85 operations  by the kernel: 22 additions, 59 multiplications, 3 divisions, 1 root
 //
 // Left out:
 //     y of body `ram`: is constant
@@ -1074,7 +1074,7 @@ pub struct Position<R> {
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 14 additions, 34 multiplications, 3 divisions, 1 root.
+/// Operations: 14 additions, 33 multiplications, 3 divisions, 1 root.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &QuickReturnDriven<R>,
@@ -1124,7 +1124,7 @@ pub fn position<R: Scalar>(
     let guide_over_slot_phi4 = guide_phi4 * inv_slot;
     let c_x = guide_phi4 + guide_phi5;
     let v3 = k.o4b_bg5_m5 * sin_phi4.neg_mul_add(cos_phi5, cos_phi4 * sin_phi5);
-    let v4 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v2, p.O2A * cos_phi2 * sin_phi4))
+    let v4 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v2, a_x * sin_phi4))
         .neg_mul_add(inv_r, sin_phi4);
     Position {
         a_x,
@@ -1176,8 +1176,8 @@ pub fn velocity_residual<R: Scalar>(
     qd: &[R; 3],
 ) -> [R; 3] {
     let p = &m.parameters;
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     let Position { guide_phi4, guide_phi5, slot_phi2, slot_phi4, .. } = *position;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     [
         -phi4_dot.neg_mul_add(slot_phi4, phi2_dot * slot_phi2),
         phi5_dot.mul_add(guide_phi5, phi4_dot * guide_phi4),
@@ -1194,8 +1194,8 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 3],
 ) -> [R; 3] {
-    let [slot_open, guide_open, drive_open] = *residuals;
     let Position { guide_phi4_share, inv_guide, inv_slot, slot_phi2_share, .. } = *position;
+    let [slot_open, guide_open, drive_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let phi4_closing = drive_open.mul_add(slot_phi2_share, slot_open * inv_slot);
@@ -1218,9 +1218,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 3], [R; 3]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
-    let [sin_phi2, sin_phi4, _] = angles.sin;
-    let [_, cos_phi4, _] = angles.cos;
     let Position {
         a_x,
         b_y,
@@ -1240,6 +1237,9 @@ pub fn accelerations<R: Scalar>(
         v3,
         ..
     } = *position;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let [sin_phi2, sin_phi4, _] = angles.sin;
+    let [_, cos_phi4, _] = angles.cos;
 
     // Rates of the lengths.
     let r_dot = phi2_dot * r_phi2;
@@ -1289,42 +1289,43 @@ pub fn accelerations<R: Scalar>(
 
 /// What the scene asks for, at a position that is known.
 ///
-/// Operations: 4 additions, 5 multiplications.
+/// Operations: 4 additions, 3 multiplications.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn outputs_at<R: Scalar>(
-    m: &QuickReturnDriven<R>,
+    _m: &QuickReturnDriven<R>,
     position: &Position<R>,
     _t: R,
     _q: &[R; 3],
     qd: &[R; 3],
     _qdd: &[R; 3],
     multipliers: &[R; 3],
-    angles: &Angles<R, 3>,
+    _angles: &Angles<R, 3>,
 ) -> [R; 5] {
-    let p = &m.parameters;
+    let Position { b_y, c_x, v1, v4, .. } = *position;
     let [_, phi4_dot, phi5_dot] = *qd;
     let [lambda_slot, lambda_guide, lambda_drive] = *multipliers;
-    let [_, sin_phi4, sin_phi5] = angles.sin;
-    let Position { c_x, v4, .. } = *position;
     [
         -lambda_drive,
         c_x,
-        -(p.BC * sin_phi5).mul_add(phi5_dot, p.O4B * sin_phi4 * phi4_dot),
+        -v1.mul_add(phi5_dot, b_y * phi4_dot),
         lambda_slot * v4,
         -lambda_guide,
     ]
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 3 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position.guide_over_slot_phi4.abs().max(position.slot_phi2.abs())
+pub fn growth_factor<R: Scalar>(_m: &QuickReturnDriven<R>, position: &Position<R>) -> R {
+    let Position { guide_over_slot_phi4, slot_phi2, .. } = *position;
+    guide_over_slot_phi4.abs().max(slot_phi2.abs())
 }
 
 impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 84;
+    const OPERATIONS: usize = 85;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 3] {
@@ -1353,7 +1354,7 @@ impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -1439,7 +1440,7 @@ impl<R: Scalar> Equations<R, 3, 3> for QuickReturnDriven<R> {
 
     fn start(&self) -> Start<R, 3> {
         Start {
-            q: [R::from_f64(0.0), R::from_f64(1.0), R::from_f64(2.6)],
+            q: [R::zero(), R::from_f64(1.0), R::from_f64(2.6)],
             given: [false, false, false],
             qd: [R::zero(), R::zero(), R::zero()],
             given_rates: [false, false, false],
@@ -1793,52 +1794,52 @@ pub static TAPE: qrm_core::Tape = {
             Mul(0, 0), Mul(3, 3), Mul(0, 3), Mul(38, 39), Mul(7, 38), Add(11, 42), Mul(1, 1), Mul(9, 44), Add(12, 45),
             Mul(4, 4), Mul(47, 8), Add(46, 48), Mul(10, 44), Mul(5, 9), Mul(2, 10), Add(52, 51), Mul(5, 51),
             Add(13, 54), Mul(2, 52), Add(38, 39), Mul(1, 51), Mul(1, 53), Mul(1, 14), Mul(2, 14), Mul(1, 10),
-            Number(0.5), Number(2.0), Pi, Number(3.0), Number(0.0), Number(1.0), Number(2.6), Number(0.001),
+            Number(0.5), Number(2.0), Pi, Number(3.0), Number(1.0), Number(0.0), Number(2.6), Number(0.001),
             Mul(1, 64), Mul(66, 41), Mul(64, 40), Mul(63, 50), Mul(49, 63), Mul(55, 63), Mul(63, 56), Mul(43, 63),
             Mul(62, 71), Mul(64, 56), Mul(71, 51), Mul(53, 71), Mul(40, 72), Mul(64, 41), Mul(0, 64), Mul(2, 64),
             Mul(64, 65), Neg(15), Div(87, 15),
         ],
         dynamics: TapeFunction {
             operations: &[
-                Mul(21, 21), Mul(22, 22), SinCos(17), SinCos(18), SinCos(19), Mul(1, 95), Mul(95, 90), Mul(94, 90),
-                Mul(97, 91), Mul(73, 92), Add(57, 102), Mul(58, 97), Mul(95, 104), Mul(59, 94), Mul(106, 96),
-                Add(105, 107), Mul(50, 94), Mul(109, 94), Add(49, 110), Mul(96, 96), Mul(56, 112), Add(55, 113),
-                Mul(50, 99), Add(60, 115), Mul(59, 101), Add(116, 117), Mul(94, 118), Mul(95, 96), Mul(58, 120),
-                Mul(91, 121), Mul(59, 99), Add(61, 123), Mul(56, 101), Add(124, 125), Mul(96, 126), Mul(100, 104),
-                Mul(0, 92), Mul(2, 97), Mul(94, 21), Mul(73, 131), Mul(92, 20), Mul(1, 100), Mul(96, 91), Mul(2, 135),
-                Add(134, 136), Sub(119, 122), Neg(138), Sub(127, 128), Neg(140), Neg(137), Sqrt(103), Recip(143),
-                Mul(93, 144), Mul(95, 144), Mul(40, 145), Mul(95, 147), Add(129, 148), Mul(94, 143), Mul(144, 145),
-                Mul(41, 151), Mul(146, 152), Mul(144, 132), Mul(146, 133), Mul(40, 155), Mul(143, 99), Neg(149),
-                Sub(0, 153), Mul(20, 159), Sub(160, 154), Mul(93, 161), Sub(162, 156), Mul(20, 163), Sub(164, 157),
-                Neg(165),
+                Mul(21, 21), Mul(22, 22), SinCos(17), SinCos(18), SinCos(19), Mul(0, 92), Mul(1, 95), Mul(2, 97),
+                Mul(95, 90), Mul(94, 90), Mul(97, 91), Mul(1, 102), Mul(96, 91), Mul(73, 92), Add(57, 106),
+                Mul(94, 21), Mul(73, 108), Mul(92, 20), Mul(58, 97), Mul(95, 111), Mul(59, 94), Mul(113, 96),
+                Add(112, 114), Mul(50, 94), Mul(116, 94), Add(49, 117), Mul(96, 96), Mul(56, 119), Add(55, 120),
+                Mul(50, 101), Add(60, 122), Mul(59, 103), Add(123, 124), Mul(94, 125), Mul(95, 96), Mul(58, 127),
+                Mul(91, 128), Mul(59, 101), Add(61, 130), Mul(56, 103), Add(131, 132), Mul(96, 133), Mul(102, 111),
+                Mul(2, 105), Add(104, 136), Sub(126, 129), Neg(138), Sub(134, 135), Neg(140), Neg(137), Sqrt(107),
+                Recip(143), Mul(94, 143), Mul(95, 144), Mul(93, 144), Mul(144, 147), Mul(41, 148), Mul(146, 149),
+                Mul(144, 109), Mul(146, 110), Mul(40, 152), Mul(143, 101), Mul(40, 147), Mul(95, 155), Add(98, 156),
+                Sub(0, 150), Neg(157), Mul(20, 158), Sub(160, 151), Mul(93, 161), Sub(162, 153), Mul(20, 163),
+                Sub(164, 154), Neg(165),
             ],
             results: &[
-                43, 67, 67, 67, 111, 108, 67, 108, 114, 67, 139, 141, 158, 150, 67, 67, 98, 130, 68, 67, 67, 166, 142,
-                67,
+                43, 68, 68, 68, 118, 115, 68, 115, 121, 68, 139, 141, 159, 145, 68, 68, 99, 100, 67, 68, 68, 166, 142,
+                68,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                Mul(15, 16), SinCos(17), SinCos(18), SinCos(19), Mul(1, 94), Mul(73, 91), Add(57, 98), Mul(0, 91),
-                Mul(2, 96), Mul(0, 92), Mul(1, 93), Mul(2, 95), Add(103, 104), Sub(105, 6), Sub(17, 90), Sqrt(99),
-                Div(92, 108), Mul(93, 108), Mul(94, 108), Mul(40, 109), Mul(94, 112), Add(100, 113), Sub(102, 111),
-                Neg(114),
+                Mul(15, 16), SinCos(17), SinCos(18), SinCos(19), Mul(0, 92), Mul(0, 91), Mul(1, 94), Mul(1, 93),
+                Mul(2, 96), Mul(2, 95), Mul(73, 91), Add(57, 103), Add(100, 102), Sub(17, 90), Sub(105, 6), Sqrt(104),
+                Div(92, 108), Mul(94, 108), Mul(40, 109), Mul(94, 111), Add(98, 112), Mul(93, 108), Sub(97, 110),
+                Neg(113),
             ],
-            results: &[115, 106, 107, 116, 110, 67, 67, 97, 101, 68, 67, 67, 67, 67, 88],
+            results: &[115, 107, 106, 116, 114, 68, 68, 99, 101, 67, 68, 68, 68, 68, 88],
         },
         mass_matrix: TapeFunction {
             operations: &[
                 SinCos(18), SinCos(19), Mul(58, 93), Mul(91, 94), Mul(59, 90), Mul(96, 92), Add(95, 97), Mul(50, 90),
                 Mul(99, 90), Add(49, 100), Mul(92, 92), Mul(56, 102), Add(55, 103),
             ],
-            results: &[43, 67, 67, 67, 101, 98, 67, 98, 104],
+            results: &[43, 68, 68, 68, 101, 98, 68, 98, 104],
         },
         energy: TapeFunction {
             operations: &[
-                Mul(22, 22), Mul(75, 21), Mul(20, 20), Mul(78, 92), SinCos(18), SinCos(19), Mul(1, 95), Mul(58, 97),
-                Mul(95, 99), Mul(96, 96), Mul(2, 97), Mul(94, 21), Add(98, 102), Mul(74, 103), Mul(96, 22),
-                Mul(59, 106), Add(105, 107), Mul(94, 108), Mul(22, 100), Add(109, 110), Add(111, 91), Mul(21, 112),
-                Mul(77, 101), Add(76, 114), Mul(115, 90), Add(113, 116), Add(117, 93), Mul(14, 104), Neg(119),
+                Mul(20, 20), Mul(22, 22), Mul(75, 21), Mul(78, 90), SinCos(18), SinCos(19), Mul(1, 95), Mul(2, 97),
+                Add(98, 99), Mul(94, 21), Mul(58, 97), Mul(95, 102), Mul(96, 96), Mul(74, 101), Mul(96, 22),
+                Mul(59, 106), Add(105, 107), Mul(94, 108), Mul(22, 103), Add(109, 110), Add(111, 92), Mul(21, 112),
+                Mul(77, 104), Add(76, 114), Mul(115, 91), Add(113, 116), Add(117, 93), Mul(14, 100), Neg(119),
             ],
             results: &[118, 120],
         },
@@ -1848,44 +1849,44 @@ pub static TAPE: qrm_core::Tape = {
         },
         outputs: TapeFunction {
             operations: &[
-                SinCos(17), SinCos(18), SinCos(19), Mul(1, 93), Mul(73, 90), Add(57, 97), Mul(0, 90), Mul(2, 95),
-                Mul(92, 21), Mul(0, 91), Add(96, 100), Mul(94, 22), Add(3, 99), Mul(1, 101), Mul(2, 104),
-                Add(106, 107), Mul(92, 102), Mul(105, 93), Neg(28), Neg(108), Sub(109, 110), Neg(27), Sqrt(98),
+                SinCos(17), SinCos(18), SinCos(19), Mul(0, 91), Mul(0, 90), Add(3, 97), Mul(1, 93), Mul(2, 95),
+                Add(99, 100), Mul(73, 90), Add(57, 102), Mul(92, 21), Mul(94, 22), Mul(1, 104), Mul(2, 105),
+                Add(106, 107), Mul(92, 96), Mul(98, 93), Neg(28), Neg(108), Sub(109, 110), Neg(27), Sqrt(103),
                 Div(93, 115), Mul(113, 116), Sub(92, 117), Mul(26, 118),
             ],
-            results: &[111, 103, 112, 119, 114],
+            results: &[111, 101, 112, 119, 114],
         },
         linearization: Some(TapeFunction {
             operations: &[
-                Mul(21, 21), Mul(22, 22), Mul(20, 20), Mul(1, 27), Mul(50, 90), Mul(2, 27), Mul(56, 91), Mul(40, 90),
-                Mul(40, 24), Mul(40, 23), Mul(64, 21), SinCos(17), SinCos(18), SinCos(19), Mul(104, 90), Mul(103, 90),
-                Mul(106, 91), Mul(73, 101), Add(57, 110), Mul(58, 106), Mul(104, 112), Mul(59, 103), Mul(114, 105),
-                Add(113, 115), Mul(104, 105), Mul(58, 117), Mul(0, 101), Mul(103, 21), Mul(73, 120), Mul(101, 20),
-                Mul(105, 91), Mul(105, 22), Mul(40, 101), Mul(103, 26), Mul(105, 25), Add(109, 127), Mul(103, 24),
-                Mul(106, 25), Mul(103, 106), Add(107, 129), Mul(59, 128), Add(60, 133), Mul(79, 129), Add(134, 135),
-                Mul(79, 108), Mul(116, 91), Mul(59, 131), Mul(116, 90), Mul(59, 117), Mul(58, 131), Mul(104, 24),
-                Mul(59, 132), Add(61, 144), Mul(106, 145), Mul(79, 104), Mul(147, 120), Mul(81, 117), Mul(82, 131),
-                Mul(82, 117), Mul(81, 131), Mul(80, 106), Mul(153, 124), Mul(92, 119), Mul(72, 101), Mul(122, 121),
-                Mul(92, 125), Mul(1, 132), Mul(2, 128), Mul(73, 103), Mul(71, 120), Mul(86, 124), Sub(130, 123),
-                Sub(118, 139), Sub(141, 142), Sub(143, 108), Sub(149, 150), Sub(151, 152), Neg(159), Neg(160),
-                Neg(162), Neg(163), Mul(58, 164), Add(174, 137), Add(175, 93), Mul(103, 176), Mul(25, 165),
-                Add(138, 178), Mul(24, 166), Mul(58, 167), Mul(80, 164), Mul(22, 168), Mul(21, 169), Neg(179),
-                Sub(140, 180), Neg(186), Sub(181, 182), Neg(183), Add(188, 95), Mul(105, 190), Sub(191, 146),
-                Sub(192, 96), Neg(193), Sqrt(111), Recip(195), Mul(102, 196), Mul(104, 196), Mul(40, 197),
-                Mul(196, 197), Mul(41, 200), Mul(198, 201), Mul(196, 121), Mul(198, 122), Mul(104, 195), Mul(198, 125),
-                Mul(126, 199), Mul(20, 197), Mul(21, 208), Mul(195, 26), Add(136, 210), Mul(104, 211), Mul(196, 196),
-                Mul(83, 197), Mul(214, 197), Add(215, 156), Mul(213, 216), Mul(84, 196), Mul(218, 209), Mul(92, 201),
-                Mul(195, 90), Mul(73, 209), Mul(195, 24), Add(222, 223), Mul(104, 224), Mul(84, 198), Mul(226, 200),
-                Mul(73, 204), Mul(161, 208), Mul(100, 205), Add(229, 230), Sub(0, 202), Sub(212, 177), Sub(40, 217),
-                Sub(219, 98), Sub(220, 99), Sub(85, 227), Mul(102, 232), Add(233, 94), Mul(234, 92), Add(240, 97),
+                Mul(20, 20), Mul(21, 21), Mul(22, 22), Mul(1, 27), Mul(50, 91), Mul(2, 27), Mul(56, 92), Mul(40, 91),
+                Mul(40, 24), Mul(40, 23), Mul(64, 21), SinCos(17), SinCos(18), SinCos(19), Mul(0, 101), Mul(104, 91),
+                Mul(103, 91), Mul(106, 92), Mul(90, 107), Mul(105, 92), Mul(73, 101), Add(57, 113), Mul(103, 21),
+                Mul(73, 115), Mul(101, 20), Mul(58, 106), Mul(104, 118), Mul(59, 103), Mul(120, 105), Add(119, 121),
+                Mul(104, 105), Mul(58, 123), Mul(105, 22), Mul(40, 101), Mul(103, 26), Mul(105, 25), Add(110, 128),
+                Mul(103, 24), Mul(106, 25), Mul(103, 106), Add(108, 130), Mul(59, 129), Add(60, 134), Mul(79, 130),
+                Add(135, 136), Mul(79, 109), Mul(122, 92), Mul(59, 132), Mul(122, 91), Mul(59, 123), Mul(58, 132),
+                Mul(104, 24), Mul(59, 133), Add(61, 145), Mul(106, 146), Mul(79, 104), Mul(148, 115), Mul(81, 123),
+                Mul(82, 132), Mul(82, 123), Mul(81, 132), Mul(80, 106), Mul(154, 125), Mul(72, 101), Mul(117, 116),
+                Mul(90, 126), Mul(1, 133), Mul(2, 129), Mul(73, 103), Mul(71, 115), Mul(86, 125), Sub(131, 112),
+                Sub(124, 140), Sub(142, 143), Sub(144, 109), Sub(150, 151), Sub(152, 153), Neg(159), Neg(160),
+                Neg(162), Neg(163), Mul(58, 164), Add(174, 138), Add(175, 93), Mul(103, 176), Mul(25, 165),
+                Add(139, 178), Mul(24, 166), Mul(58, 167), Mul(80, 164), Mul(22, 168), Mul(21, 169), Neg(179),
+                Sub(141, 180), Neg(186), Sub(181, 182), Neg(183), Add(188, 95), Mul(105, 190), Sub(191, 147),
+                Sub(192, 96), Neg(193), Sqrt(114), Recip(195), Mul(104, 195), Mul(104, 196), Mul(102, 196),
+                Mul(196, 199), Mul(41, 200), Mul(198, 201), Mul(196, 116), Mul(198, 117), Mul(40, 199), Mul(198, 126),
+                Mul(127, 205), Mul(20, 199), Mul(21, 208), Mul(195, 26), Add(137, 210), Mul(104, 211), Mul(196, 196),
+                Mul(83, 199), Mul(214, 199), Add(215, 156), Mul(213, 216), Mul(84, 196), Mul(218, 209), Mul(90, 201),
+                Mul(195, 91), Mul(73, 209), Mul(195, 24), Add(222, 223), Mul(104, 224), Mul(84, 198), Mul(226, 200),
+                Mul(73, 204), Mul(161, 208), Mul(100, 197), Add(229, 230), Sub(0, 202), Sub(212, 177), Sub(40, 217),
+                Sub(219, 98), Sub(220, 99), Sub(85, 227), Mul(102, 232), Add(233, 94), Mul(234, 90), Add(240, 97),
                 Mul(104, 241), Mul(103, 235), Mul(102, 236), Add(244, 158), Mul(196, 245), Add(246, 221),
                 Mul(103, 247), Mul(20, 237), Sub(238, 206), Sub(242, 243), Sub(248, 225), Neg(252), Sub(203, 249),
                 Mul(26, 250), Mul(102, 251), Mul(250, 23), Mul(102, 254), Add(258, 228), Neg(255), Sub(256, 157),
-                Mul(196, 261), Add(155, 262), Sub(263, 257),
+                Mul(196, 261), Add(111, 262), Sub(263, 257),
             ],
             results: &[
-                260, 207, 67, 207, 239, 185, 67, 187, 194, 67, 67, 67, 67, 148, 189, 67, 184, 154, 264, 253, 67, 67,
-                170, 171, 67, 67, 67, 259, 231, 67, 67, 172, 173, 67, 67, 67, 67, 67, 67, 67, 67, 67,
+                260, 207, 68, 207, 239, 185, 68, 187, 194, 68, 68, 68, 68, 149, 189, 68, 184, 155, 264, 253, 68, 68,
+                170, 171, 68, 68, 68, 259, 231, 68, 68, 172, 173, 68, 68, 68, 68, 68, 68, 68, 68, 68,
             ],
         }),
         event: None,
@@ -1900,7 +1901,7 @@ pub static TAPE: qrm_core::Tape = {
         },
         start: TapeFunction {
             operations: &[],
-            results: &[67, 68, 69, 67, 67, 67],
+            results: &[68, 67, 69, 68, 68, 68],
         },
         given: &[false, false, false, false, false, false],
         schedule: TapeFunction {
@@ -1908,14 +1909,14 @@ pub static TAPE: qrm_core::Tape = {
             results: &[70, 89],
         },
         kernel: TapeKernel {
-            operations: 84,
+            operations: 85,
             has_angle: &[true, true, true],
             position: TapeFunction {
                 operations: &[
                     MulAdd(73, 29, 57), Mul(40, 32), Mul(0, 32), Mul(1, 30), Mul(2, 31), Mul(0, 29), Mul(1, 33),
-                    Mul(2, 34), Mul(50, 30), MulAdd(98, 30, 49), Mul(59, 30), Mul(58, 33), Mul(101, 34),
-                    MulAdd(100, 31, 102), Mul(56, 31), MulAdd(104, 31, 55), Add(96, 97), Mul(33, 31), Add(3, 95),
-                    Mul(92, 30), Sub(93, 6), NegMulAdd(15, 16, 17), NegMulAdd(30, 34, 107), NegMulAdd(33, 108, 109),
+                    Mul(2, 34), Mul(50, 30), MulAdd(98, 30, 49), Mul(58, 33), Mul(100, 34), Mul(59, 30),
+                    MulAdd(102, 31, 101), Mul(56, 31), MulAdd(104, 31, 55), Add(96, 97), Mul(33, 31), Mul(92, 30),
+                    Add(3, 95), Sub(93, 6), NegMulAdd(15, 16, 17), NegMulAdd(30, 34, 107), NegMulAdd(33, 109, 108),
                     Sqrt(90), Recip(90), Recip(97), Recip(30), Mul(115, 114), Mul(91, 118), Add(110, 94),
                     MulAdd(33, 119, 95), Mul(30, 114), Mul(96, 116), Mul(117, 118), Mul(124, 121), Mul(96, 124),
                     Mul(58, 112), Mul(33, 113), NegMulAdd(33, 114, 92), NegMulAdd(128, 118, 30), Abs(126), Abs(121),
@@ -1938,16 +1939,16 @@ pub static TAPE: qrm_core::Tape = {
             },
             accelerations: TapeFunction {
                 operations: &[
-                    Mul(21, 21), Mul(22, 22), Mul(20, 20), Mul(20, 119), Mul(40, 29), Mul(151, 149),
-                    MulAdd(150, 150, 152), Mul(118, 153), MulAdd(147, 114, 154), Mul(64, 30), Mul(156, 21),
-                    Mul(92, 149), Mul(147, 93), MulAdd(94, 148, 159), Mul(160, 116), NegMulAdd(157, 150, 158),
-                    NegMulAdd(33, 155, 162), Mul(124, 163), NegMulAdd(123, 164, 161),
+                    Mul(20, 20), Mul(21, 21), Mul(22, 22), Mul(20, 119), Mul(40, 29), Mul(151, 147),
+                    MulAdd(150, 150, 152), Mul(118, 153), Mul(92, 147), Mul(64, 30), Mul(156, 21),
+                    MulAdd(148, 114, 154), Mul(148, 93), MulAdd(94, 149, 159), Mul(160, 116), NegMulAdd(157, 150, 155),
+                    NegMulAdd(33, 158, 162), Mul(124, 163), NegMulAdd(123, 164, 161),
                 ],
-                results: &[67, 164, 165],
+                results: &[68, 164, 165],
             },
             multipliers: TapeFunction {
                 operations: &[
-                    Mul(147, 96), MulAdd(148, 97, 166), MulAdd(10, 167, 14), Mul(148, 127), Mul(147, 127),
+                    Mul(148, 96), MulAdd(149, 97, 166), MulAdd(10, 167, 14), Mul(149, 127), Mul(148, 127),
                     MulAdd(94, 168, 170), MulAdd(103, 164, 171), MulAdd(105, 165, 172), Mul(116, 173),
                     NegMulAdd(93, 168, 169), NegMulAdd(99, 164, 175), NegMulAdd(103, 165, 176), Neg(174),
                     MulAdd(123, 173, 177), Mul(125, 179), Mul(124, 179),
@@ -1962,4 +1963,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 382b0cd7e6099b22
+// Hash of this file and its derivation: c324d015eb6626a1

@@ -18,18 +18,18 @@
 //     dynamics             33 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     loop_constraints     6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     linearization        78 additions, 145 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     position             19 additions, 41 multiplications, 4 divisions, 1 root
+//     position             19 additions, 40 multiplications, 4 divisions, 1 root
 //     residuals            no operations
 //     velocity_residual    3 additions, 4 multiplications
 //     correction           6 additions, 8 multiplications
 //     accelerations        31 additions, 50 multiplications
-//     outputs_at           7 additions, 16 multiplications
-//     inverse_dynamics     35 additions, 62 multiplications, 3 divisions, 1 root
+//     outputs_at           7 additions, 14 multiplications
+//     inverse_dynamics     35 additions, 62 multiplications, 3 divisions, 1 root, 3 sine-cosine pairs
 //
 // Accelerations and multipliers, from sines and cosines on:
 //       510 operations  with full matrices, as the method is written down
 //       210 operations  by the function `dynamics` and one full system
-//       129 operations  by the kernel: 41 additions, 83 multiplications, 4 divisions, 1 root
+//       131 operations  by the kernel: 43 additions, 83 multiplications, 4 divisions, 1 root
 //
 // Left out:
 //     y of body `ram`: is constant
@@ -114,21 +114,20 @@ impl<R: Scalar> Parameters<R> {
         let m5 = replace("m5").unwrap_or(R::from_f64(4.0));
         let m6 = replace("m6").unwrap_or(R::from_f64(2.0));
         let J2 = replace("J2").unwrap_or(R::from_f64(100.0));
-        let J3 = replace("J3").unwrap_or(R::from_f64(0.0));
+        let J3 = replace("J3").unwrap_or(R::zero());
         let J4 = replace("J4").unwrap_or(R::from_f64(10.0));
         let J5 = replace("J5").unwrap_or(R::from_f64(6.0));
         let F6 = replace("F6").unwrap_or(R::from_f64(1000.0));
-        let T2 = replace("T2").unwrap_or(R::from_f64(0.0));
-        let g = replace("g").unwrap_or(R::from_f64(0.0));
-        let k = replace("k").unwrap_or(R::from_f64(0.0));
-        let cd = replace("cd").unwrap_or(R::from_f64(0.0));
+        let T2 = replace("T2").unwrap_or(R::zero());
+        let g = replace("g").unwrap_or(R::zero());
+        let k = replace("k").unwrap_or(R::zero());
+        let cd = replace("cd").unwrap_or(R::zero());
         let w0 = replace("w0")
             .unwrap_or(R::from_f64(150.0) * R::pi() / R::from_f64(60.0));
-        let OA0 = replace("OA0").unwrap_or(R::sqrt(R::powi(O2A, 2) + R::powi(O4O2, 2)));
+        let OA0 = replace("OA0").unwrap_or((O2A.powi(2) + O4O2.powi(2)).sqrt());
         let x6_0 = replace("x6_0")
             .unwrap_or(
-                O4B * O2A / OA0
-                    - R::sqrt(R::powi(BC, 2) - R::powi(yC - O4B * O4O2 / OA0, 2)),
+                O4B * O2A / OA0 - (BC.powi(2) - (yC - O4B * O4O2 / OA0).powi(2)).sqrt(),
             );
         Self {
             O2A,
@@ -432,7 +431,7 @@ impl<R: Scalar> Constants<R> {
             twice_bc: p.BC * R::from_f64(2.0),
             bc_sq_m6_2: p.BC * bc_m6,
             o2a_m3_g_2: p.O2A * p.m3 * p.g,
-            o4b_m5_g: p.O4B * p.m5 * p.g,
+            o4b_m5_g: o4b_m5 * p.g,
         }
     }
 }
@@ -1229,7 +1228,7 @@ pub struct Position<R> {
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 19 additions, 41 multiplications, 4 divisions, 1 root.
+/// Operations: 19 additions, 40 multiplications, 4 divisions, 1 root.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &QuickReturnLoaded<R>,
@@ -1292,7 +1291,7 @@ pub fn position<R: Scalar>(
     let v5 = k.o2a_m3_g_2.neg_mul_add(cos_phi2, p.T2);
     let v6 = k.o4g4_m4_g * cos_phi4;
     let v7 = k.o4b_bg5_m5 * sin_phi4;
-    let v8 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v2, p.O2A * cos_phi2 * sin_phi4))
+    let v8 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v2, a_x * sin_phi4))
         .neg_mul_add(inv_r, sin_phi4);
     Position {
         a_x,
@@ -1349,8 +1348,8 @@ pub fn velocity_residual<R: Scalar>(
     position: &Position<R>,
     qd: &[R; 3],
 ) -> [R; 2] {
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     let Position { guide_phi4, guide_phi5, slot_phi2, slot_phi4, .. } = *position;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     [
         -phi4_dot.neg_mul_add(slot_phi4, phi2_dot * slot_phi2),
         phi5_dot.mul_add(guide_phi5, phi4_dot * guide_phi4),
@@ -1366,7 +1365,6 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 2],
 ) -> [R; 3] {
-    let [slot_open, guide_open] = *residuals;
     let Position {
         guide_phi4,
         inv_guide,
@@ -1378,6 +1376,7 @@ pub fn correction<R: Scalar>(
         phi5_per_phi2,
         ..
     } = *position;
+    let [slot_open, guide_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let phi4_closing = slot_open * inv_slot;
@@ -1404,9 +1403,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 3], [R; 2]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
-    let [sin_phi2, sin_phi4, sin_phi5] = angles.sin;
-    let [_, cos_phi4, cos_phi5] = angles.cos;
     let Position {
         a_x,
         b_y,
@@ -1433,6 +1429,9 @@ pub fn accelerations<R: Scalar>(
         v7,
         ..
     } = *position;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let [sin_phi2, sin_phi4, sin_phi5] = angles.sin;
+    let [_, cos_phi4, cos_phi5] = angles.cos;
 
     // Rates of the lengths.
     let r_dot = phi2_dot * r_phi2;
@@ -1513,7 +1512,7 @@ pub fn accelerations<R: Scalar>(
 
 /// What the scene asks for, at a position that is known.
 ///
-/// Operations: 7 additions, 16 multiplications.
+/// Operations: 7 additions, 14 multiplications.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn outputs_at<R: Scalar>(
@@ -1528,15 +1527,15 @@ pub fn outputs_at<R: Scalar>(
 ) -> [R; 6] {
     let p = &m.parameters;
     let k = &m.constants;
+    let Position { b_y, c_x, inv_r, v1, v8, .. } = *position;
     let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     let [_, phi4_ddot, phi5_ddot] = *qdd;
     let [lambda_slot, lambda_guide] = *multipliers;
     let [_, sin_phi4, sin_phi5] = angles.sin;
     let [cos_phi2, cos_phi4, cos_phi5] = angles.cos;
-    let Position { c_x, inv_r, v8, .. } = *position;
     [
         c_x,
-        -(p.BC * sin_phi5).mul_add(phi5_dot, p.O4B * sin_phi4 * phi4_dot),
+        -v1.mul_add(phi5_dot, b_y * phi4_dot),
         -p
             .BC
             .mul_add(
@@ -1550,18 +1549,143 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 5 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position
-        .phi4_per_phi2
-        .abs()
-        .max(position.phi5_per_phi2.abs())
-        .max(position.guide_over_slot_phi4.abs())
+pub fn growth_factor<R: Scalar>(_m: &QuickReturnLoaded<R>, position: &Position<R>) -> R {
+    let Position { guide_over_slot_phi4, phi4_per_phi2, phi5_per_phi2, .. } = *position;
+    phi4_per_phi2.abs().max(phi5_per_phi2.abs()).max(guide_over_slot_phi4.abs())
 }
 
+/// Inverse dynamics: the forces and torques along `phi2` that accelerations take beside the loads, and the
+/// multipliers: `Mbar qdd + C_q' lambda = fbar + forces`. Positions, rates and accelerations keep the constraints.
+///
+/// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `qdd = [phi2_ddot, phi4_ddot, phi5_ddot]`.
+///
+/// Operations: 35 additions, 62 multiplications, 3 divisions, 1 root, 3 sine-cosine pairs.
+#[inline]
+pub fn inverse_dynamics<R: Scalar>(
+    m: &QuickReturnLoaded<R>,
+    _t: R,
+    q: &[R; 3],
+    qd: &[R; 3],
+    qdd: &[R; 3],
+) -> ([R; 1], [R; 2]) {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2, phi4, phi5] = *q;
+    let [_, phi4_dot, phi5_dot] = *qd;
+    let [phi2_ddot, phi4_ddot, phi5_ddot] = *qdd;
+
+    // Lengths, and their derivatives.
+    let (sin_phi2, cos_phi2) = phi2.sin_cos();
+    let r_sq = k.twice_o2a_o4o2.mul_add(sin_phi2, k.o2a_sq_plus_o4o2_sq);
+    let r = r_sq.sqrt();
+    let inv_r = r_sq.recip() * r;
+    let r_phi2 = k.o2a_o4o2 * cos_phi2 * inv_r;
+
+    // The constraint Jacobian C_q.
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let slot_phi2 = cos_phi4.mul_add(r_phi2, p.O2A * sin_phi2);
+    let guide_phi4 = p.O4B * cos_phi4;
+    let (sin_phi5, cos_phi5) = phi5.sin_cos();
+    let guide_phi5 = p.BC * cos_phi5;
+
+    // The reduced mass matrix Mbar.
+    let mass_phi4_phi4 = (sin_phi4 * sin_phi4)
+        .mul_add(
+            p.O4B * p.O4B * p.m6,
+            p.O4G4.mul_add(p.O4G4 * p.m4, p.O4B.mul_add(k.o4b_m5, p.J3 + p.J4)),
+        );
+    let m5_bg5 = p.m5 * p.BG5;
+    let o4b_m5_bg5 = p.O4B * m5_bg5;
+    let o4b_m5_bg5_cos_phi4 = cos_phi4 * o4b_m5_bg5;
+    let mass_phi4_phi5 = (sin_phi4 * sin_phi5)
+        .mul_add(p.O4B * (k.bc_m6 + m5_bg5), cos_phi5 * o4b_m5_bg5_cos_phi4);
+    let mass_phi5_phi5 = (k.bc_sq_m6_2 * sin_phi5)
+        .mul_add(sin_phi5, p.BG5.mul_add(m5_bg5, p.J5));
+
+    // How dependent coordinates follow the others: C_q T = 0.
+    let inv_slot = sin_phi4.recip() * inv_r;
+    let inv_guide = guide_phi5.recip();
+
+    // The reduced forces fbar.
+    let b_y = p.O4B * sin_phi4;
+    let bc_sin_phi5 = p.BC * sin_phi5;
+    let phi4_dot_sq = phi4_dot * phi4_dot;
+    let phi5_dot_sq = phi5_dot * phi5_dot;
+    let load_ram_x = p
+        .cd
+        .mul_add(
+            phi5_dot.mul_add(bc_sin_phi5, phi4_dot * b_y),
+            p
+                .k
+                .neg_mul_add(
+                    guide_phi4 - p.x6_0 + guide_phi5,
+                    p
+                        .m6
+                        .mul_add(
+                            phi5_dot_sq.mul_add(guide_phi5, phi4_dot_sq * guide_phi4),
+                            p.F6,
+                        ),
+                ),
+        );
+    let force_phi2 = k.o2a_m3_g_2.neg_mul_add(cos_phi2, p.T2);
+    let o4b_m5_bg5_sin_phi4 = sin_phi4 * o4b_m5_bg5;
+    let force_phi4 = b_y
+        .mul_add(
+            load_ram_x,
+            k
+                .o4g4_m4_g
+                .mul_add(
+                    cos_phi4,
+                    cos_phi4
+                        .mul_add(
+                            (sin_phi5 * phi5_dot_sq)
+                                .neg_mul_add(o4b_m5_bg5, p.g * k.o4b_m5),
+                            cos_phi5 * phi5_dot_sq * o4b_m5_bg5_sin_phi4,
+                        ),
+                ),
+        );
+    let force_phi5 = bc_sin_phi5
+        .mul_add(
+            load_ram_x,
+            cos_phi5
+                .mul_add(
+                    phi4_dot_sq.neg_mul_add(o4b_m5_bg5_sin_phi4, p.g * m5_bg5),
+                    sin_phi5 * phi4_dot_sq * o4b_m5_bg5_cos_phi4,
+                ),
+        );
+
+    // Multipliers.
+    let lambda_guide = inv_guide
+        * phi4_ddot
+            .mul_add(mass_phi4_phi5, phi5_ddot.mul_add(mass_phi5_phi5, force_phi5));
+    let lambda_slot = inv_slot
+        * guide_phi4
+            .neg_mul_add(
+                lambda_guide,
+                phi5_ddot
+                    .mul_add(
+                        mass_phi4_phi5,
+                        phi4_ddot.mul_add(mass_phi4_phi4, force_phi4),
+                    ),
+            );
+
+    // Forces and torques along the coordinates that move freely.
+    let needed_phi2 = slot_phi2
+        .neg_mul_add(
+            lambda_slot,
+            k.j2_plus_o2a_sq_m3.neg_mul_add(phi2_ddot, force_phi2),
+        );
+    ([-needed_phi2], [-lambda_slot, -lambda_guide])
+}
+
+/// The coordinates along which `inverse_dynamics` gives forces and torques, by their numbers.
+pub const ACTUATED: [usize; 1] = [0];
 impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 129;
+    const OPERATIONS: usize = 131;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 3] {
@@ -1590,7 +1714,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -1636,7 +1760,8 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
 
     #[inline(always)]
     fn event(&self, _t: R, q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
-        Some(R::abs(q[0]) - R::from_f64(4.0) * R::pi())
+        let [phi2, _, _] = *q;
+        Some(phi2.abs() - R::from_f64(4.0) * R::pi())
     }
 
     #[inline(always)]
@@ -1685,7 +1810,7 @@ impl<R: Scalar> Equations<R, 3, 2> for QuickReturnLoaded<R> {
     fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
         Start {
-            q: [R::from_f64(0.0), R::from_f64(1.0), R::from_f64(2.6)],
+            q: [R::zero(), R::from_f64(1.0), R::from_f64(2.6)],
             given: [true, false, false],
             qd: [p.w0, R::zero(), R::zero()],
             given_rates: [true, false, false],
@@ -1745,130 +1870,6 @@ impl<R: Scalar> Equations<R, 3, 2> for QuickReturnLoaded<R> {
     ) -> Option<Linearization<R, 3, 2>> {
         Some(linearization(self, t, q, qd, qdd, multipliers))
     }
-}
-
-/// The coordinates along which `inverse_dynamics` gives forces and torques, by their numbers.
-pub const ACTUATED: [usize; 1] = [0];
-/// Inverse dynamics: the forces and torques along `phi2` that accelerations take beside the loads, and the
-/// multipliers: `Mbar qdd + C_q' lambda = fbar + forces`. Positions, rates and accelerations keep the constraints.
-///
-/// Operations: 35 additions, 62 multiplications, 3 divisions, 1 root.
-#[inline]
-pub fn inverse_dynamics<R: Scalar>(
-    m: &QuickReturnLoaded<R>,
-    _t: R,
-    q: &[R; 3],
-    qd: &[R; 3],
-    qdd: &[R; 3],
-) -> ([R; 1], [R; 2]) {
-    let p = &m.parameters;
-    let k = &m.constants;
-    let [phi2, phi4, phi5] = *q;
-    let [_, phi4_dot, phi5_dot] = *qd;
-    let [phi2_ddot, phi4_ddot, phi5_ddot] = *qdd;
-    let (sin_phi2, cos_phi2) = phi2.sin_cos();
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let (sin_phi5, cos_phi5) = phi5.sin_cos();
-
-    // Lengths, and their derivatives.
-    let r_sq = k.twice_o2a_o4o2.mul_add(sin_phi2, k.o2a_sq_plus_o4o2_sq);
-    let r = r_sq.sqrt();
-    let inv_r = r_sq.recip() * r;
-    let r_phi2 = k.o2a_o4o2 * cos_phi2 * inv_r;
-
-    // The constraint Jacobian C_q.
-    let slot_phi2 = cos_phi4.mul_add(r_phi2, p.O2A * sin_phi2);
-    let guide_phi4 = p.O4B * cos_phi4;
-    let guide_phi5 = p.BC * cos_phi5;
-
-    // The reduced mass matrix Mbar.
-    let mass_phi4_phi4 = (sin_phi4 * sin_phi4)
-        .mul_add(
-            p.O4B * p.O4B * p.m6,
-            p.O4G4.mul_add(p.O4G4 * p.m4, p.O4B.mul_add(k.o4b_m5, p.J3 + p.J4)),
-        );
-    let m5_bg5 = p.m5 * p.BG5;
-    let o4b_m5_bg5 = p.O4B * m5_bg5;
-    let v1 = cos_phi4 * o4b_m5_bg5;
-    let mass_phi4_phi5 = (sin_phi4 * sin_phi5)
-        .mul_add(p.O4B * (k.bc_m6 + m5_bg5), cos_phi5 * v1);
-    let mass_phi5_phi5 = (k.bc_sq_m6_2 * sin_phi5)
-        .mul_add(sin_phi5, p.BG5.mul_add(m5_bg5, p.J5));
-
-    // How dependent coordinates follow the others: C_q T = 0.
-    let inv_slot = sin_phi4.recip() * inv_r;
-    let inv_guide = guide_phi5.recip();
-
-    // The reduced forces fbar.
-    let b_y = p.O4B * sin_phi4;
-    let v2 = p.BC * sin_phi5;
-    let phi4_dot_sq = phi4_dot * phi4_dot;
-    let phi5_dot_sq = phi5_dot * phi5_dot;
-    let load_ram_x = p
-        .cd
-        .mul_add(
-            phi5_dot.mul_add(v2, phi4_dot * b_y),
-            p
-                .k
-                .neg_mul_add(
-                    guide_phi4 - p.x6_0 + guide_phi5,
-                    p
-                        .m6
-                        .mul_add(
-                            phi5_dot_sq.mul_add(guide_phi5, phi4_dot_sq * guide_phi4),
-                            p.F6,
-                        ),
-                ),
-        );
-    let force_phi2 = k.o2a_m3_g_2.neg_mul_add(cos_phi2, p.T2);
-    let v3 = sin_phi4 * o4b_m5_bg5;
-    let force_phi4 = b_y
-        .mul_add(
-            load_ram_x,
-            k
-                .o4g4_m4_g
-                .mul_add(
-                    cos_phi4,
-                    cos_phi4
-                        .mul_add(
-                            (sin_phi5 * phi5_dot_sq)
-                                .neg_mul_add(o4b_m5_bg5, p.g * k.o4b_m5),
-                            cos_phi5 * phi5_dot_sq * v3,
-                        ),
-                ),
-        );
-    let force_phi5 = v2
-        .mul_add(
-            load_ram_x,
-            cos_phi5
-                .mul_add(
-                    phi4_dot_sq.neg_mul_add(v3, p.g * m5_bg5),
-                    sin_phi5 * phi4_dot_sq * v1,
-                ),
-        );
-
-    // Multipliers.
-    let lambda_guide = inv_guide
-        * phi4_ddot
-            .mul_add(mass_phi4_phi5, phi5_ddot.mul_add(mass_phi5_phi5, force_phi5));
-    let lambda_slot = inv_slot
-        * guide_phi4
-            .neg_mul_add(
-                lambda_guide,
-                phi5_ddot
-                    .mul_add(
-                        mass_phi4_phi5,
-                        phi4_ddot.mul_add(mass_phi4_phi4, force_phi4),
-                    ),
-            );
-
-    // Forces and torques along the coordinates that move freely.
-    let needed_phi2 = slot_phi2
-        .neg_mul_add(
-            lambda_slot,
-            k.j2_plus_o2a_sq_m3.neg_mul_add(phi2_ddot, force_phi2),
-        );
-    ([-needed_phi2], [-lambda_slot, -lambda_guide])
 }
 
 impl Generated<3, 2> for QuickReturnLoaded {
@@ -2309,30 +2310,30 @@ pub static TAPE: qrm_core::Tape = {
         ],
         dynamics: TapeFunction {
             operations: &[
-                Mul(28, 28), Mul(29, 29), SinCos(24), SinCos(25), SinCos(26), Mul(1, 133), Mul(2, 135), Add(136, 137),
-                Mul(133, 128), Mul(1, 139), Mul(135, 129), Mul(5, 141), Add(140, 142), Mul(132, 128), Mul(1, 144),
-                Mul(134, 129), Mul(5, 146), Add(145, 147), Mul(2, 141), Add(140, 149), Mul(108, 130), Add(74, 151),
-                Mul(132, 28), Mul(75, 133), Mul(135, 154), Mul(76, 132), Mul(156, 134), Add(155, 157), Mul(1, 153),
-                Mul(134, 29), Mul(2, 160), Add(159, 161), Mul(19, 162), Mul(56, 132), Mul(164, 132), Add(55, 165),
-                Mul(134, 134), Mul(63, 167), Add(61, 168), Mul(77, 131), Mul(65, 143), Add(78, 171), Mul(79, 150),
-                Add(172, 173), Mul(65, 148), Mul(57, 143), Add(82, 176), Mul(58, 150), Add(177, 178), Mul(57, 148),
-                Mul(0, 130), Mul(130, 27), Mul(2, 146), Add(145, 183), Sub(138, 22), Sub(16, 170), Sub(81, 175),
-                Sub(83, 180), Neg(184), Mul(18, 185), Mul(133, 187), Mul(135, 188), Sub(190, 163), Mul(1, 193),
-                Mul(2, 193), Sub(174, 194), Sub(179, 195), Mul(132, 196), Add(198, 191), Mul(134, 197), Add(200, 192),
-                Neg(199), Neg(201), Sqrt(152), Recip(204), Mul(131, 205), Mul(133, 205), Mul(45, 206), Mul(133, 208),
-                Add(181, 209), Mul(132, 204), Mul(205, 206), Mul(46, 212), Mul(207, 213), Mul(108, 205), Mul(215, 153),
-                Mul(45, 207), Mul(217, 182), Mul(204, 139), Neg(210), Sub(0, 214), Mul(27, 221), Sub(222, 216),
-                Mul(131, 223), Sub(224, 218), Mul(27, 225), Sub(226, 219), Neg(227),
+                Mul(28, 28), Mul(29, 29), SinCos(24), SinCos(25), SinCos(26), Mul(0, 130), Mul(1, 133), Mul(2, 135),
+                Add(137, 138), Mul(133, 128), Mul(132, 128), Mul(1, 140), Mul(135, 129), Mul(5, 143), Add(142, 144),
+                Mul(1, 141), Mul(134, 129), Mul(5, 147), Add(146, 148), Mul(2, 143), Add(142, 150), Mul(108, 130),
+                Add(74, 152), Mul(132, 28), Mul(130, 27), Mul(75, 133), Mul(135, 156), Mul(76, 132), Mul(158, 134),
+                Add(157, 159), Mul(56, 132), Mul(161, 132), Add(55, 162), Mul(134, 134), Mul(63, 164), Add(61, 165),
+                Mul(1, 154), Mul(134, 29), Mul(2, 168), Add(167, 169), Mul(19, 170), Mul(65, 145), Add(78, 172),
+                Mul(79, 151), Add(173, 174), Mul(65, 149), Mul(57, 145), Add(82, 177), Mul(58, 151), Add(178, 179),
+                Mul(57, 149), Mul(77, 131), Mul(2, 147), Add(146, 183), Sub(139, 22), Sub(81, 176), Sub(83, 181),
+                Sub(16, 182), Neg(184), Mul(18, 185), Mul(133, 186), Mul(135, 187), Sub(190, 171), Mul(1, 193),
+                Mul(2, 193), Sub(175, 194), Sub(180, 195), Mul(132, 196), Add(198, 191), Mul(134, 197), Add(200, 192),
+                Neg(199), Neg(201), Sqrt(153), Recip(204), Mul(132, 204), Mul(133, 205), Mul(131, 205), Mul(205, 208),
+                Mul(46, 209), Mul(207, 210), Mul(108, 205), Mul(212, 154), Mul(45, 207), Mul(214, 155), Mul(204, 140),
+                Mul(45, 208), Mul(133, 217), Add(136, 218), Sub(0, 211), Neg(219), Mul(27, 220), Sub(222, 213),
+                Mul(131, 223), Sub(224, 215), Mul(27, 225), Sub(226, 216), Neg(227),
             ],
-            results: &[48, 99, 99, 99, 166, 158, 99, 158, 169, 186, 202, 203, 220, 211, 99, 99, 136, 137, 228, 189],
+            results: &[48, 99, 99, 99, 163, 160, 99, 160, 166, 188, 202, 203, 221, 206, 99, 99, 137, 138, 228, 189],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(24), SinCos(25), SinCos(26), Mul(1, 131), Mul(2, 133), Mul(108, 128), Add(74, 136), Mul(0, 128),
-                Mul(0, 129), Mul(1, 130), Mul(2, 132), Add(140, 141), Sub(142, 6), Sqrt(137), Div(129, 144),
-                Mul(130, 144), Mul(131, 144), Mul(45, 145), Mul(131, 148), Add(138, 149), Sub(139, 147), Neg(150),
+                SinCos(24), SinCos(25), SinCos(26), Mul(0, 129), Mul(0, 128), Mul(1, 131), Mul(1, 130), Mul(2, 133),
+                Mul(2, 132), Mul(108, 128), Add(74, 140), Add(137, 139), Sub(142, 6), Sqrt(141), Div(129, 144),
+                Mul(131, 144), Mul(45, 145), Mul(131, 147), Add(135, 148), Mul(130, 144), Sub(134, 146), Neg(149),
             ],
-            results: &[151, 143, 152, 146, 99, 99, 134, 135, 99, 99],
+            results: &[151, 143, 152, 150, 99, 99, 136, 138, 99, 99],
         },
         mass_matrix: TapeFunction {
             operations: &[
@@ -2343,72 +2344,72 @@ pub static TAPE: qrm_core::Tape = {
         },
         energy: TapeFunction {
             operations: &[
-                Mul(29, 29), Mul(110, 28), Mul(27, 27), Mul(113, 130), Mul(16, 24), SinCos(25), SinCos(26), Sin(24),
-                Mul(1, 134), Mul(2, 136), Add(138, 139), Mul(133, 28), Mul(75, 134), Mul(135, 29), Mul(135, 135),
-                Mul(1, 133), Mul(0, 137), Add(3, 146), Mul(109, 141), Mul(76, 143), Add(148, 149), Mul(133, 150),
-                Mul(136, 29), Mul(142, 152), Add(151, 153), Add(154, 129), Mul(28, 155), Mul(112, 144), Add(111, 157),
-                Mul(158, 128), Add(156, 159), Add(160, 131), Mul(64, 147), Mul(84, 133), Mul(5, 135), Add(145, 164),
-                Mul(85, 165), Mul(15, 140), Sub(140, 22), Sub(132, 162), Sub(169, 163), Sub(170, 166), Add(171, 167),
+                Mul(27, 27), Mul(29, 29), Mul(110, 28), Mul(113, 128), Mul(16, 24), SinCos(25), SinCos(26), Sin(24),
+                Mul(1, 134), Mul(1, 133), Mul(2, 136), Add(138, 140), Mul(5, 135), Add(139, 142), Mul(133, 28),
+                Mul(75, 134), Mul(135, 135), Mul(135, 29), Mul(0, 137), Add(3, 148), Mul(109, 144), Mul(76, 147),
+                Add(150, 151), Mul(133, 152), Mul(136, 29), Mul(145, 154), Add(153, 155), Add(156, 130), Mul(28, 157),
+                Mul(112, 146), Add(111, 159), Mul(160, 129), Add(158, 161), Add(162, 131), Mul(64, 149), Mul(84, 133),
+                Mul(85, 143), Mul(15, 141), Sub(141, 22), Sub(132, 164), Sub(169, 165), Sub(170, 166), Add(171, 167),
                 Mul(114, 168), Mul(173, 168), Sub(172, 174), Neg(175),
             ],
-            results: &[161, 176],
+            results: &[163, 176],
         },
         power: TapeFunction {
             operations: &[
-                Sin(25), Sin(26), Mul(128, 28), Mul(1, 130), Mul(129, 29), Mul(2, 132), Add(131, 133), Mul(19, 134),
+                Sin(26), Sin(25), Mul(129, 28), Mul(1, 130), Mul(128, 29), Mul(2, 132), Add(131, 133), Mul(19, 134),
                 Mul(134, 135), Neg(136),
             ],
             results: &[137],
         },
         outputs: TapeFunction {
             operations: &[
-                Mul(28, 28), Mul(29, 29), SinCos(24), SinCos(25), SinCos(26), Mul(1, 133), Mul(2, 135), Add(136, 137),
-                Mul(133, 128), Mul(135, 129), Mul(108, 130), Add(74, 141), Mul(132, 28), Mul(1, 143), Mul(134, 29),
-                Mul(2, 145), Add(144, 146), Mul(0, 130), Mul(0, 131), Add(3, 148), Mul(132, 31), Add(139, 151),
-                Mul(1, 152), Mul(134, 32), Add(140, 154), Mul(2, 155), Add(153, 156), Mul(132, 149), Mul(150, 133),
-                Neg(147), Neg(157), Sub(158, 159), Neg(34), Sqrt(142), Recip(164), Mul(131, 165), Mul(133, 165),
-                Mul(27, 166), Mul(45, 168), Mul(162, 167), Sub(132, 170), Mul(33, 171),
+                Mul(28, 28), Mul(29, 29), SinCos(24), SinCos(25), SinCos(26), Mul(0, 131), Mul(0, 130), Add(3, 137),
+                Mul(1, 133), Mul(2, 135), Add(139, 140), Mul(133, 128), Mul(135, 129), Mul(108, 130), Add(74, 144),
+                Mul(132, 28), Mul(1, 146), Mul(134, 29), Mul(2, 148), Add(147, 149), Mul(132, 31), Add(142, 151),
+                Mul(1, 152), Mul(134, 32), Add(143, 154), Mul(2, 155), Add(153, 156), Mul(132, 136), Mul(138, 133),
+                Neg(150), Neg(157), Sub(158, 159), Neg(34), Sqrt(145), Recip(164), Mul(133, 165), Mul(131, 165),
+                Mul(27, 167), Mul(45, 168), Mul(162, 166), Sub(132, 170), Mul(33, 171),
             ],
-            results: &[138, 160, 161, 169, 172, 163],
+            results: &[141, 160, 161, 169, 172, 163],
         },
         linearization: Some(TapeFunction {
             operations: &[
-                Mul(28, 28), Mul(29, 29), Mul(27, 27), Mul(115, 28), Mul(116, 31), Add(131, 132), Mul(76, 129),
-                Mul(88, 29), Mul(76, 32), Add(135, 136), Mul(116, 128), Mul(1, 34), Mul(56, 128), Mul(118, 29),
-                Mul(119, 32), Add(141, 142), Mul(119, 129), Mul(2, 34), Mul(76, 128), Mul(88, 28), Mul(76, 31),
-                Add(147, 148), Mul(63, 129), Mul(122, 29), Mul(121, 28), Mul(45, 128), Mul(45, 31), Mul(45, 30),
+                Mul(27, 27), Mul(28, 28), Mul(29, 29), Mul(115, 28), Mul(116, 31), Add(131, 132), Mul(76, 130),
+                Mul(88, 29), Mul(76, 32), Add(135, 136), Mul(116, 129), Mul(1, 34), Mul(56, 129), Mul(118, 29),
+                Mul(119, 32), Add(141, 142), Mul(119, 130), Mul(2, 34), Mul(76, 129), Mul(88, 28), Mul(76, 31),
+                Add(147, 148), Mul(63, 130), Mul(122, 29), Mul(121, 28), Mul(45, 129), Mul(45, 31), Mul(45, 30),
                 Sub(87, 134), Sub(117, 138), Sub(120, 144), Sub(87, 146), SinCos(24), SinCos(25), SinCos(26),
-                Mul(163, 128), Mul(165, 129), Mul(162, 128), Mul(164, 129), Mul(108, 160), Add(74, 170), Mul(162, 28),
-                Mul(75, 163), Mul(164, 29), Mul(0, 160), Mul(160, 27), Mul(165, 29), Mul(162, 31), Add(166, 178),
-                Mul(1, 179), Mul(164, 32), Add(167, 181), Mul(2, 182), Mul(45, 160), Mul(162, 33), Mul(162, 165),
-                Mul(163, 28), Mul(163, 164), Mul(88, 164), Mul(108, 176), Mul(77, 160), Mul(162, 133), Add(86, 192),
-                Mul(165, 156), Mul(164, 137), Mul(162, 157), Mul(165, 32), Mul(76, 169), Mul(89, 177), Mul(90, 164),
-                Add(199, 200), Mul(1, 201), Mul(173, 167), Mul(164, 173), Mul(76, 186), Mul(76, 168), Mul(71, 187),
-                Mul(70, 162), Add(207, 208), Mul(2, 209), Mul(75, 165), Mul(211, 166), Mul(76, 188), Mul(75, 186),
-                Mul(165, 143), Mul(164, 158), Mul(163, 31), Mul(163, 159), Mul(162, 149), Mul(116, 187), Mul(69, 162),
-                Add(220, 221), Mul(162, 222), Mul(121, 177), Add(224, 189), Mul(162, 225), Mul(151, 188),
-                Mul(122, 165), Mul(228, 28), Mul(152, 188), Mul(119, 177), Mul(73, 164), Add(231, 232), Mul(164, 233),
-                Mul(130, 175), Mul(107, 160), Mul(172, 190), Mul(130, 184), Mul(108, 162), Mul(106, 172),
-                Mul(126, 174), Sub(193, 194), Sub(81, 196), Sub(197, 169), Sub(198, 202), Sub(204, 205), Sub(206, 210),
-                Sub(213, 214), Sub(83, 215), Sub(249, 216), Sub(217, 168), Sub(91, 218), Sub(226, 227), Sub(189, 229),
-                Neg(180), Neg(183), Neg(240), Neg(241), Add(242, 195), Mul(75, 244), Add(243, 260), Add(261, 139),
-                Mul(162, 262), Mul(162, 245), Add(264, 203), Mul(32, 246), Add(265, 266), Mul(164, 247), Add(268, 212),
-                Mul(31, 248), Mul(75, 251), Add(250, 271), Add(272, 145), Mul(164, 273), Add(72, 274), Add(252, 219),
-                Mul(165, 276), Mul(162, 254), Add(278, 230), Neg(267), Sub(269, 270), Neg(281), Sub(275, 277),
-                Sub(283, 150), Neg(284), Sqrt(171), Recip(286), Mul(161, 287), Mul(163, 287), Mul(45, 288),
-                Mul(287, 288), Mul(46, 291), Mul(289, 292), Mul(108, 287), Mul(294, 172), Mul(27, 288), Mul(289, 184),
-                Mul(185, 290), Mul(28, 296), Mul(286, 33), Add(259, 300), Mul(163, 301), Mul(287, 287), Mul(123, 288),
-                Mul(304, 288), Add(305, 236), Mul(303, 306), Mul(124, 287), Mul(308, 299), Mul(130, 292),
-                Mul(286, 128), Mul(108, 299), Mul(286, 31), Add(312, 313), Mul(163, 314), Mul(124, 289), Mul(316, 291),
-                Mul(289, 190), Mul(239, 296), Mul(98, 286), Mul(320, 187), Add(319, 321), Sub(0, 293), Sub(66, 302),
-                Sub(45, 307), Sub(309, 154), Sub(310, 155), Sub(125, 317), Mul(161, 323), Add(324, 263), Mul(325, 130),
+                Mul(0, 160), Mul(163, 129), Mul(162, 129), Mul(165, 130), Mul(128, 166), Mul(164, 130), Mul(108, 160),
+                Add(74, 172), Mul(162, 28), Mul(160, 27), Mul(75, 163), Mul(164, 29), Mul(165, 29), Mul(162, 31),
+                Add(167, 179), Mul(1, 180), Mul(164, 32), Add(169, 182), Mul(2, 183), Mul(45, 160), Mul(162, 33),
+                Mul(162, 165), Mul(163, 28), Mul(163, 164), Mul(88, 164), Mul(108, 175), Mul(77, 160), Mul(162, 133),
+                Add(86, 193), Mul(165, 156), Mul(164, 137), Mul(162, 157), Mul(165, 32), Mul(76, 171), Mul(89, 178),
+                Mul(90, 164), Add(200, 201), Mul(1, 202), Mul(176, 169), Mul(164, 176), Mul(76, 187), Mul(76, 168),
+                Mul(71, 188), Mul(70, 162), Add(208, 209), Mul(2, 210), Mul(75, 165), Mul(212, 167), Mul(76, 189),
+                Mul(75, 187), Mul(165, 143), Mul(164, 158), Mul(163, 31), Mul(163, 159), Mul(162, 149), Mul(116, 188),
+                Mul(69, 162), Add(221, 222), Mul(162, 223), Mul(121, 178), Add(225, 190), Mul(162, 226), Mul(151, 189),
+                Mul(122, 165), Mul(229, 28), Mul(152, 189), Mul(119, 178), Mul(73, 164), Add(232, 233), Mul(164, 234),
+                Mul(107, 160), Mul(174, 191), Mul(128, 185), Mul(108, 162), Mul(106, 174), Mul(126, 177),
+                Sub(194, 195), Sub(81, 197), Sub(198, 171), Sub(199, 203), Sub(205, 206), Sub(207, 211), Sub(214, 215),
+                Sub(83, 216), Sub(249, 217), Sub(218, 168), Sub(91, 219), Sub(227, 228), Sub(190, 230), Neg(181),
+                Neg(184), Neg(240), Neg(241), Add(242, 196), Mul(75, 244), Add(243, 260), Add(261, 139), Mul(162, 262),
+                Mul(162, 245), Add(264, 204), Mul(32, 246), Add(265, 266), Mul(164, 247), Add(268, 213), Mul(31, 248),
+                Mul(75, 251), Add(250, 271), Add(272, 145), Mul(164, 273), Add(72, 274), Add(252, 220), Mul(165, 276),
+                Mul(162, 254), Add(278, 231), Neg(267), Sub(269, 270), Neg(281), Sub(275, 277), Sub(283, 150),
+                Neg(284), Sqrt(173), Recip(286), Mul(163, 287), Mul(161, 287), Mul(287, 289), Mul(46, 290),
+                Mul(288, 291), Mul(108, 287), Mul(293, 174), Mul(27, 289), Mul(45, 289), Mul(288, 185), Mul(186, 296),
+                Mul(28, 295), Mul(286, 33), Add(259, 300), Mul(163, 301), Mul(287, 287), Mul(123, 289), Mul(304, 289),
+                Add(305, 236), Mul(303, 306), Mul(124, 287), Mul(308, 299), Mul(128, 291), Mul(286, 129),
+                Mul(108, 299), Mul(286, 31), Add(312, 313), Mul(163, 314), Mul(124, 288), Mul(316, 290), Mul(288, 191),
+                Mul(239, 295), Mul(98, 286), Mul(320, 188), Add(319, 321), Sub(0, 292), Sub(66, 302), Sub(45, 307),
+                Sub(309, 154), Sub(310, 155), Sub(125, 317), Mul(161, 323), Add(324, 263), Mul(325, 128),
                 Add(331, 153), Mul(163, 332), Mul(162, 326), Mul(161, 327), Add(335, 238), Mul(287, 336),
                 Add(337, 311), Mul(162, 338), Mul(27, 328), Sub(329, 297), Sub(330, 140), Neg(342), Sub(333, 334),
-                Sub(339, 315), Neg(345), Sub(295, 340), Mul(33, 341), Add(191, 348), Mul(161, 344), Mul(341, 30),
-                Mul(161, 347), Add(352, 318), Neg(349), Sub(350, 237), Mul(287, 355), Add(235, 356), Sub(357, 351),
+                Sub(339, 315), Neg(345), Sub(294, 340), Mul(33, 341), Add(192, 348), Mul(161, 344), Mul(341, 30),
+                Mul(161, 347), Add(352, 318), Neg(349), Sub(350, 237), Mul(287, 355), Add(170, 356), Sub(357, 351),
             ],
             results: &[
-                354, 298, 99, 298, 343, 280, 99, 282, 285, 99, 99, 99, 99, 223, 253, 99, 279, 234, 358, 346, 99, 99,
+                354, 298, 99, 298, 343, 280, 99, 282, 285, 99, 99, 99, 99, 224, 253, 99, 279, 235, 358, 346, 99, 99,
                 255, 256, 353, 322, 99, 99, 257, 258, 99, 99, 99, 99, 99,
             ],
         }),
@@ -2435,20 +2436,20 @@ pub static TAPE: qrm_core::Tape = {
             results: &[105, 100],
         },
         kernel: TapeKernel {
-            operations: 129,
+            operations: 131,
             has_angle: &[true, true, true],
             position: TapeFunction {
                 operations: &[
                     MulAdd(108, 35, 74), Mul(45, 38), Mul(0, 38), Mul(1, 36), Mul(2, 37), Mul(0, 35), Mul(1, 39),
-                    Mul(2, 40), Mul(56, 36), MulAdd(136, 36, 55), Mul(75, 39), Mul(76, 36), Mul(40, 138),
-                    MulAdd(139, 37, 140), Mul(92, 37), MulAdd(142, 37, 61), Add(134, 135), Mul(84, 39), Mul(75, 36),
-                    Add(3, 133), Mul(130, 36), Sub(131, 6), Sub(134, 22), NegMulAdd(94, 38, 16),
-                    NegMulAdd(39, 147, 148), Sqrt(128), Recip(128), Recip(36), Recip(135), Mul(154, 153),
+                    Mul(2, 40), Mul(56, 36), MulAdd(136, 36, 55), Mul(75, 39), Mul(40, 138), Mul(76, 36),
+                    MulAdd(140, 37, 139), Mul(92, 37), MulAdd(142, 37, 61), Add(134, 135), Mul(84, 39), Mul(75, 36),
+                    Mul(130, 36), Add(3, 133), Sub(131, 6), Sub(134, 22), NegMulAdd(94, 38, 16),
+                    NegMulAdd(39, 148, 147), Sqrt(128), Recip(128), Recip(36), Recip(135), Mul(154, 153),
                     Mul(129, 157), Add(149, 132), MulAdd(39, 158, 133), Mul(36, 153), Mul(155, 157), Mul(162, 160),
                     Mul(134, 156), Mul(164, 163), Mul(134, 162), Mul(137, 163), Mul(141, 163), Add(150, 135),
                     Mul(18, 169), Mul(39, 152), NegMulAdd(39, 153, 130), NegMulAdd(141, 165, 167),
-                    NegMulAdd(143, 165, 168), NegMulAdd(171, 157, 36), Abs(163), Abs(165), Max(176, 177), Abs(166),
-                    Max(178, 179), MulAdd(163, 173, 48), NegMulAdd(165, 174, 181), Recip(182),
+                    NegMulAdd(143, 165, 168), NegMulAdd(171, 157, 36), Abs(163), Abs(165), Abs(166), Max(176, 177),
+                    Max(179, 178), MulAdd(163, 173, 48), NegMulAdd(165, 174, 181), Recip(182),
                 ],
                 results: &[180, 172, 159],
             },
@@ -2465,13 +2466,13 @@ pub static TAPE: qrm_core::Tape = {
             },
             accelerations: TapeFunction {
                 operations: &[
-                    Mul(28, 28), Mul(29, 29), Mul(27, 27), Mul(27, 158), Mul(45, 35), Mul(203, 201),
-                    MulAdd(202, 202, 204), Mul(157, 205), MulAdd(199, 153, 206), Mul(98, 36), Mul(208, 28),
-                    Mul(130, 201), Mul(199, 131), MulAdd(132, 200, 211), Mul(199, 134), MulAdd(200, 135, 213),
-                    Mul(28, 131), MulAdd(29, 132, 215), Mul(75, 37), Mul(40, 200), Mul(218, 146), Mul(37, 199),
-                    Mul(220, 138), NegMulAdd(209, 202, 210), NegMulAdd(39, 207, 222), Sub(15, 170),
-                    NegMulAdd(217, 200, 95), NegMulAdd(199, 146, 83), MulAdd(19, 216, 224), MulAdd(10, 214, 227),
-                    MulAdd(39, 225, 219), Add(145, 229), MulAdd(131, 228, 230), MulAdd(40, 226, 221),
+                    Mul(27, 27), Mul(28, 28), Mul(29, 29), Mul(27, 158), Mul(45, 35), Mul(203, 199),
+                    MulAdd(202, 202, 204), Mul(157, 205), Mul(130, 199), Mul(98, 36), Mul(208, 28),
+                    MulAdd(200, 153, 206), Mul(200, 131), MulAdd(132, 201, 211), Mul(28, 131), MulAdd(29, 132, 213),
+                    Mul(200, 134), MulAdd(201, 135, 215), Mul(40, 201), Mul(217, 146), Mul(75, 37), Mul(37, 200),
+                    Mul(220, 138), NegMulAdd(209, 202, 207), NegMulAdd(39, 210, 222), Sub(15, 170),
+                    NegMulAdd(219, 201, 95), NegMulAdd(200, 146, 83), MulAdd(19, 214, 224), MulAdd(10, 216, 227),
+                    MulAdd(39, 225, 218), Add(145, 229), MulAdd(131, 228, 230), MulAdd(40, 226, 221),
                     MulAdd(132, 228, 232), Mul(162, 223), NegMulAdd(134, 234, 212), NegMulAdd(231, 163, 151),
                     Mul(156, 235), MulAdd(233, 165, 236), NegMulAdd(173, 234, 238), NegMulAdd(174, 237, 239),
                     Mul(183, 240), MulAdd(163, 241, 234), NegMulAdd(165, 241, 237),
@@ -2487,8 +2488,8 @@ pub static TAPE: qrm_core::Tape = {
             },
             outputs: TapeFunction {
                 operations: &[
-                    Mul(131, 28), MulAdd(132, 29, 253), Mul(40, 29), Mul(37, 32), MulAdd(255, 29, 256), Mul(39, 28),
-                    Mul(36, 31), MulAdd(258, 28, 259), Mul(1, 260), MulAdd(2, 257, 261), Mul(129, 27), Mul(263, 157),
+                    Mul(131, 28), MulAdd(132, 29, 253), Mul(36, 31), Mul(39, 28), MulAdd(256, 28, 255), Mul(1, 257),
+                    Mul(37, 32), Mul(40, 29), MulAdd(260, 29, 259), MulAdd(2, 261, 258), Mul(129, 27), Mul(263, 157),
                     Mul(33, 175), Neg(34), Neg(254), Neg(262),
                 ],
                 results: &[144, 267, 268, 264, 265, 266],
@@ -2497,4 +2498,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: ffd92e6a60bf88e8
+// Hash of this file and its derivation: 4c8f45c82edf97cb

@@ -18,17 +18,17 @@
 //     dynamics             70 additions, 89 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
 //     loop_constraints     6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     linearization        123 additions, 203 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions
-//     position             34 additions, 58 multiplications, 5 divisions, 2 roots, 5 other functions
+//     position             34 additions, 57 multiplications, 5 divisions, 2 roots, 5 other functions
 //     residuals            no operations
 //     velocity_residual    3 additions, 4 multiplications
 //     correction           6 additions, 8 multiplications
 //     accelerations        50 additions, 62 multiplications, 5 other functions
-//     outputs_at           19 additions, 28 multiplications, 5 other functions
+//     outputs_at           19 additions, 26 multiplications, 5 other functions
 //
 // Accelerations and multipliers, from sines and cosines on:
 //       482 operations  with full matrices, as the method is written down
 //       288 operations  by the function `dynamics` and one full system
-//       204 operations  by the kernel: 75 additions, 112 multiplications, 5 divisions, 2 roots, 10 other functions
+//       208 operations  by the kernel: 79 additions, 112 multiplications, 5 divisions, 2 roots, 10 other functions
 //
 // Left out:
 //     y of body `ram`: is constant
@@ -494,7 +494,7 @@ impl<R: Scalar> Constants<R> {
             twice_bc: p.BC * R::from_f64(2.0),
             m6_g_mu_2: p.m6 * p.g * p.mu,
             o2a_m3_g_2: p.O2A * p.m3 * p.g,
-            o4b_m5_g: p.O4B * p.m5 * p.g,
+            o4b_m5_g: o4b_m5 * p.g,
         }
     }
 }
@@ -1467,7 +1467,7 @@ pub struct Position<R> {
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 34 additions, 58 multiplications, 5 divisions, 2 roots, 5 other functions.
+/// Operations: 34 additions, 57 multiplications, 5 divisions, 2 roots, 5 other functions.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &Shaper<R>,
@@ -1551,7 +1551,7 @@ pub fn position<R: Scalar>(
     let v15 = p.s0 - r2;
     let v16 = (p.k3 * v15).mul_add(v15, p.k);
     let r2_phi4_v15_v16 = v15 * r2_phi4 * v16;
-    let v17 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v3, p.O2A * cos_phi2 * sin_phi4))
+    let v17 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v3, a_x * sin_phi4))
         .neg_mul_add(inv_r1, sin_phi4);
     Position {
         a_x,
@@ -1613,8 +1613,8 @@ pub fn velocity_residual<R: Scalar>(
     position: &Position<R>,
     qd: &[R; 3],
 ) -> [R; 2] {
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     let Position { guide_phi4, guide_phi5, slot_phi2, slot_phi4, .. } = *position;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     [
         -phi4_dot.neg_mul_add(slot_phi4, phi2_dot * slot_phi2),
         phi5_dot.mul_add(guide_phi5, phi4_dot * guide_phi4),
@@ -1630,7 +1630,6 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 2],
 ) -> [R; 3] {
-    let [slot_open, guide_open] = *residuals;
     let Position {
         guide_phi4,
         inv_guide,
@@ -1642,6 +1641,7 @@ pub fn correction<R: Scalar>(
         phi5_per_phi2,
         ..
     } = *position;
+    let [slot_open, guide_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let phi4_closing = slot_open * inv_slot;
@@ -1668,9 +1668,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 3], [R; 2]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
-    let [sin_phi2, sin_phi4, sin_phi5] = angles.sin;
-    let [_, cos_phi4, cos_phi5] = angles.cos;
     let Position {
         a_x,
         b_y,
@@ -1699,6 +1696,9 @@ pub fn accelerations<R: Scalar>(
         v4,
         ..
     } = *position;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let [sin_phi2, sin_phi4, sin_phi5] = angles.sin;
+    let [_, cos_phi4, cos_phi5] = angles.cos;
 
     // Rates of the lengths.
     let r1_dot = phi2_dot * r1_phi2;
@@ -1817,7 +1817,7 @@ pub fn accelerations<R: Scalar>(
 
 /// What the scene asks for, at a position that is known.
 ///
-/// Operations: 19 additions, 28 multiplications, 5 other functions.
+/// Operations: 19 additions, 26 multiplications, 5 other functions.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn outputs_at<R: Scalar>(
@@ -1828,20 +1828,18 @@ pub fn outputs_at<R: Scalar>(
     qd: &[R; 3],
     _qdd: &[R; 3],
     multipliers: &[R; 2],
-    angles: &Angles<R, 3>,
+    _angles: &Angles<R, 3>,
 ) -> [R; 8] {
-    let p = &m.parameters;
     let k = &m.constants;
+    let Position { b_y, c_x, inv_r2, v1, v11, v15, v16, v17, v2, v5, v6, .. } = *position;
     let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     let [lambda_slot, _] = *multipliers;
-    let [_, sin_phi4, sin_phi5] = angles.sin;
-    let Position { c_x, inv_r2, v1, v11, v15, v16, v17, v5, v6, .. } = *position;
     let v1_2 = phi2_dot.sign();
     let v2_2 = phi2_dot - R::from_f64(4.0);
     let v3 = v2_2.sign();
     let v4_2 = phi2_dot - R::from_f64(7.0);
     let v5_2 = v4_2.sign();
-    let v6_2 = (p.BC * sin_phi5).mul_add(phi5_dot, p.O4B * sin_phi4 * phi4_dot);
+    let v6_2 = v2.mul_add(phi5_dot, b_y * phi4_dot);
     let v7 = (-(k.k1 * v6_2)).tanh();
     [
         c_x,
@@ -1872,18 +1870,17 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 5 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position
-        .phi4_per_phi2
-        .abs()
-        .max(position.phi5_per_phi2.abs())
-        .max(position.guide_over_slot_phi4.abs())
+pub fn growth_factor<R: Scalar>(_m: &Shaper<R>, position: &Position<R>) -> R {
+    let Position { guide_over_slot_phi4, phi4_per_phi2, phi5_per_phi2, .. } = *position;
+    phi4_per_phi2.abs().max(phi5_per_phi2.abs()).max(guide_over_slot_phi4.abs())
 }
 
 impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 204;
+    const OPERATIONS: usize = 208;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 3] {
@@ -1912,7 +1909,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -1958,7 +1955,8 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
 
     #[inline(always)]
     fn event(&self, _t: R, q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
-        Some(q[0] - R::from_f64(6.0) * R::pi())
+        let [phi2, _, _] = *q;
+        Some(phi2 - R::from_f64(6.0) * R::pi())
     }
 
     #[inline(always)]
@@ -2008,7 +2006,7 @@ impl<R: Scalar> Equations<R, 3, 2> for Shaper<R> {
     fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
         Start {
-            q: [R::from_f64(0.0), R::from_f64(1.0), R::from_f64(2.6)],
+            q: [R::zero(), R::from_f64(1.0), R::from_f64(2.6)],
             given: [true, false, false],
             qd: [p.w0, R::zero(), R::zero()],
             given_rates: [true, false, false],
@@ -2450,87 +2448,87 @@ pub static TAPE: qrm_core::Tape = {
             Mul(9, 14), Mul(10, 64), Add(9, 10), Mul(79, 50), Add(60, 62), Mul(10, 14), Mul(82, 16), Mul(0, 7),
             Mul(84, 14), Mul(66, 14), Number(0.2), Number(0.6), Number(0.4), Number(0.5), Number(6.0), Number(4.0),
             Number(2.0), Number(1.0), Number(2000.0), Recip(15), Number(3.0), Number(0.52), Number(1.2), Number(0.8),
-            Number(0.25), Number(1.8), Number(7.0), Number(0.78), Number(99999.99999999991), Number(0.18), Number(0.0),
+            Number(0.25), Number(1.8), Number(0.0), Number(7.0), Number(0.78), Number(99999.99999999991), Number(0.18),
             Number(900.0), Number(25.0), Number(800.0), Number(66.66666666666667), Number(9.0), Number(600.0),
-            Number(300.0), Pi, Number(2.6), Number(0.0005), Number(20.0), Mul(90, 90), Mul(22, 119), Mul(2, 119),
+            Number(300.0), Number(2.6), Number(0.0005), Number(20.0), Pi, Mul(90, 90), Mul(22, 119), Mul(2, 119),
             Mul(96, 64), Mul(119, 50), Mul(1, 121), Mul(2, 121), Mul(1, 93), Mul(97, 47), Mul(93, 46), Mul(1, 120),
             Mul(1, 119), Add(98, 50), Mul(1, 99), Mul(1, 100), Mul(1, 89), Mul(1, 88), Mul(22, 121), Mul(90, 56),
             Mul(55, 90), Mul(61, 90), Mul(90, 62), Mul(49, 90), Mul(90, 18), Mul(19, 101), Mul(90, 120), Mul(56, 122),
             Mul(96, 123), Mul(93, 56), Mul(50, 120), Mul(1, 102), Mul(90, 19), Mul(90, 20), Mul(22, 124), Mul(1, 96),
             Mul(153, 67), Mul(96, 124), Mul(62, 122), Mul(96, 125), Mul(93, 62), Mul(22, 125), Mul(59, 126),
-            Mul(57, 126), Mul(46, 127), Mul(93, 47), Mul(0, 93), Mul(2, 93), Mul(91, 115),
+            Mul(57, 126), Mul(46, 127), Mul(93, 47), Mul(0, 93), Mul(2, 93), Mul(91, 118),
         ],
         dynamics: TapeFunction {
             operations: &[
-                Mul(29, 29), Mul(30, 30), Mul(109, 28), Mul(17, 28), Sub(28, 92), Sub(28, 103), Sub(108, 169),
+                Mul(29, 29), Mul(30, 30), Mul(109, 28), Mul(17, 28), Sub(28, 92), Sub(28, 104), Sub(108, 169),
                 Sub(28, 112), SinCos(25), SinCos(26), SinCos(27), Sign(28), Sign(171), Sign(172), Sign(174),
-                Mul(1, 178), Mul(1, 177), Mul(2, 180), Add(185, 187), Mul(178, 167), Mul(1, 189), Mul(180, 168),
-                Mul(5, 191), Add(190, 192), Mul(167, 186), Mul(5, 179), Mul(168, 195), Add(194, 196), Mul(2, 191),
-                Add(190, 198), Mul(128, 175), Add(68, 200), Mul(177, 29), Mul(69, 178), Mul(180, 203), Mul(70, 179),
-                Mul(177, 205), Add(204, 206), Mul(1, 202), Mul(179, 30), Mul(2, 209), Add(208, 210), Mul(96, 211),
-                Add(188, 100), Add(188, 104), Add(188, 87), Add(188, 106), Mul(105, 215), Mul(132, 178), Mul(133, 177),
-                Mul(56, 177), Mul(220, 177), Add(55, 221), Mul(179, 179), Mul(62, 223), Add(61, 224), Mul(111, 171),
-                Mul(114, 172), Mul(71, 176), Mul(66, 193), Mul(65, 199), Add(229, 230), Mul(66, 197), Mul(134, 178),
-                Mul(135, 177), Mul(57, 193), Mul(58, 199), Add(235, 236), Mul(57, 197), Mul(0, 175), Mul(46, 178),
-                Mul(46, 175), Mul(2, 179), Mul(168, 242), Add(194, 243), Neg(212), Sub(188, 21), Neg(246),
-                Sub(95, 217), Sub(131, 218), Sub(249, 219), Sub(94, 181), Sub(181, 182), Sub(182, 183), Sub(110, 226),
-                Sub(183, 184), Sub(113, 227), Sub(74, 232), Sub(233, 234), Sub(75, 238), Neg(244), Sqrt(201),
-                Recip(261), Tanh(245), Sign(247), Sign(214), Sign(215), Sign(213), Sign(216), Sqrt(250), Div(258, 269),
-                Mul(176, 262), Mul(178, 262), Add(94, 264), Mul(273, 273), Mul(246, 274), Mul(108, 251), Mul(252, 173),
-                Add(276, 277), Mul(253, 254), Add(278, 279), Mul(255, 256), Add(280, 281), Mul(90, 282), Mul(72, 263),
-                Mul(129, 275), Add(284, 285), Mul(178, 257), Mul(67, 263), Mul(136, 275), Add(288, 289), Mul(180, 259),
-                Mul(240, 271), Add(239, 292), Mul(177, 261), Mul(262, 271), Mul(47, 295), Mul(272, 296), Mul(128, 262),
-                Mul(298, 202), Mul(272, 241), Mul(28, 300), Mul(261, 189), Sub(94, 263), Sub(267, 265), Sub(265, 266),
-                Sub(266, 268), Sub(20, 269), Sub(283, 170), Sub(308, 228), Neg(293), Sub(0, 297), Mul(105, 304),
-                Mul(213, 312), Mul(95, 305), Add(313, 314), Mul(306, 248), Add(315, 316), Mul(303, 317), Mul(130, 318),
-                Add(319, 231), Mul(307, 307), Mul(19, 321), Add(18, 322), Mul(307, 323), Mul(324, 270), Mul(121, 318),
-                Add(326, 237), Mul(28, 311), Sub(286, 320), Neg(329), Sub(290, 327), Neg(331), Sub(328, 299),
-                Mul(177, 330), Add(334, 287), Add(335, 325), Mul(179, 332), Add(337, 291), Mul(176, 333), Neg(336),
-                Neg(338), Sub(339, 301), Mul(28, 342), Sub(343, 302), Neg(344),
+                Mul(0, 175), Mul(1, 178), Mul(1, 177), Mul(2, 180), Add(186, 188), Mul(5, 179), Mul(2, 179),
+                Mul(178, 167), Mul(1, 192), Mul(180, 168), Mul(5, 194), Add(193, 195), Mul(167, 187), Mul(168, 190),
+                Add(197, 198), Mul(2, 194), Add(193, 200), Mul(128, 175), Add(68, 202), Mul(46, 178), Mul(177, 29),
+                Mul(46, 175), Mul(69, 178), Mul(180, 207), Mul(70, 179), Mul(177, 209), Add(208, 210), Mul(56, 177),
+                Mul(212, 177), Add(55, 213), Mul(179, 179), Mul(62, 215), Add(61, 216), Mul(1, 205), Mul(179, 30),
+                Mul(2, 219), Add(218, 220), Mul(96, 221), Add(189, 100), Add(189, 105), Add(189, 87), Add(189, 107),
+                Mul(106, 225), Mul(132, 178), Mul(133, 177), Mul(111, 171), Mul(114, 172), Mul(66, 196), Mul(65, 201),
+                Add(232, 233), Mul(66, 199), Mul(134, 178), Mul(135, 177), Mul(57, 196), Mul(58, 201), Add(238, 239),
+                Mul(57, 199), Mul(71, 176), Mul(168, 191), Add(197, 243), Neg(222), Sub(189, 21), Neg(246),
+                Sub(95, 227), Sub(131, 228), Sub(249, 229), Sub(94, 181), Sub(181, 182), Sub(182, 183), Sub(110, 230),
+                Sub(183, 184), Sub(113, 231), Sub(74, 235), Sub(236, 237), Sub(75, 241), Neg(244), Sqrt(203),
+                Recip(261), Tanh(245), Sign(247), Sign(224), Sign(225), Sign(223), Sign(226), Sqrt(250), Div(258, 269),
+                Mul(177, 261), Mul(178, 262), Mul(176, 262), Mul(262, 273), Mul(47, 274), Mul(272, 275), Mul(128, 262),
+                Mul(277, 205), Mul(272, 206), Mul(28, 279), Mul(261, 192), Add(94, 264), Mul(282, 282), Mul(246, 283),
+                Mul(108, 251), Mul(252, 173), Add(285, 286), Mul(253, 254), Add(287, 288), Mul(255, 256),
+                Add(289, 290), Mul(90, 291), Mul(72, 263), Mul(129, 284), Add(293, 294), Mul(178, 257), Mul(67, 263),
+                Mul(136, 284), Add(297, 298), Mul(180, 259), Mul(204, 273), Add(185, 301), Sub(0, 276), Sub(94, 263),
+                Sub(267, 265), Sub(265, 266), Sub(266, 268), Sub(20, 269), Sub(292, 170), Sub(309, 242), Neg(302),
+                Mul(28, 303), Mul(106, 305), Mul(223, 313), Mul(95, 306), Add(314, 315), Mul(307, 248), Add(316, 317),
+                Mul(304, 318), Mul(130, 319), Add(320, 234), Mul(308, 308), Mul(19, 322), Add(18, 323), Mul(308, 324),
+                Mul(325, 270), Mul(121, 319), Add(327, 240), Sub(312, 278), Sub(295, 321), Neg(330), Sub(299, 328),
+                Neg(332), Mul(176, 329), Mul(177, 331), Add(335, 296), Add(336, 326), Mul(179, 333), Add(338, 300),
+                Sub(334, 280), Neg(337), Neg(339), Mul(28, 340), Sub(343, 281), Neg(344),
             ],
             results: &[
-                49, 107, 107, 107, 222, 207, 107, 207, 225, 309, 340, 341, 310, 294, 107, 107, 185, 187, 345, 260,
+                49, 103, 103, 103, 214, 211, 103, 211, 217, 310, 341, 342, 311, 271, 103, 103, 186, 188, 345, 260,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(25), SinCos(26), SinCos(27), Mul(1, 170), Mul(1, 169), Mul(2, 172), Mul(128, 167), Add(68, 176),
-                Mul(0, 167), Mul(46, 170), Mul(2, 171), Mul(0, 168), Add(174, 180), Sub(182, 6), Sqrt(177),
-                Div(168, 184), Mul(169, 184), Mul(170, 184), Mul(179, 185), Add(178, 188), Sub(181, 187), Neg(189),
+                SinCos(25), SinCos(26), SinCos(27), Mul(0, 168), Mul(0, 167), Mul(1, 170), Mul(1, 169), Mul(2, 172),
+                Mul(2, 171), Mul(128, 167), Add(68, 179), Mul(46, 170), Add(176, 178), Sub(182, 6), Sqrt(180),
+                Div(168, 184), Mul(170, 184), Mul(181, 185), Add(174, 187), Mul(169, 184), Sub(173, 186), Neg(188),
             ],
-            results: &[190, 183, 191, 186, 107, 107, 173, 175, 107, 107],
+            results: &[190, 183, 191, 189, 103, 103, 175, 177, 103, 103],
         },
         mass_matrix: TapeFunction {
             operations: &[
                 SinCos(26), SinCos(27), Mul(69, 168), Mul(170, 171), Mul(70, 169), Mul(167, 173), Add(172, 174),
                 Mul(56, 167), Mul(176, 167), Add(55, 177), Mul(169, 169), Mul(62, 179), Add(61, 180),
             ],
-            results: &[49, 107, 107, 107, 178, 175, 107, 175, 181],
+            results: &[49, 103, 103, 103, 178, 175, 103, 175, 181],
         },
         energy: TapeFunction {
             operations: &[
-                Mul(30, 30), Mul(138, 29), Mul(28, 28), Mul(141, 169), SinCos(26), SinCos(27), Sin(25), Mul(1, 172),
-                Mul(1, 171), Mul(2, 174), Add(176, 178), Mul(5, 173), Mul(171, 29), Mul(69, 172), Mul(173, 30),
-                Mul(132, 172), Mul(133, 171), Mul(173, 173), Mul(0, 175), Add(3, 187), Mul(137, 181), Mul(70, 183),
-                Add(189, 190), Mul(171, 191), Mul(174, 30), Mul(182, 193), Add(192, 194), Add(195, 168), Mul(29, 196),
-                Mul(140, 186), Add(139, 198), Mul(199, 167), Add(197, 200), Add(201, 170), Mul(63, 188), Mul(76, 171),
-                Add(177, 180), Mul(77, 205), Sub(179, 21), Neg(207), Sub(131, 184), Sub(209, 185), Sign(208),
-                Sqrt(210), Add(94, 211), Mul(213, 213), Mul(207, 214), Mul(144, 207), Mul(216, 215), Sub(20, 212),
-                Mul(218, 218), Mul(143, 219), Add(142, 220), Mul(221, 219), Add(222, 203), Add(223, 204),
-                Add(224, 206), Add(225, 217),
+                Mul(28, 28), Mul(30, 30), Mul(138, 29), Mul(141, 167), SinCos(26), SinCos(27), Sin(25), Mul(1, 172),
+                Mul(1, 171), Mul(2, 174), Add(176, 178), Mul(5, 173), Add(177, 180), Mul(171, 29), Mul(69, 172),
+                Mul(173, 173), Mul(173, 30), Mul(132, 172), Mul(133, 171), Mul(0, 175), Add(3, 188), Mul(137, 182),
+                Mul(70, 185), Add(190, 191), Mul(171, 192), Mul(174, 30), Mul(183, 194), Add(193, 195), Add(196, 169),
+                Mul(29, 197), Mul(140, 184), Add(139, 199), Mul(200, 168), Add(198, 201), Add(202, 170), Mul(63, 189),
+                Mul(76, 171), Mul(77, 181), Sub(179, 21), Neg(207), Sub(131, 186), Sub(209, 187), Sign(208), Sqrt(210),
+                Add(94, 211), Mul(213, 213), Mul(207, 214), Mul(144, 207), Mul(216, 215), Sub(20, 212), Mul(218, 218),
+                Mul(143, 219), Add(142, 220), Mul(221, 219), Add(222, 204), Add(223, 205), Add(224, 206),
+                Add(225, 217),
             ],
-            results: &[202, 226],
+            results: &[203, 226],
         },
         power: TapeFunction {
             operations: &[
-                Mul(109, 28), Mul(17, 28), Sub(28, 92), Sub(28, 103), Sub(108, 167), Sub(28, 112), SinCos(26),
+                Mul(109, 28), Mul(17, 28), Sub(28, 92), Sub(28, 104), Sub(108, 167), Sub(28, 112), SinCos(26),
                 SinCos(27), Sign(28), Sign(169), Sign(170), Sign(172), Mul(1, 174), Mul(2, 176), Add(181, 182),
                 Mul(173, 29), Mul(1, 184), Mul(175, 30), Mul(2, 186), Add(185, 187), Mul(96, 188), Add(183, 100),
-                Add(183, 104), Add(183, 87), Add(183, 106), Mul(105, 192), Mul(111, 169), Mul(114, 170), Neg(189),
+                Add(183, 105), Add(183, 87), Add(183, 107), Mul(106, 192), Mul(111, 169), Mul(114, 170), Neg(189),
                 Sub(95, 194), Sub(94, 177), Sub(177, 178), Sub(178, 179), Sub(110, 195), Sub(179, 180), Sub(113, 196),
                 Tanh(197), Sign(191), Sign(192), Sign(190), Sign(193), Mul(108, 199), Mul(200, 171), Add(210, 211),
                 Mul(201, 202), Add(212, 213), Mul(203, 204), Add(214, 215), Mul(90, 216), Mul(78, 205), Sub(94, 205),
-                Sub(208, 206), Sub(206, 207), Sub(207, 209), Sub(217, 168), Mul(105, 220), Mul(190, 224), Mul(95, 221),
+                Sub(208, 206), Sub(206, 207), Sub(207, 209), Sub(217, 168), Mul(106, 220), Mul(190, 224), Mul(95, 221),
                 Add(225, 226), Mul(222, 198), Add(227, 228), Mul(219, 229), Mul(28, 223), Mul(119, 230), Sub(218, 232),
                 Mul(188, 233), Add(231, 234),
             ],
@@ -2538,80 +2536,80 @@ pub static TAPE: qrm_core::Tape = {
         },
         outputs: TapeFunction {
             operations: &[
-                Mul(109, 28), Sub(28, 92), Sub(28, 103), Sub(108, 167), Sub(28, 112), SinCos(25), SinCos(26),
-                SinCos(27), Sign(28), Sign(168), Sign(169), Sign(171), Mul(1, 175), Mul(2, 177), Add(182, 183),
-                Mul(128, 172), Add(68, 185), Mul(174, 29), Mul(1, 187), Mul(176, 30), Mul(2, 189), Add(188, 190),
-                Mul(96, 191), Add(184, 100), Add(184, 104), Add(184, 87), Add(184, 106), Mul(105, 195), Mul(132, 175),
-                Mul(133, 174), Mul(111, 168), Mul(114, 169), Mul(134, 175), Mul(135, 174), Mul(0, 172), Mul(0, 173),
-                Add(3, 204), Mul(120, 191), Mul(174, 205), Mul(206, 175), Neg(192), Sub(184, 21), Neg(211),
-                Sub(95, 197), Sub(131, 198), Sub(214, 199), Sub(94, 178), Sub(178, 179), Sub(179, 180), Sub(110, 200),
-                Sub(180, 181), Sub(113, 201), Sub(202, 203), Neg(191), Sub(208, 209), Sqrt(186), Tanh(210), Sign(212),
-                Sign(194), Sign(195), Sign(193), Sign(196), Sqrt(215), Div(222, 232), Div(175, 225), Add(94, 227),
-                Mul(235, 235), Mul(211, 236), Mul(108, 216), Mul(217, 170), Add(238, 239), Mul(218, 219),
-                Add(240, 241), Mul(220, 221), Add(242, 243), Mul(90, 244), Mul(78, 226), Mul(28, 245), Mul(191, 246),
-                Mul(207, 237), Mul(224, 234), Sub(94, 226), Sub(230, 228), Sub(228, 229), Sub(229, 231), Sub(20, 232),
-                Sub(174, 250), Mul(105, 252), Mul(193, 257), Mul(95, 253), Add(258, 259), Mul(254, 213), Add(260, 261),
-                Mul(251, 262), Mul(255, 255), Mul(19, 264), Add(18, 265), Mul(255, 266), Mul(267, 233), Mul(119, 263),
-                Mul(191, 269), Mul(29, 268), Mul(34, 256), Neg(270), Neg(271),
+                Mul(109, 28), Sub(28, 92), Sub(28, 104), Sub(108, 167), Sub(28, 112), SinCos(25), SinCos(26),
+                SinCos(27), Sign(28), Sign(168), Sign(169), Sign(171), Mul(0, 173), Mul(0, 172), Add(3, 183),
+                Mul(1, 175), Mul(2, 177), Add(185, 186), Mul(128, 172), Add(68, 188), Mul(174, 29), Mul(1, 190),
+                Mul(176, 30), Mul(2, 192), Add(191, 193), Mul(96, 194), Add(187, 100), Add(187, 105), Add(187, 87),
+                Add(187, 107), Mul(106, 198), Mul(132, 175), Mul(133, 174), Mul(111, 168), Mul(114, 169),
+                Mul(134, 175), Mul(135, 174), Mul(120, 194), Mul(174, 182), Mul(184, 175), Neg(195), Sub(187, 21),
+                Neg(211), Sub(95, 200), Sub(131, 201), Sub(214, 202), Sub(94, 178), Sub(178, 179), Sub(179, 180),
+                Sub(110, 203), Sub(180, 181), Sub(113, 204), Sub(205, 206), Neg(194), Sub(208, 209), Sqrt(189),
+                Tanh(210), Sign(212), Sign(197), Sign(198), Sign(196), Sign(199), Sqrt(215), Div(222, 232),
+                Div(175, 225), Add(94, 227), Mul(235, 235), Mul(211, 236), Mul(108, 216), Mul(217, 170), Add(238, 239),
+                Mul(218, 219), Add(240, 241), Mul(220, 221), Add(242, 243), Mul(90, 244), Mul(78, 226), Mul(28, 245),
+                Mul(194, 246), Mul(207, 237), Mul(224, 234), Sub(94, 226), Sub(230, 228), Sub(228, 229), Sub(229, 231),
+                Sub(20, 232), Sub(174, 250), Mul(106, 252), Mul(196, 257), Mul(95, 253), Add(258, 259), Mul(254, 213),
+                Add(260, 261), Mul(251, 262), Mul(255, 255), Mul(19, 264), Add(18, 265), Mul(255, 266), Mul(267, 233),
+                Mul(119, 263), Mul(194, 269), Mul(29, 268), Mul(34, 256), Neg(270), Neg(271),
             ],
-            results: &[184, 223, 247, 273, 248, 274, 249, 272],
+            results: &[187, 223, 247, 273, 248, 274, 249, 272],
         },
         linearization: Some(TapeFunction {
             operations: &[
-                Mul(29, 29), Mul(30, 30), Mul(28, 28), Mul(46, 34), Mul(128, 28), Mul(147, 32), Mul(80, 167),
-                Mul(1, 35), Mul(70, 168), Mul(70, 167), Mul(158, 33), Mul(81, 168), Mul(2, 35), Mul(46, 167),
-                Mul(28, 29), Mul(46, 32), Mul(46, 31), SinCos(25), SinCos(26), SinCos(27), Sign(28), Mul(1, 187),
-                Mul(1, 186), Mul(2, 189), Add(191, 193), Mul(187, 167), Mul(1, 195), Mul(189, 168), Mul(5, 197),
-                Add(196, 198), Mul(167, 192), Mul(5, 188), Mul(168, 201), Add(200, 202), Mul(2, 197), Add(196, 204),
-                Mul(128, 184), Add(68, 206), Mul(186, 29), Mul(69, 187), Mul(70, 188), Mul(1, 208), Mul(188, 30),
-                Mul(2, 212), Add(211, 213), Mul(96, 214), Add(194, 100), Add(194, 104), Add(194, 87), Add(194, 106),
-                Mul(105, 218), Mul(132, 187), Mul(133, 186), Mul(66, 199), Mul(65, 205), Add(223, 224), Mul(66, 203),
-                Mul(134, 187), Mul(135, 186), Mul(57, 199), Mul(58, 205), Add(229, 230), Mul(57, 203), Mul(0, 184),
-                Mul(46, 184), Mul(189, 30), Mul(186, 189), Mul(187, 210), Mul(69, 236), Mul(188, 209), Mul(70, 236),
-                Mul(187, 29), Mul(184, 171), Mul(71, 184), Mul(51, 195), Mul(149, 186), Mul(133, 187), Mul(132, 186),
-                Mul(135, 187), Mul(134, 186), Add(248, 249), Mul(197, 209), Mul(69, 189), Mul(252, 195), Mul(60, 197),
-                Mul(147, 241), Mul(160, 235), Mul(161, 187), Mul(257, 212), Mul(161, 189), Mul(259, 29), Mul(160, 188),
-                Mul(261, 241), Mul(158, 235), Mul(169, 233), Mul(127, 184), Mul(208, 242), Mul(169, 234), Mul(186, 32),
-                Add(195, 268), Mul(1, 269), Mul(188, 33), Add(197, 271), Mul(2, 272), Mul(126, 208), Mul(165, 212),
-                Sub(28, 92), Sub(28, 103), Neg(215), Sub(194, 21), Neg(279), Sub(95, 220), Sub(131, 221),
-                Sub(282, 222), Sub(28, 112), Sub(74, 226), Sub(227, 228), Sub(75, 232), Sub(237, 238), Sub(239, 240),
-                Sub(221, 245), Sub(246, 247), Neg(270), Neg(273), Neg(274), Neg(275), Sqrt(207), Recip(296), Sign(276),
-                Sign(277), Tanh(278), Sign(280), Sign(217), Sign(218), Sign(216), Sign(219), Sqrt(283), Sign(284),
-                Recip(306), Cosh(278), Recip(309), Mul(185, 297), Mul(187, 297), Add(94, 301), Mul(313, 313),
-                Mul(279, 314), Mul(72, 300), Mul(129, 315), Add(316, 317), Mul(67, 300), Mul(136, 315), Add(319, 320),
-                Mul(297, 311), Mul(47, 322), Mul(312, 323), Mul(128, 297), Mul(325, 208), Mul(312, 234), Mul(186, 311),
-                Mul(170, 328), Mul(310, 310), Mul(152, 314), Mul(163, 322), Mul(296, 34), Mul(148, 314), Mul(18, 286),
-                Mul(308, 308), Mul(90, 306), Mul(33, 288), Mul(33, 289), Mul(288, 32), Mul(159, 314), Mul(32, 289),
-                Mul(297, 297), Mul(162, 311), Mul(344, 311), Add(345, 265), Mul(343, 346), Mul(181, 332),
-                Mul(169, 323), Mul(296, 167), Mul(29, 311), Mul(351, 171), Mul(296, 32), Add(352, 353), Mul(187, 354),
-                Mul(312, 332), Mul(312, 242), Mul(171, 328), Mul(93, 296), Mul(359, 241), Add(358, 360), Sub(94, 300),
-                Sub(304, 302), Sub(302, 303), Sub(303, 305), Sub(20, 306), Sub(190, 298), Sub(298, 299), Sub(299, 307),
-                Sub(0, 324), Sub(173, 334), Sub(151, 337), Sub(178, 341), Sub(46, 347), Sub(348, 182), Sub(349, 183),
-                Sub(164, 356), Mul(105, 363), Mul(216, 378), Mul(95, 364), Add(379, 380), Mul(365, 281), Add(381, 382),
-                Mul(362, 383), Mul(130, 384), Add(385, 225), Mul(366, 366), Mul(19, 387), Add(18, 388), Mul(366, 389),
-                Mul(121, 384), Add(391, 231), Mul(185, 370), Mul(146, 383), Add(145, 394), Mul(395, 330),
-                Mul(105, 365), Mul(155, 383), Add(154, 398), Mul(399, 330), Mul(157, 383), Add(156, 401),
+                Mul(28, 28), Mul(29, 29), Mul(30, 30), Mul(46, 34), Mul(128, 28), Mul(147, 32), Mul(80, 168),
+                Mul(1, 35), Mul(70, 169), Mul(70, 168), Mul(158, 33), Mul(81, 169), Mul(2, 35), Mul(46, 168),
+                Mul(28, 29), Mul(46, 32), Mul(46, 31), SinCos(25), SinCos(26), SinCos(27), Sign(28), Mul(0, 184),
+                Mul(1, 187), Mul(1, 186), Mul(2, 189), Add(192, 194), Mul(5, 188), Mul(187, 168), Mul(1, 197),
+                Mul(189, 169), Mul(167, 191), Mul(5, 199), Add(198, 201), Mul(168, 193), Mul(169, 196), Add(203, 204),
+                Mul(2, 199), Add(198, 206), Mul(128, 184), Add(68, 208), Mul(186, 29), Mul(46, 184), Mul(69, 187),
+                Mul(70, 188), Mul(1, 210), Mul(188, 30), Mul(2, 215), Add(214, 216), Mul(96, 217), Add(195, 100),
+                Add(195, 105), Add(195, 87), Add(195, 107), Mul(106, 221), Mul(132, 187), Mul(133, 186), Mul(66, 202),
+                Mul(65, 207), Add(226, 227), Mul(66, 205), Mul(134, 187), Mul(135, 186), Mul(57, 202), Mul(58, 207),
+                Add(232, 233), Mul(57, 205), Mul(189, 30), Mul(186, 189), Mul(187, 213), Mul(69, 237), Mul(188, 212),
+                Mul(70, 237), Mul(187, 29), Mul(184, 171), Mul(71, 184), Mul(51, 197), Mul(149, 186), Mul(133, 187),
+                Mul(132, 186), Mul(135, 187), Mul(134, 186), Add(249, 250), Mul(199, 212), Mul(69, 189), Mul(253, 197),
+                Mul(60, 199), Mul(147, 242), Mul(160, 236), Mul(161, 187), Mul(258, 215), Mul(161, 189), Mul(260, 29),
+                Mul(160, 188), Mul(262, 242), Mul(158, 236), Mul(127, 184), Mul(210, 243), Mul(167, 211), Mul(186, 32),
+                Add(197, 268), Mul(1, 269), Mul(188, 33), Add(199, 271), Mul(2, 272), Mul(126, 210), Mul(165, 215),
+                Sub(28, 92), Sub(28, 104), Neg(218), Sub(195, 21), Neg(279), Sub(95, 223), Sub(131, 224),
+                Sub(282, 225), Sub(28, 112), Sub(74, 229), Sub(230, 231), Sub(75, 235), Sub(238, 239), Sub(240, 241),
+                Sub(224, 246), Sub(247, 248), Neg(270), Neg(273), Neg(274), Neg(275), Sqrt(209), Recip(296), Sign(276),
+                Sign(277), Tanh(278), Sign(280), Sign(220), Sign(221), Sign(219), Sign(222), Sqrt(283), Sign(284),
+                Recip(306), Cosh(278), Recip(309), Mul(187, 297), Mul(185, 297), Mul(297, 312), Mul(47, 313),
+                Mul(311, 314), Mul(128, 297), Mul(316, 210), Mul(311, 211), Add(94, 301), Mul(319, 319), Mul(279, 320),
+                Mul(72, 300), Mul(129, 321), Add(322, 323), Mul(67, 300), Mul(136, 321), Add(325, 326), Mul(186, 312),
+                Mul(170, 328), Mul(310, 310), Mul(152, 320), Mul(163, 313), Mul(296, 34), Mul(148, 320), Mul(18, 286),
+                Mul(308, 308), Mul(90, 306), Mul(33, 288), Mul(33, 289), Mul(288, 32), Mul(159, 320), Mul(32, 289),
+                Mul(297, 297), Mul(162, 312), Mul(344, 312), Add(345, 265), Mul(343, 346), Mul(181, 332),
+                Mul(167, 314), Mul(296, 168), Mul(29, 312), Mul(351, 171), Mul(296, 32), Add(352, 353), Mul(187, 354),
+                Mul(311, 332), Mul(311, 243), Mul(171, 328), Mul(93, 296), Mul(359, 242), Add(358, 360), Sub(0, 315),
+                Sub(94, 300), Sub(304, 302), Sub(302, 303), Sub(303, 305), Sub(20, 306), Sub(190, 298), Sub(298, 299),
+                Sub(299, 307), Sub(173, 334), Sub(151, 337), Sub(178, 341), Sub(46, 347), Sub(348, 182), Sub(349, 183),
+                Sub(164, 356), Mul(106, 364), Mul(219, 378), Mul(95, 365), Add(379, 380), Mul(366, 281), Add(381, 382),
+                Mul(363, 383), Mul(130, 384), Add(385, 228), Mul(367, 367), Mul(19, 387), Add(18, 388), Mul(367, 389),
+                Mul(121, 384), Add(391, 234), Mul(185, 362), Mul(146, 383), Add(145, 394), Mul(395, 330),
+                Mul(106, 366), Mul(155, 383), Add(154, 398), Mul(399, 330), Mul(157, 383), Add(156, 401),
                 Mul(402, 330), Mul(188, 400), Mul(29, 396), Add(405, 172), Mul(186, 406), Mul(290, 388), Add(408, 335),
-                Mul(308, 409), Mul(150, 366), Mul(411, 387), Mul(18, 372), Add(412, 413), Mul(336, 414), Mul(415, 291),
-                Add(410, 416), Mul(286, 417), Mul(250, 390), Mul(235, 400), Mul(241, 400), Mul(30, 403), Add(422, 177),
-                Mul(188, 423), Mul(109, 367), Mul(111, 368), Add(425, 426), Mul(114, 369), Add(427, 428), Mul(90, 429),
-                Add(17, 430), Mul(186, 396), Add(432, 255), Mul(186, 433), Add(404, 256), Mul(186, 435), Mul(188, 403),
-                Add(437, 263), Mul(188, 438), Mul(374, 169), Add(440, 180), Mul(187, 441), Mul(186, 375),
-                Mul(185, 376), Add(444, 267), Mul(297, 445), Add(446, 350), Mul(186, 447), Mul(28, 377), Sub(318, 386),
-                Sub(321, 392), Sub(393, 327), Sub(378, 397), Sub(407, 244), Sub(418, 419), Sub(424, 254),
-                Sub(456, 451), Sub(436, 258), Sub(404, 260), Sub(442, 443), Sub(448, 355), Neg(461), Sub(326, 449),
-                Mul(362, 453), Mul(124, 464), Mul(34, 452), Add(243, 466), Add(454, 333), Mul(123, 464), Add(371, 469),
+                Mul(308, 409), Mul(150, 367), Mul(411, 387), Mul(18, 372), Add(412, 413), Mul(336, 414), Mul(415, 291),
+                Add(410, 416), Mul(286, 417), Mul(251, 390), Mul(236, 400), Mul(242, 400), Mul(30, 403), Add(422, 177),
+                Mul(188, 423), Mul(109, 368), Mul(111, 369), Add(425, 426), Mul(114, 370), Add(427, 428), Mul(90, 429),
+                Add(17, 430), Mul(186, 396), Add(432, 256), Mul(186, 433), Add(404, 257), Mul(186, 435), Mul(188, 403),
+                Add(437, 264), Mul(188, 438), Mul(374, 167), Add(440, 180), Mul(187, 441), Mul(186, 375),
+                Mul(185, 376), Add(444, 267), Mul(297, 445), Add(446, 350), Mul(186, 447), Mul(28, 377), Sub(324, 386),
+                Sub(327, 392), Sub(393, 318), Sub(378, 397), Sub(407, 245), Sub(418, 419), Sub(424, 255),
+                Sub(456, 451), Sub(436, 259), Sub(404, 261), Sub(442, 443), Sub(448, 355), Neg(461), Sub(317, 449),
+                Mul(363, 453), Mul(124, 464), Mul(34, 452), Add(244, 466), Add(454, 333), Mul(123, 464), Add(371, 469),
                 Mul(186, 470), Add(471, 174), Add(472, 285), Mul(186, 473), Mul(308, 455), Mul(189, 457),
                 Mul(125, 464), Add(373, 477), Mul(188, 478), Add(479, 179), Add(480, 287), Mul(188, 481),
-                Mul(186, 459), Add(483, 262), Mul(185, 460), Mul(452, 31), Mul(185, 463), Add(487, 357), Sub(331, 465),
+                Mul(186, 459), Add(483, 263), Mul(185, 460), Mul(452, 31), Mul(185, 463), Add(487, 357), Sub(331, 465),
                 Neg(467), Sub(468, 450), Sub(175, 489), Sub(489, 176), Sub(476, 482), Sub(494, 342), Sub(485, 266),
                 Mul(187, 491), Mul(188, 492), Mul(186, 493), Add(499, 421), Mul(188, 500), Mul(297, 496),
-                Add(264, 502), Sub(497, 474), Sub(498, 420), Sub(501, 253), Sub(503, 486), Add(504, 475),
-                Add(508, 338), Mul(186, 505), Add(510, 251), Add(511, 339), Add(506, 340), Neg(512),
+                Add(200, 502), Sub(497, 474), Sub(498, 420), Sub(501, 254), Sub(503, 486), Add(504, 475),
+                Add(508, 338), Mul(186, 505), Add(510, 252), Add(511, 339), Add(506, 340), Neg(512),
             ],
             results: &[
-                490, 329, 107, 329, 509, 514, 107, 513, 495, 431, 107, 107, 107, 434, 458, 107, 484, 439, 507, 462,
-                107, 107, 292, 293, 488, 361, 107, 107, 294, 295, 107, 107, 107, 107, 107,
+                490, 329, 103, 329, 509, 514, 103, 513, 495, 431, 103, 103, 103, 434, 458, 103, 484, 439, 507, 462,
+                103, 103, 292, 293, 488, 361, 103, 103, 294, 295, 103, 103, 103, 103, 103,
             ],
         }),
         event: Some(TapeFunction {
@@ -2620,8 +2618,8 @@ pub static TAPE: qrm_core::Tape = {
         }),
         switching_functions: TapeFunction {
             operations: &[
-                Sub(28, 92), Sub(28, 103), Sub(28, 112), SinCos(26), SinCos(27), Mul(1, 171), Mul(2, 173),
-                Add(174, 175), Add(176, 100), Add(176, 104), Add(176, 87), Add(176, 106), Sub(176, 21), Neg(181),
+                Sub(28, 92), Sub(28, 104), Sub(28, 112), SinCos(26), SinCos(27), Mul(1, 171), Mul(2, 173),
+                Add(174, 175), Add(176, 100), Add(176, 105), Add(176, 87), Add(176, 107), Sub(176, 21), Neg(181),
             ],
             results: &[28, 167, 168, 182, 177, 178, 179, 180, 169],
         },
@@ -2635,30 +2633,30 @@ pub static TAPE: qrm_core::Tape = {
         },
         start: TapeFunction {
             operations: &[],
-            results: &[107, 94, 116, 23, 107, 107],
+            results: &[103, 94, 115, 23, 103, 103],
         },
         given: &[true, false, false, true, false, false],
         schedule: TapeFunction {
             operations: &[],
-            results: &[117, 118],
+            results: &[116, 117],
         },
         kernel: TapeKernel {
-            operations: 204,
+            operations: 208,
             has_angle: &[true, true, true],
             position: TapeFunction {
                 operations: &[
                     MulAdd(128, 36, 68), Mul(46, 39), Mul(134, 40), Mul(0, 39), Mul(1, 37), Mul(2, 38), Mul(0, 36),
-                    Mul(1, 40), Mul(2, 41), Mul(56, 37), MulAdd(176, 37, 55), Mul(69, 40), Mul(70, 37), Mul(41, 178),
-                    MulAdd(179, 38, 180), Mul(62, 38), MulAdd(182, 38, 61), Add(174, 175), Add(100, 184),
-                    Add(104, 184), Add(87, 184), Add(106, 184), Mul(105, 185), Mul(85, 39), Mul(76, 40), Mul(69, 37),
-                    Add(3, 173), Mul(170, 37), Sqrt(167), Recip(167), Recip(37), Recip(175), Sign(186), Sign(187),
-                    Sign(188), Sign(185), NegMulAdd(132, 40, 131), NegMulAdd(133, 37, 203), NegMulAdd(135, 37, 169),
-                    NegMulAdd(40, 195, 170), Sub(171, 6), Sub(184, 21), Neg(208), NegMulAdd(105, 187, 95),
-                    Sub(200, 201), Sub(202, 199), Sub(199, 200), NegMulAdd(40, 193, 194), Mul(196, 195), Mul(168, 215),
+                    Mul(1, 40), Mul(2, 41), Mul(56, 37), MulAdd(176, 37, 55), Mul(69, 40), Mul(41, 178), Mul(70, 37),
+                    MulAdd(180, 38, 179), Mul(62, 38), MulAdd(182, 38, 61), Add(174, 175), Add(100, 184),
+                    Add(105, 184), Add(87, 184), Mul(106, 185), Add(107, 184), Mul(85, 39), Mul(76, 40), Mul(69, 37),
+                    Mul(170, 37), Add(3, 173), Sqrt(167), Recip(167), Recip(37), Recip(175), Sign(186), Sign(187),
+                    Sign(185), Sign(189), NegMulAdd(132, 40, 131), NegMulAdd(133, 37, 203), NegMulAdd(135, 37, 169),
+                    NegMulAdd(40, 195, 170), Sub(171, 6), Sub(184, 21), Neg(208), Sub(199, 200), Sub(201, 199),
+                    Sub(200, 202), NegMulAdd(106, 187, 95), NegMulAdd(40, 194, 193), Mul(196, 195), Mul(168, 215),
                     Add(207, 172), MulAdd(40, 216, 173), Mul(37, 195), Mul(197, 215), Mul(220, 218), Mul(174, 198),
-                    Mul(222, 221), Mul(174, 220), Mul(177, 221), Mul(181, 221), Mul(95, 213), MulAdd(189, 212, 227),
-                    MulAdd(210, 211, 228), Mul(120, 208), Mul(40, 214), Sqrt(204), Recip(204), Sign(209), Abs(221),
-                    Abs(223), Max(235, 236), Abs(224), Max(237, 238), NegMulAdd(181, 223, 225),
+                    Mul(222, 221), Mul(174, 220), Mul(177, 221), Mul(181, 221), Mul(95, 210), MulAdd(188, 211, 227),
+                    MulAdd(213, 212, 228), Mul(120, 208), Mul(40, 214), Sqrt(204), Recip(204), Sign(209), Abs(221),
+                    Abs(223), Abs(224), Max(235, 236), Max(238, 237), NegMulAdd(181, 223, 225),
                     NegMulAdd(183, 223, 226), Sub(20, 232), NegMulAdd(231, 215, 37), Mul(233, 232), Mul(205, 244),
                     MulAdd(221, 240, 49), Add(94, 234), Mul(230, 247), Mul(248, 247), Mul(19, 242),
                     MulAdd(250, 242, 18), Mul(242, 245), Mul(252, 251), NegMulAdd(223, 241, 246), Recip(254),
@@ -2678,21 +2676,21 @@ pub static TAPE: qrm_core::Tape = {
             },
             accelerations: TapeFunction {
                 operations: &[
-                    Mul(29, 29), Mul(30, 30), Mul(28, 28), Mul(28, 216), Mul(46, 36), Mul(275, 273),
-                    MulAdd(274, 274, 276), Mul(215, 277), MulAdd(271, 195, 278), Mul(93, 37), Mul(280, 29),
-                    Mul(170, 273), Mul(271, 171), MulAdd(172, 272, 283), Mul(29, 171), MulAdd(30, 172, 285),
-                    Mul(96, 286), Mul(271, 174), MulAdd(272, 175, 288), Mul(69, 38), Mul(41, 272), Mul(291, 192),
-                    Mul(38, 271), Mul(293, 178), Sub(28, 92), Sub(28, 103), Sub(28, 112), NegMulAdd(281, 274, 282),
-                    NegMulAdd(40, 279, 298), Neg(287), NegMulAdd(10, 289, 249), NegMulAdd(114, 296, 113),
-                    NegMulAdd(111, 295, 110), NegMulAdd(109, 28, 108), NegMulAdd(290, 272, 86),
-                    NegMulAdd(271, 192, 75), Sign(28), Sign(295), Sign(296), Sign(297), Tanh(300), Sub(94, 307),
-                    Sub(307, 308), Sub(308, 309), Sub(309, 310), Sub(94, 311), Mul(108, 312), Mul(119, 316),
-                    MulAdd(83, 311, 301), MulAdd(304, 313, 317), MulAdd(303, 314, 320), MulAdd(302, 315, 321),
-                    Mul(90, 322), MulAdd(40, 305, 292), Add(191, 324), Add(325, 253), MulAdd(41, 306, 294),
-                    Mul(220, 299), NegMulAdd(318, 229, 319), NegMulAdd(17, 28, 323), Sub(190, 330),
-                    NegMulAdd(171, 329, 326), NegMulAdd(172, 329, 327), NegMulAdd(174, 328, 284), Mul(198, 334),
-                    MulAdd(240, 328, 331), NegMulAdd(223, 333, 336), MulAdd(221, 332, 337), MulAdd(241, 335, 338),
-                    Mul(255, 339), MulAdd(223, 340, 335), NegMulAdd(221, 340, 328), Neg(340),
+                    Mul(28, 28), Mul(29, 29), Mul(30, 30), Mul(28, 216), Mul(46, 36), Mul(275, 271),
+                    MulAdd(274, 274, 276), Mul(215, 277), Mul(170, 271), Mul(93, 37), Mul(280, 29),
+                    MulAdd(272, 195, 278), Mul(272, 171), MulAdd(172, 273, 283), Mul(29, 171), MulAdd(30, 172, 285),
+                    Mul(96, 286), Mul(272, 174), MulAdd(273, 175, 288), Mul(41, 273), Mul(290, 192), Mul(69, 38),
+                    Mul(38, 272), Mul(293, 178), Sub(28, 92), Sub(28, 104), Sub(28, 112), NegMulAdd(281, 274, 279),
+                    NegMulAdd(40, 282, 298), Neg(287), NegMulAdd(10, 289, 249), NegMulAdd(109, 28, 108),
+                    NegMulAdd(111, 295, 110), NegMulAdd(114, 296, 113), NegMulAdd(292, 273, 86),
+                    NegMulAdd(272, 192, 75), Sign(28), Sign(295), Sign(296), Sign(297), Tanh(300), Sub(94, 307),
+                    Sub(307, 308), Sub(308, 309), Sub(309, 310), Sub(94, 311), Mul(108, 312), MulAdd(83, 311, 301),
+                    Mul(119, 316), MulAdd(302, 313, 317), MulAdd(303, 314, 320), MulAdd(304, 315, 321), Mul(90, 322),
+                    MulAdd(40, 305, 291), Add(191, 324), Add(325, 253), MulAdd(41, 306, 294), Mul(220, 299),
+                    NegMulAdd(319, 229, 318), NegMulAdd(17, 28, 323), Sub(190, 330), NegMulAdd(171, 329, 326),
+                    NegMulAdd(172, 329, 327), NegMulAdd(174, 328, 284), Mul(198, 334), MulAdd(240, 328, 331),
+                    NegMulAdd(223, 333, 336), MulAdd(221, 332, 337), MulAdd(241, 335, 338), Mul(255, 339),
+                    MulAdd(223, 340, 335), NegMulAdd(221, 340, 328), Neg(340),
                 ],
                 results: &[343, 342, 341],
             },
@@ -2707,11 +2705,11 @@ pub static TAPE: qrm_core::Tape = {
                 operations: &[
                     Mul(171, 29), MulAdd(172, 30, 353), Mul(96, 354), Mul(90, 28), Mul(119, 354), Mul(83, 354),
                     Mul(29, 205), Mul(359, 244), Mul(360, 242), Mul(361, 251), Mul(120, 354), Mul(363, 208),
-                    Mul(364, 247), Mul(365, 247), Mul(34, 243), Sub(28, 92), Sub(28, 103), Sub(28, 112),
-                    NegMulAdd(114, 369, 113), NegMulAdd(111, 368, 110), NegMulAdd(109, 28, 108), Neg(355), Neg(354),
+                    Mul(364, 247), Mul(365, 247), Mul(34, 243), Sub(28, 92), Sub(28, 104), Sub(28, 112),
+                    NegMulAdd(109, 28, 108), NegMulAdd(111, 368, 110), NegMulAdd(114, 369, 113), Neg(355), Neg(354),
                     Neg(362), Sign(28), Sign(368), Sign(369), Sign(370), Tanh(374), Sub(94, 377), Sub(377, 378),
-                    Sub(378, 379), Sub(379, 380), Sub(94, 381), Mul(108, 382), MulAdd(373, 383, 387),
-                    MulAdd(372, 384, 388), MulAdd(371, 385, 389), Mul(356, 390), Mul(357, 386), Mul(392, 229),
+                    Sub(378, 379), Sub(379, 380), Sub(94, 381), Mul(108, 382), MulAdd(371, 383, 387),
+                    MulAdd(372, 384, 388), MulAdd(373, 385, 389), Mul(356, 390), Mul(357, 386), Mul(392, 229),
                     Mul(358, 381), Neg(393),
                 ],
                 results: &[184, 375, 391, 395, 394, 376, 366, 367],
@@ -2720,4 +2718,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: f2a17897e75bc530
+// Hash of this file and its derivation: 1e415354fdf0b61d

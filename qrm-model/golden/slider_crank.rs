@@ -18,17 +18,17 @@
 //     dynamics             21 additions, 36 multiplications, 1 division, 1 root, 2 sine-cosine pairs
 //     loop_constraints     6 additions, 2 multiplications, 2 sine-cosine pairs
 //     linearization        71 additions, 152 multiplications, 2 divisions, 1 root, 2 sine-cosine pairs
-//     position             15 additions, 29 multiplications, 3 divisions, 1 root
+//     position             17 additions, 29 multiplications, 3 divisions, 1 root
 //     residuals            1 addition
 //     velocity_residual    4 additions, 4 multiplications
 //     correction           6 additions, 7 multiplications
-//     accelerations        19 additions, 26 multiplications
+//     accelerations        20 additions, 26 multiplications
 //     outputs_at           2 additions, 6 multiplications
 //
 // Accelerations and multipliers, from sines and cosines on:
 //       205 operations  with full matrices, as the method is written down
 //       174 operations  by the function `dynamics` and one full system
-//        87 operations  by the kernel: 29 additions, 54 multiplications, 3 divisions, 1 root
+//        91 operations  by the kernel: 33 additions, 54 multiplications, 3 divisions, 1 root
 //
 // Left out:
 //     y of body `slider`: is constant
@@ -745,6 +745,7 @@ pub struct Position<R> {
     pub along_over_across_p: R,
     pub along_residual: R,
     pub cos_p_: R,
+    pub e_y: R,
     pub f_e_y: R,
     pub inv_across: R,
     pub inv_inertia_q: R,
@@ -755,14 +756,13 @@ pub struct Position<R> {
     pub r_p: R,
     pub r_q: R,
     pub r_x: R,
-    pub sin_p_: R,
     pub v5: R,
     pub x_per_q: R,
 }
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 15 additions, 29 multiplications, 3 divisions, 1 root.
+/// Operations: 17 additions, 29 multiplications, 3 divisions, 1 root.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &SliderCrank<R>,
@@ -813,6 +813,7 @@ pub fn position<R: Scalar>(
         along_over_across_p,
         along_residual,
         cos_p_,
+        e_y: sin_p_,
         f_e_y,
         inv_across,
         inv_inertia_q,
@@ -823,7 +824,6 @@ pub fn position<R: Scalar>(
         r_p,
         r_q,
         r_x,
-        sin_p_,
         v5,
         x_per_q,
     }
@@ -847,12 +847,9 @@ pub fn velocity_residual<R: Scalar>(
     position: &Position<R>,
     qd: &[R; 3],
 ) -> [R; 2] {
+    let Position { a_x, a_y, cos_p_, e_y, .. } = *position;
     let [q_dot, x_dot, p_dot] = *qd;
-    let Position { a_x, a_y, cos_p_, sin_p_, .. } = *position;
-    [
-        q_dot.mul_add(a_y, p_dot.mul_add(sin_p_, x_dot)),
-        -q_dot.mul_add(a_x, p_dot * cos_p_),
-    ]
+    [q_dot.mul_add(a_y, p_dot.mul_add(e_y, x_dot)), -q_dot.mul_add(a_x, p_dot * cos_p_)]
 }
 
 /// The change of coordinates that is least in the metric of `Mbar` among those with `C_q dq = -residuals`.
@@ -864,21 +861,21 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 2],
 ) -> [R; 3] {
-    let [along_open, across_open] = *residuals;
     let Position {
+        e_y,
         inv_across,
         inv_inertia_q,
         momentum_p_q,
         momentum_x_q,
         p_per_q,
-        sin_p_,
         x_per_q,
         ..
     } = *position;
+    let [along_open, across_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let p_closing = across_open * inv_across;
-    let x_closing = sin_p_.mul_add(p_closing, along_open);
+    let x_closing = e_y.mul_add(p_closing, along_open);
     let drive_q_correction = p_closing
         .neg_mul_add(momentum_p_q, x_closing * momentum_x_q);
     let q_correction = drive_q_correction * inv_inertia_q;
@@ -889,7 +886,7 @@ pub fn correction<R: Scalar>(
 
 /// `qdd`, and the multipliers.
 ///
-/// Operations: 19 additions, 26 multiplications.
+/// Operations: 20 additions, 26 multiplications.
 #[inline(always)]
 pub fn accelerations<R: Scalar>(
     m: &SliderCrank<R>,
@@ -900,8 +897,6 @@ pub fn accelerations<R: Scalar>(
     angles: &Angles<R, 3>,
 ) -> ([R; 3], [R; 2]) {
     let p = &m.parameters;
-    let [q_dot, x_dot, p_dot] = *qd;
-    let [_, _, cos_p_] = angles.cos;
     let Position {
         a_x,
         a_y,
@@ -914,11 +909,13 @@ pub fn accelerations<R: Scalar>(
         r_p,
         r_q,
         r_x,
-        sin_p_,
         v5,
         x_per_q,
         ..
     } = *position;
+    let [q_dot, x_dot, p_dot] = *qd;
+    let [_, _, sin_p_] = angles.sin;
+    let [_, _, cos_p_] = angles.cos;
 
     // Rates of the lengths.
     let r_dot = p_dot.mul_add(r_p, x_dot.mul_add(r_x, q_dot * r_q));
@@ -978,8 +975,8 @@ pub fn outputs_at<R: Scalar>(
     _angles: &Angles<R, 3>,
 ) -> [R; 2] {
     let k = &m.constants;
-    let [q_dot, x_dot, p_dot] = *qd;
     let Position { r, .. } = *position;
+    let [q_dot, x_dot, p_dot] = *qd;
     [
         r,
         (k.half_m2 * x_dot)
@@ -991,18 +988,17 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 5 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position
-        .x_per_q
-        .abs()
-        .max(position.p_per_q.abs())
-        .max(position.along_over_across_p.abs())
+pub fn growth_factor<R: Scalar>(_m: &SliderCrank<R>, position: &Position<R>) -> R {
+    let Position { along_over_across_p, p_per_q, x_per_q, .. } = *position;
+    x_per_q.abs().max(p_per_q.abs()).max(along_over_across_p.abs())
 }
 
 impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 87;
+    const OPERATIONS: usize = 91;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 3] {
@@ -1031,7 +1027,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -1111,7 +1107,7 @@ impl<R: Scalar> Equations<R, 3, 2> for SliderCrank<R> {
         Start {
             q: [R::pi() / R::from_f64(2.0), R::from_f64(0.87), -R::from_f64(0.52)],
             given: [true, false, false],
-            qd: [R::from_f64(0.0), R::zero(), R::zero()],
+            qd: [R::zero(), R::zero(), R::zero()],
             given_rates: [true, false, false],
         }
     }
@@ -1379,23 +1375,23 @@ pub static TAPE: qrm_core::Tape = {
         ],
         dynamics: TapeFunction {
             operations: &[
-                Mul(12, 12), Mul(31, 10), Mul(14, 14), SinCos(9), SinCos(11), Mul(0, 58), Mul(0, 57), Mul(43, 57),
-                Mul(34, 59), Add(63, 64), Mul(43, 58), Mul(34, 60), Mul(58, 65), Mul(44, 57), Mul(31, 59), Add(69, 70),
-                Mul(44, 58), Mul(31, 60), Mul(71, 71), Mul(60, 65), Mul(7, 59), Mul(54, 61), Mul(60, 56), Add(77, 78),
-                Mul(54, 62), Mul(59, 14), Mul(14, 81), Add(80, 82), Sub(55, 66), Sub(84, 67), Sub(10, 73), Sub(86, 72),
-                Neg(61), Neg(60), Mul(57, 85), Add(68, 90), Mul(0, 91), Mul(87, 87), Add(74, 93), Mul(59, 85),
-                Add(75, 95), Mul(14, 96), Mul(12, 92), Mul(87, 13), Add(98, 99), Add(97, 100), Sqrt(94), Recip(102),
+                Mul(12, 12), Mul(14, 14), Mul(31, 10), SinCos(9), SinCos(11), Mul(0, 58), Mul(0, 57), Mul(54, 61),
+                Mul(60, 55), Add(63, 64), Mul(54, 62), Mul(59, 14), Mul(14, 67), Add(66, 68), Mul(43, 57), Mul(34, 59),
+                Add(70, 71), Mul(43, 58), Mul(34, 60), Mul(58, 72), Mul(44, 57), Mul(31, 59), Add(76, 77), Mul(44, 58),
+                Mul(31, 60), Mul(78, 78), Mul(60, 72), Mul(7, 59), Neg(61), Neg(60), Sub(56, 73), Sub(86, 74),
+                Sub(10, 80), Sub(88, 79), Mul(57, 87), Add(75, 90), Mul(0, 91), Mul(89, 89), Add(81, 93), Mul(59, 87),
+                Add(82, 95), Mul(14, 96), Mul(12, 92), Mul(89, 13), Add(98, 99), Add(97, 100), Sqrt(94), Recip(102),
                 Mul(5, 103), Mul(101, 104), Sub(102, 6), Mul(4, 106), Add(107, 105), Mul(103, 108), Mul(92, 109),
-                Mul(87, 109), Mul(96, 109), Add(76, 112), Neg(110), Sub(7, 111), Neg(113),
+                Mul(89, 109), Mul(96, 109), Add(83, 112), Neg(110), Sub(7, 111), Neg(113),
             ],
-            results: &[1, 36, 36, 36, 2, 36, 36, 36, 3, 114, 115, 116, 62, 32, 59, 88, 36, 89, 79, 83],
+            results: &[1, 36, 36, 36, 2, 36, 36, 36, 3, 114, 115, 116, 62, 32, 59, 84, 36, 85, 65, 69],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(9), SinCos(11), Mul(0, 55), Mul(0, 54), Add(56, 59), Neg(58), Neg(57), Sub(10, 57), Sub(63, 58),
-                Neg(60),
+                SinCos(9), SinCos(11), Mul(0, 55), Mul(0, 54), Add(56, 59), Sub(10, 57), Sub(61, 58), Neg(60), Neg(58),
+                Neg(57),
             ],
-            results: &[64, 65, 59, 32, 56, 61, 36, 62, 36, 36],
+            results: &[62, 63, 59, 32, 56, 64, 36, 65, 36, 36],
         },
         mass_matrix: TapeFunction {
             operations: &[],
@@ -1430,21 +1426,21 @@ pub static TAPE: qrm_core::Tape = {
         },
         linearization: Some(TapeFunction {
             operations: &[
-                Mul(12, 12), Mul(31, 10), Mul(14, 14), Mul(34, 10), Mul(0, 12), Mul(53, 12), Add(7, 18), SinCos(9),
-                SinCos(11), Mul(0, 61), Mul(43, 61), Mul(34, 63), Add(66, 67), Mul(43, 62), Mul(34, 64), Mul(62, 68),
-                Mul(44, 61), Mul(31, 63), Add(72, 73), Mul(44, 62), Mul(31, 64), Mul(74, 74), Mul(64, 68), Mul(64, 56),
-                Mul(63, 14), Mul(14, 80), Mul(49, 61), Mul(35, 63), Add(82, 83), Mul(49, 62), Mul(35, 64), Mul(64, 84),
-                Mul(62, 84), Mul(62, 74), Mul(61, 68), Mul(62, 62), Mul(61, 61), Add(91, 92), Mul(50, 93), Mul(62, 64),
-                Mul(61, 63), Add(95, 96), Mul(43, 97), Mul(13, 72), Mul(14, 98), Mul(12, 72), Mul(14, 73), Mul(64, 74),
-                Mul(13, 73), Mul(12, 98), Mul(62, 18), Mul(61, 19), Add(106, 107), Mul(0, 108), Mul(64, 60),
+                Mul(12, 12), Mul(14, 14), Mul(31, 10), Mul(34, 10), Mul(0, 12), Mul(53, 12), Add(7, 18), SinCos(9),
+                SinCos(11), Mul(0, 61), Mul(64, 55), Mul(63, 14), Mul(14, 67), Mul(43, 61), Mul(34, 63), Add(69, 70),
+                Mul(43, 62), Mul(34, 64), Mul(62, 71), Mul(44, 61), Mul(31, 63), Add(75, 76), Mul(44, 62), Mul(31, 64),
+                Mul(77, 77), Mul(64, 71), Mul(49, 61), Mul(35, 63), Add(82, 83), Mul(49, 62), Mul(35, 64), Mul(64, 84),
+                Mul(62, 84), Mul(62, 77), Mul(61, 71), Mul(62, 62), Mul(61, 61), Add(91, 92), Mul(50, 93), Mul(62, 64),
+                Mul(61, 63), Add(95, 96), Mul(43, 97), Mul(13, 75), Mul(14, 98), Mul(12, 75), Mul(14, 76), Mul(64, 77),
+                Mul(13, 76), Mul(12, 98), Mul(62, 18), Mul(61, 19), Add(106, 107), Mul(0, 108), Mul(64, 60),
                 Mul(63, 19), Mul(62, 15), Mul(61, 54), Mul(64, 17), Mul(62, 54), Mul(61, 15), Add(115, 116),
-                Mul(0, 117), Mul(63, 17), Add(79, 119), Mul(62, 59), Mul(33, 64), Mul(122, 14), Mul(61, 59),
-                Mul(33, 80), Sub(55, 69), Sub(126, 70), Sub(10, 76), Sub(128, 75), Sub(57, 85), Sub(130, 86),
-                Sub(67, 68), Sub(112, 113), Sub(81, 114), Neg(134), Mul(61, 127), Add(71, 136), Mul(0, 137),
-                Mul(129, 129), Add(77, 139), Mul(63, 127), Add(78, 141), Mul(14, 142), Mul(12, 138), Mul(129, 13),
+                Mul(0, 117), Mul(63, 17), Add(66, 119), Mul(62, 59), Mul(33, 64), Mul(122, 14), Mul(61, 59),
+                Mul(33, 67), Sub(56, 72), Sub(126, 73), Sub(10, 79), Sub(128, 78), Sub(57, 85), Sub(130, 86),
+                Sub(70, 71), Sub(112, 113), Sub(68, 114), Neg(134), Mul(61, 127), Add(74, 136), Mul(0, 137),
+                Mul(129, 129), Add(80, 139), Mul(63, 127), Add(81, 141), Mul(14, 142), Mul(12, 138), Mul(129, 13),
                 Add(144, 145), Add(143, 146), Mul(63, 131), Add(87, 148), Mul(14, 149), Mul(61, 131), Add(88, 151),
                 Mul(58, 152), Add(153, 150), Mul(61, 129), Add(89, 155), Mul(0, 156), Mul(62, 127), Mul(154, 157),
-                Mul(138, 145), Add(159, 160), Mul(63, 129), Add(103, 162), Add(70, 127), Mul(64, 164), Mul(63, 132),
+                Mul(138, 145), Add(159, 160), Mul(63, 129), Add(103, 162), Add(73, 127), Mul(64, 164), Mul(63, 132),
                 Add(165, 166), Mul(142, 146), Mul(163, 150), Add(168, 169), Mul(14, 167), Mul(127, 13), Add(172, 154),
                 Mul(28, 137), Mul(28, 142), Mul(5, 142), Mul(30, 137), Mul(5, 129), Mul(0, 133), Sqrt(140), Recip(180),
                 Recip(140), Mul(5, 181), Mul(147, 183), Mul(181, 181), Mul(29, 181), Mul(186, 137), Mul(161, 185),
@@ -1489,7 +1485,7 @@ pub static TAPE: qrm_core::Tape = {
             results: &[41, 42],
         },
         kernel: TapeKernel {
-            operations: 87,
+            operations: 91,
             has_angle: &[true, false, true],
             position: TapeFunction {
                 operations: &[
@@ -1498,8 +1494,8 @@ pub static TAPE: qrm_core::Tape = {
                     Neg(58), Neg(57), Sub(10, 25), Sub(69, 61), Neg(63), MulAdd(66, 66, 56), MulAdd(44, 10, 67),
                     MulAdd(20, 73, 59), MulAdd(31, 10, 68), MulAdd(22, 75, 60), Sqrt(72), Recip(72), Recip(25),
                     Mul(78, 77), Mul(74, 80), Mul(66, 80), Mul(76, 80), Mul(61, 79), Mul(22, 79), Mul(3, 84),
-                    MulAdd(84, 86, 1), NegMulAdd(22, 84, 62), Sub(6, 77), Abs(88), Abs(84), Max(90, 91), Abs(85),
-                    Max(92, 93), Mul(2, 88), MulAdd(88, 95, 87), Mul(4, 89), Recip(96),
+                    MulAdd(84, 86, 1), NegMulAdd(22, 84, 62), Sub(6, 77), Abs(88), Abs(84), Abs(85), Max(90, 91),
+                    Max(93, 92), Mul(2, 88), MulAdd(88, 95, 87), Mul(4, 89), Recip(96),
                 ],
                 results: &[94, 70, 71],
             },
@@ -1530,7 +1526,7 @@ pub static TAPE: qrm_core::Tape = {
             },
             outputs: TapeFunction {
                 operations: &[
-                    Mul(47, 13), Mul(46, 14), Mul(45, 12), Mul(144, 12), MulAdd(143, 14, 145), MulAdd(142, 13, 146),
+                    Mul(47, 13), Mul(45, 12), Mul(143, 12), Mul(46, 14), MulAdd(145, 14, 144), MulAdd(142, 13, 146),
                 ],
                 results: &[77, 147],
             },
@@ -1538,4 +1534,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 8673bb03d93bf66c
+// Hash of this file and its derivation: efeac3de71ab1eaf

@@ -4,28 +4,28 @@ use std::collections::BTreeSet;
 
 use qrm_core::Operation;
 
-use super::places::{Places, place};
-use super::trace::{Entry, Trace, Traced};
+use super::places::Places;
+use super::{Tape, Value, place};
 
 /// The arguments of functions that switch.
 pub(super) struct Switching {
     /// The switching functions.
-    pub(super) functions: Vec<Traced>,
+    pub(super) functions: Vec<u32>,
     /// So many of them, which come first, are linear in time.
     pub(super) linear_in_time: u32,
     /// The arguments of hyperbolic tangents.
-    pub(super) tanh_arguments: Vec<Traced>,
+    pub(super) tanh_arguments: Vec<u32>,
 }
 
 impl Switching {
     /// The arguments on the way to these values. Sizes of solutions of a linear system are left out where the values
     /// contain solved forces: they belong to the search for normal forces of friction.
-    pub(super) fn of(trace: &Trace, places: &Places, values: &[&Vec<Traced>], has_solved_forces: bool) -> Self {
-        let degrees = degrees_in_time(trace, &places.are_constant());
-        let solved = if has_solved_forces { follows_from_quotients(trace, &degrees) } else { Vec::new() };
+    pub(super) fn of(tape: &Tape, places: &Places, values: &[&Vec<u32>], has_solved_forces: bool) -> Self {
+        let degrees = degrees_in_time(tape, &places.are_constant());
+        let solved = if has_solved_forces { follows_from_quotients(tape, &degrees) } else { Vec::new() };
         let [mut linear, mut other, mut of_tanh] = [BTreeSet::new(), BTreeSet::new(), BTreeSet::new()];
-        for Traced(value) in places.needed(values.iter().copied().flatten().copied()) {
-            let Entry::Operation(operation) = trace.entries[value as usize] else { continue };
+        for value in places.needed(values.iter().copied().flatten().copied()) {
+            let Value::Operation(operation) = tape.values()[value as usize] else { continue };
             match operation {
                 Operation::Abs(argument) | Operation::Sign(argument)
                     if solved.get(argument as usize) == Some(&true) => {}
@@ -41,7 +41,7 @@ impl Switching {
             }
         }
         let linear_in_time = place(linear.len());
-        let list = |arguments: BTreeSet<u32>| arguments.into_iter().map(Traced);
+        let list = |arguments: BTreeSet<u32>| arguments.into_iter();
         Self {
             functions: list(linear).chain(list(other)).collect(),
             linear_in_time,
@@ -51,13 +51,13 @@ impl Switching {
 }
 
 /// Whether each value follows from a quotient by one that depends on the motion.
-fn follows_from_quotients(trace: &Trace, degrees: &[Degree]) -> Vec<bool> {
-    let mut follows: Vec<bool> = Vec::with_capacity(trace.entries.len());
-    for (i, entry) in trace.entries.iter().enumerate() {
+fn follows_from_quotients(tape: &Tape, degrees: &[Degree]) -> Vec<bool> {
+    let mut follows: Vec<bool> = Vec::with_capacity(tape.values().len());
+    for (i, entry) in tape.values().iter().enumerate() {
         follows.push(match *entry {
-            Entry::Input => false,
-            Entry::Cosine => follows[i - 1],
-            Entry::Operation(operation) => {
+            Value::Input => false,
+            Value::Cosine => follows[i - 1],
+            Value::Operation(operation) => {
                 let mut is_one = match operation {
                     Operation::Div(_, divisor) | Operation::Recip(divisor) => {
                         degrees[divisor as usize] == Degree::Other
@@ -84,9 +84,9 @@ enum Degree {
 }
 
 /// The degree of each value, where it is known which of them are constant.
-fn degrees_in_time(trace: &Trace, constant: &[bool]) -> Vec<Degree> {
-    let mut degrees: Vec<Degree> = Vec::with_capacity(trace.entries.len());
-    for (i, entry) in trace.entries.iter().enumerate() {
+fn degrees_in_time(tape: &Tape, constant: &[bool]) -> Vec<Degree> {
+    let mut degrees: Vec<Degree> = Vec::with_capacity(tape.values().len());
+    for (i, entry) in tape.values().iter().enumerate() {
         let of = |operand: u32| degrees[operand as usize];
         let product = |a: u32, b: u32| match (of(a), of(b)) {
             (Degree::Constant, other) | (other, Degree::Constant) => other,
@@ -95,10 +95,10 @@ fn degrees_in_time(trace: &Trace, constant: &[bool]) -> Vec<Degree> {
         degrees.push(match *entry {
             _ if constant[i] => Degree::Constant,
             // Time follows the parameters.
-            Entry::Input if i == trace.parameters.len() => Degree::Linear,
-            Entry::Input => Degree::Other,
-            Entry::Cosine => degrees[i - 1],
-            Entry::Operation(operation) => match operation {
+            Value::Input if i == tape.sizes()[0] => Degree::Linear,
+            Value::Input => Degree::Other,
+            Value::Cosine => degrees[i - 1],
+            Value::Operation(operation) => match operation {
                 Operation::Neg(a) => of(a),
                 Operation::Add(a, b) | Operation::Sub(a, b) => of(a).max(of(b)),
                 Operation::Mul(a, b) => product(a, b),

@@ -6,7 +6,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use qrm_core::Scalar;
 
-use crate::interpret::Number;
+use super::interpret::Number;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Libm(pub(super) f64);

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
+use super::interpret::{GeneratedModule, Value};
 use super::libm::{self, Libm};
-use crate::interpret::{GeneratedModule, Value};
 use qrm_language::ir::{Function, Program, Shape, StructKind};
 
 pub(super) struct State {

@@ -8,7 +8,7 @@ use super::expected::Expected;
 use super::sample::Sample;
 use super::wide::Wide;
 use super::{SMALLEST, size};
-use crate::interpret::GeneratedModule;
+use crate::tape::{Evaluation, Tape};
 use crate::term::Equations;
 use qrm_scene::expression::Node;
 use qrm_scene::resolve::all_values;
@@ -44,25 +44,22 @@ pub(super) fn has_rounded_constants(scene: &Scene) -> bool {
 pub(super) struct Errors<'a> {
     scene: &'a Scene,
     equations: &'a Equations,
-    module: &'a GeneratedModule<'a>,
+    tape: &'a Tape,
     sample: &'a Sample,
     has_rounded_constants: bool,
     /// The expected numbers in doubles, and with 32 digits at a state nearby.
     known: OnceCell<[Option<Expected<f64>>; 2]>,
     nearby: OnceCell<Option<Expected<Wide>>>,
     force_sizes: OnceCell<Vec<Wide>>,
+    /// The tape in doubles.
+    rounded: OnceCell<Evaluation<'a, f64>>,
 }
 
 impl<'a> Errors<'a> {
-    pub(super) fn new(
-        scene: &'a Scene,
-        equations: &'a Equations,
-        module: &'a GeneratedModule<'a>,
-        sample: &'a Sample,
-    ) -> Self {
-        let (known, nearby, force_sizes) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+    pub(super) fn new(scene: &'a Scene, equations: &'a Equations, tape: &'a Tape, sample: &'a Sample) -> Self {
+        let (known, nearby, force_sizes, rounded) = Default::default();
         let has_rounded_constants = has_rounded_constants(scene);
-        Self { scene, equations, module, sample, has_rounded_constants, known, nearby, force_sizes }
+        Self { scene, equations, tape, sample, has_rounded_constants, known, nearby, force_sizes, rounded }
     }
 
     fn nearby(&self) -> Option<&Expected<Wide>> {
@@ -109,12 +106,11 @@ impl<'a> Errors<'a> {
         size(self.force_sizes.get_or_init(sizes)[i])
     }
 
-    /// A number of the module in doubles.
+    /// A number of the tape in doubles.
     fn rounded(&self, place: usize, i: usize) -> Option<f64> {
         let (name, _) = self.known.get()?.first()?.as_ref()?[place];
-        let model = self.module.model(self.scene, &self.sample.parameters).ok()?;
-        let arguments = self.sample.arguments(self.scene, name, model);
-        self.module.call(name, &arguments).ok()?.get(i).copied()
+        let rounded = || self.sample.evaluation(self.scene, self.tape, &[]);
+        self.rounded.get_or_init(rounded).results(name).get(i).copied()
     }
 
     /// Whether a difference may come from numbers that are rounded to 16 digits in the module.

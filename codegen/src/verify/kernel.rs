@@ -1,6 +1,4 @@
-//! The kernel of a generated module against the equations of motion as one system, solved by elimination with pivots.
-
-use std::collections::HashMap;
+//! The kernel of a tape against the equations of motion as one system, solved by elimination with pivots.
 
 use num_traits::Signed;
 use qrm_core::{DoubleDouble, MAX_GROWTH, Scalar};
@@ -11,7 +9,7 @@ use super::sample::Sample;
 use super::size;
 use super::system::System;
 use super::wide::Wide;
-use crate::interpret::{GeneratedModule, Value};
+use crate::tape::{Evaluation, Tape};
 use crate::term::Equations;
 use qrm_scene::scene::Scene;
 
@@ -27,27 +25,12 @@ const ROUNDING: f64 = 1e-26;
 pub(super) fn agrees(
     scene: &Scene,
     equations: &Equations,
-    module: &GeneratedModule,
+    tape: &Tape,
     (sample, expected): (&Sample, &Expected<Wide>),
 ) -> Result<(), String> {
-    let model = module.model(scene, &sample.parameters)?;
-    let list = |values: Vec<DoubleDouble>| Value::List(values.into_iter().map(Value::Number).collect());
-    let by_angle = |function: fn(DoubleDouble) -> DoubleDouble| {
-        list(sample.q.iter().map(|&q| function(DoubleDouble::from(q))).collect())
-    };
-    let angles = Value::Fields(HashMap::from([
-        ("sin".to_owned(), by_angle(Scalar::sin)),
-        ("cos".to_owned(), by_angle(Scalar::cos)),
-    ]));
-    let (t, q, qd) = (Value::Number(sample.t.into()), Value::list(&sample.q), Value::list(&sample.qd));
-    let is_timed = module.functions.get("position").is_some_and(|position| position.sig.inputs.len() == 4);
-    let at = if is_timed { vec![t.clone(), q.clone()] } else { vec![q.clone()] };
-    let position = module.value("position", &[vec![model.clone()], at, vec![angles.clone()]].concat())?;
-    let growth_factor = module.value("growth_factor", std::slice::from_ref(&position))?.numbers();
-    let call = |name: &str, more: &[Value<DoubleDouble>]| {
-        let arguments = [&[model.clone(), position.clone()], more].concat();
-        module.value(name, &arguments).map(|value| value.numbers())
-    };
+    let opened: Vec<f64> = (0..scene.constraints.len()).map(|k| 0.1 * (k as f64 + 1.0)).collect();
+    let evaluation: Evaluation<DoubleDouble> = sample.evaluation(scene, tape, &opened);
+    let growth_factor = evaluation.results("growth_factor");
     let known = |name: &str| numbers(expected, name);
     let system = System::new(known("mass_matrix"), known("dynamics.constraint_jacobian"), sample.q.len());
     let constraints = known("loop_constraints.residuals");
@@ -55,7 +38,7 @@ pub(super) fn agrees(
     let rates =
         system.velocity_residual(&sample.on::<Wide>().qd).into_iter().zip(known("loop_constraints.constraint_rate"));
     let rates: Vec<Wide> = rates.map(|(along, own)| along + own).collect();
-    let errors = Errors::new(scene, equations, module, sample);
+    let errors = Errors::new(scene, equations, tape, sample);
     let compare = |name: &str, got: &[DoubleDouble], expected: &[Wide]| {
         let largest = expected.iter().map(|number| size(*number)).fold(0.0, f64::max);
         let allowed = (TOLERANCE * largest).max(sample.error_of_zeros(largest));
@@ -64,13 +47,12 @@ pub(super) fn agrees(
             compare_all(name, got, expected, |i| allowed.max(of_constants(i)))
         })
     };
-    compare("residuals", &call("residuals", &[])?, constraints)?;
-    compare("velocity_residual", &call("velocity_residual", std::slice::from_ref(&qd))?, &rates)?;
+    compare("residuals", &evaluation.results("residuals"), constraints)?;
+    compare("velocity_residual", &evaluation.results("velocity_residual"), &rates)?;
     if !growth_factor.iter().all(|growth_factor| growth_factor.is_within(MAX_GROWTH)) {
         return Ok(());
     }
     let bias: Vec<Wide> = known("dynamics.constraint_bias").iter().map(|bias| -*bias).collect();
-    let opened: Vec<f64> = (0..constraints.len()).map(|k| 0.1 * (k as f64 + 1.0)).collect();
     let closing: Vec<Wide> = opened.iter().map(|&r| Wide::from(-r)).collect();
     let none = vec![Wide::from(0.0); sample.q.len()];
     let forces = known("dynamics.generalized_forces");
@@ -128,24 +110,21 @@ pub(super) fn agrees(
             compare_all(name, got, expected, |i| allowed(i) + spreads[which][i])
         })
     };
-    if module.functions.contains_key("inverse_dynamics") {
-        inverse_dynamics(scene, module, (sample, expected))?;
+    if tape.function("inverse_dynamics").is_some() {
+        inverse_dynamics(tape, &evaluation, (sample, expected))?;
     }
-    compare("accelerations", &call("accelerations", &[t, q, qd, angles])?, &accelerations, 0)?;
-    compare("correction", &call("correction", &[Value::list(&opened)])?, &correction[..n], 1)
+    compare("accelerations", &evaluation.results("accelerations"), &accelerations, 0)?;
+    compare("correction", &evaluation.results("correction"), &correction[..n], 1)
 }
 
 /// Whether forces and multipliers balance accelerations and loads in every row of the equations of motion.
 fn inverse_dynamics(
-    scene: &Scene,
-    module: &GeneratedModule,
+    tape: &Tape,
+    evaluation: &Evaluation<DoubleDouble>,
     (sample, expected): (&Sample, &Expected<Wide>),
 ) -> Result<(), String> {
-    let [t, q, qd, qdd] =
-        [Value::Number(sample.t.into()), Value::list(&sample.q), Value::list(&sample.qd), Value::list(&sample.qdd)];
-    let model = module.model(scene, &sample.parameters)?;
-    let result = module.value("inverse_dynamics", &[model, t, q, qd, qdd])?.numbers();
-    let (forces, multipliers) = result.split_at(module.actuated.len());
+    let result = evaluation.results("inverse_dynamics");
+    let (forces, multipliers) = result.split_at(tape.actuated.len());
     let [mass, jacobian, loads] = ["mass_matrix", "dynamics.constraint_jacobian", "dynamics.generalized_forces"]
         .map(|name| numbers(expected, name));
     let n = sample.q.len();
@@ -153,7 +132,7 @@ fn inverse_dynamics(
     for i in 0..n {
         let inertia = (0..n).map(|j| mass[i * n + j] * accelerations[j]);
         let loops = multipliers.iter().enumerate().map(|(k, lambda)| jacobian[k * n + i] * Wide(*lambda));
-        let own = module.actuated.iter().position(|place| *place == i).map(|place| -Wide(forces[place]));
+        let own = tape.actuated.iter().position(|place| *place == i).map(|place| -Wide(forces[place]));
         let terms: Vec<Wide> = inertia.chain(loops).chain(own).chain([-loads[i]]).collect();
         let rest = size(terms.iter().copied().sum());
         let largest = terms.iter().fold(super::TINY, |most, term| most.max(size(*term)));

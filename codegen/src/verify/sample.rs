@@ -1,7 +1,7 @@
 //! Random states at which generated functions are compared.
 
 use super::{SMALLEST, between};
-use crate::interpret::{Number, Value};
+use crate::tape::{Argument, Evaluation, Number, Tape};
 use qrm_scene::evaluate::constant;
 use qrm_scene::function::Differentiable;
 use qrm_scene::scene::{Scene, Start};
@@ -106,20 +106,24 @@ impl Sample {
         }
     }
 
-    /// The arguments of a generated function.
-    pub(super) fn arguments<N: Number>(&self, scene: &Scene, function: &str, model: Value<N>) -> Vec<Value<N>> {
-        let t = Value::Number(N::from_f64(self.t));
-        let (q, qd, multipliers) = (Value::list(&self.q), Value::list(&self.qd), Value::list(&self.multipliers));
-        let has_friction = !scene.normal_forces().is_empty();
-        match (function.split('.').next().unwrap_or(function), scene.is_driven()) {
-            ("power", _) if has_friction => vec![model, t, q, qd, Value::list(&self.qdd), multipliers],
-            ("constraint_bias", true) => vec![model, t, q, qd],
-            ("constraints" | "constraint_jacobian" | "constraint_rate" | "loop_constraints", true) => vec![model, t, q],
-            ("power", true) => vec![model, t, q, qd, multipliers],
-            ("com_bias" | "constraint_bias" | "energy", _) => vec![model, q, qd],
-            ("generalized_forces" | "power" | "dynamics", _) => vec![model, t, q, qd],
-            ("outputs" | "linearization", _) => vec![model, t, q, qd, Value::list(&self.qdd), multipliers],
-            _ => vec![model, q],
-        }
+    /// All values of a tape, for given residuals of the constraints.
+    pub(super) fn evaluation<'t, N: Number>(
+        &self,
+        scene: &Scene,
+        tape: &'t Tape,
+        residuals: &[f64],
+    ) -> Evaluation<'t, N> {
+        let on = |values: &[f64]| -> Vec<N> { values.iter().map(|&value| N::from_f64(value)).collect() };
+        let kept = scene.parameters.iter().zip(&self.parameters).filter(|(p, _)| !p.left_out);
+        let kept: Vec<N> = kept.map(|(_, &value)| N::from_f64(value)).collect();
+        let arguments = [
+            (Argument::Time, on(&[self.t])),
+            (Argument::Coordinates, on(&self.q)),
+            (Argument::Rates, on(&self.qd)),
+            (Argument::Accelerations, on(&self.qdd)),
+            (Argument::Multipliers, on(&self.multipliers)),
+            (Argument::Residuals, on(residuals)),
+        ];
+        Evaluation::new(tape, &kept, &arguments.each_ref().map(|(argument, values)| (*argument, &values[..])))
     }
 }

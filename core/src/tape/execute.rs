@@ -5,7 +5,7 @@ use crate::Scalar;
 
 /// Executes operations, whose results have the places from `next` on; the place after the last one.
 #[inline(never)]
-pub(crate) fn execute<R: Scalar>(values: &mut [R], next: usize, operations: &[Operation]) -> usize {
+pub fn execute<R: Scalar>(values: &mut [R], next: usize, operations: &[Operation]) -> usize {
     R::vectorized(
         #[inline(always)]
         || execute_all(values, next, operations),

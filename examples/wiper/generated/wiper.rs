@@ -27,7 +27,7 @@
 // Accelerations and multipliers, from sines and cosines on:
 //       298 operations  with full matrices, as the method is written down
 //       157 operations  by the function `dynamics` and one full system
-//        87 operations  by the kernel: 28 additions, 55 multiplications, 3 divisions, 1 other function
+//        89 operations  by the kernel: 30 additions, 55 multiplications, 3 divisions, 1 other function
 //
 // Left out:
 //     8 of the 15 entries of T, 4 of the 9 entries of Mbar: zero by structure
@@ -763,8 +763,8 @@ pub fn velocity_residual<R: Scalar>(
     position: &Position<R>,
     qd: &[R; 3],
 ) -> [R; 2] {
-    let [crank_dot, rod_dot, arm_dot] = *qd;
     let Position { a_x, a_y, b_y, v1, v2, v3, .. } = *position;
+    let [crank_dot, rod_dot, arm_dot] = *qd;
     [
         -arm_dot.neg_mul_add(b_y, rod_dot.mul_add(v3, crank_dot * a_y)),
         arm_dot.neg_mul_add(v2, rod_dot.mul_add(v1, crank_dot * a_x)),
@@ -780,7 +780,6 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 2],
 ) -> [R; 3] {
-    let [x_open, y_open] = *residuals;
     let Position {
         arm_per_crank,
         inv_inertia_crank,
@@ -793,6 +792,7 @@ pub fn correction<R: Scalar>(
         x_arm_share,
         ..
     } = *position;
+    let [x_open, y_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let rod_closing = x_open * inv_x;
@@ -820,7 +820,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 3], [R; 2]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [crank_dot, rod_dot, arm_dot] = *qd;
     let Position {
         a_x,
         a_y,
@@ -840,6 +839,7 @@ pub fn accelerations<R: Scalar>(
         x_arm_share,
         ..
     } = *position;
+    let [crank_dot, rod_dot, arm_dot] = *qd;
 
     // Convective terms of the loops: (C_q qd)_q qd.
     let crank_dot_sq = crank_dot * crank_dot;
@@ -901,25 +901,27 @@ pub fn outputs_at<R: Scalar>(
 ) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
-    let [crank_dot, _, _] = *qd;
     let Position { k6_arm, .. } = *position;
+    let [crank_dot, _, _] = *qd;
     [k6_arm, k.k3.neg_mul_add(crank_dot, p.stall)]
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 7 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position
-        .rod_per_crank_2
+pub fn growth_factor<R: Scalar>(_m: &Wiper<R>, position: &Position<R>) -> R {
+    let Position { arm_per_crank, rod_per_crank_2, x_over_y_arm, y_over_x_rod, .. } = *position;
+    rod_per_crank_2
         .abs()
-        .max(position.arm_per_crank.abs())
-        .max(position.y_over_x_rod.abs())
-        .max(position.x_over_y_arm.abs())
+        .max(arm_per_crank.abs())
+        .max(y_over_x_rod.abs())
+        .max(x_over_y_arm.abs())
 }
 
 impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 87;
+    const OPERATIONS: usize = 89;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 3] {
@@ -948,7 +950,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -1030,9 +1032,9 @@ impl<R: Scalar> Equations<R, 3, 2> for Wiper<R> {
 
     fn start(&self) -> Start<R, 3> {
         Start {
-            q: [R::from_f64(0.0), R::from_f64(0.25), R::from_f64(1.6)],
+            q: [R::zero(), R::from_f64(0.25), R::from_f64(1.6)],
             given: [true, false, false],
-            qd: [R::from_f64(0.0), R::zero(), R::zero()],
+            qd: [R::zero(), R::zero(), R::zero()],
             given_rates: [true, false, false],
         }
     }
@@ -1304,20 +1306,20 @@ pub static TAPE: qrm_core::Tape = {
         dynamics: TapeFunction {
             operations: &[
                 Mul(16, 16), Mul(17, 17), Mul(18, 18), Mul(60, 16), Mul(46, 18), SinCos(13), SinCos(14), SinCos(15),
-                Tanh(73), Mul(0, 75), Mul(0, 74), Mul(1, 77), Mul(2, 79), Mul(1, 76), Mul(2, 78), Mul(75, 77),
-                Mul(74, 76), Add(87, 88), Mul(57, 89), Mul(75, 76), Mul(77, 74), Mul(10, 80), Mul(69, 81), Mul(70, 83),
-                Add(94, 95), Mul(71, 84), Mul(69, 82), Mul(70, 85), Add(98, 99), Mul(71, 86), Sub(91, 92), Sub(8, 72),
-                Neg(93), Neg(82), Neg(85), Neg(84), Sub(96, 97), Neg(108), Sub(100, 101), Neg(110), Mul(57, 102),
-                Mul(70, 112), Add(113, 103), Mul(69, 112), Neg(115),
+                Tanh(73), Mul(0, 75), Mul(0, 74), Mul(69, 81), Mul(69, 82), Mul(2, 79), Mul(2, 78), Mul(1, 77),
+                Mul(1, 76), Mul(70, 87), Add(83, 89), Mul(71, 85), Mul(70, 88), Add(84, 92), Mul(71, 86), Mul(75, 77),
+                Mul(74, 76), Add(95, 96), Mul(57, 97), Mul(75, 76), Mul(77, 74), Mul(10, 80), Neg(82), Neg(88),
+                Neg(85), Sub(90, 91), Neg(105), Sub(93, 94), Neg(107), Sub(99, 100), Sub(8, 72), Neg(101),
+                Mul(57, 109), Mul(70, 112), Add(113, 110), Mul(69, 112), Neg(115),
             ],
-            results: &[34, 90, 51, 90, 59, 51, 51, 51, 7, 114, 116, 104, 105, 106, 86, 81, 83, 107, 109, 111],
+            results: &[34, 98, 51, 98, 59, 51, 51, 51, 7, 114, 116, 111, 102, 103, 86, 81, 87, 104, 106, 108],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(13), SinCos(14), SinCos(15), Mul(0, 70), Mul(0, 69), Mul(1, 72), Mul(2, 74), Mul(1, 71),
-                Mul(2, 73), Add(3, 78), Add(75, 77), Add(76, 79), Neg(76), Neg(79), Neg(78), Sub(82, 81), Sub(83, 80),
+                SinCos(13), SinCos(14), SinCos(15), Mul(0, 70), Mul(0, 69), Mul(2, 74), Add(3, 77), Mul(2, 73),
+                Mul(1, 72), Add(75, 80), Mul(1, 71), Add(76, 82), Neg(76), Sub(81, 78), Sub(83, 79), Neg(82), Neg(77),
             ],
-            results: &[87, 88, 84, 85, 80, 75, 77, 86, 51, 51],
+            results: &[85, 86, 84, 87, 79, 75, 80, 88, 51, 51],
         },
         mass_matrix: TapeFunction {
             operations: &[SinCos(13), SinCos(14), Mul(70, 72), Mul(69, 71), Add(73, 74), Mul(57, 75)],
@@ -1362,7 +1364,7 @@ pub static TAPE: qrm_core::Tape = {
             results: &[53, 54],
         },
         kernel: TapeKernel {
-            operations: 87,
+            operations: 89,
             has_angle: &[true, true, true],
             position: TapeFunction {
                 operations: &[
@@ -1416,4 +1418,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: e0d72681a0b7b10b
+// Hash of this file and its derivation: 99ab35ea6314a718

@@ -18,13 +18,13 @@
 //     residuals           no operations
 //     velocity_residual   no operations
 //     correction          no operations
-//     accelerations       61 additions, 79 multiplications
+//     accelerations       63 additions, 79 multiplications
 //     outputs_at          no operations
 //
 // Accelerations and multipliers, from sines and cosines on:
 //       557 operations  with full matrices, as the method is written down
 //       316 operations  by the function `dynamics` and one full system
-//       311 operations  by the kernel: 121 additions, 184 multiplications, 5 divisions, 1 root, 1 sine-cosine pair
+//       316 operations  by the kernel: 126 additions, 184 multiplications, 5 divisions, 1 root, 1 sine-cosine pair
 //
 // Left out:
 //     12 of the 32 entries of T: zero by structure
@@ -1092,7 +1092,7 @@ pub fn correction<R: Scalar>(
 
 /// `qdd`, and the multipliers.
 ///
-/// Operations: 61 additions, 79 multiplications.
+/// Operations: 63 additions, 79 multiplications.
 #[inline(always)]
 pub fn accelerations<R: Scalar>(
     m: &Arm<R>,
@@ -1104,7 +1104,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 4], [R; 0]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [q0_dot, q1_dot, q2_dot, q3_dot] = *qd;
     let Position {
         cos_argument,
         cos_q0_plus_q1_plus_q2,
@@ -1146,6 +1145,7 @@ pub fn accelerations<R: Scalar>(
         v9,
         ..
     } = *position;
+    let [q0_dot, q1_dot, q2_dot, q3_dot] = *qd;
 
     // Rates of points and angles, and what their second rates have beside the accelerations.
     let argument_dot = q0_dot + q1_dot + q2_dot + q3_dot;
@@ -1309,14 +1309,17 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 5 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position.loss_q1.abs().max(position.loss_q2.abs()).max(position.loss_q3.abs())
+pub fn growth_factor<R: Scalar>(_m: &Arm<R>, position: &Position<R>) -> R {
+    let Position { loss_q1, loss_q2, loss_q3, .. } = *position;
+    loss_q1.abs().max(loss_q2.abs()).max(loss_q3.abs())
 }
 
 impl<R: Scalar> Kernel<R, 4, 0> for Arm<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 311;
+    const OPERATIONS: usize = 316;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 4] {
@@ -1345,7 +1348,7 @@ impl<R: Scalar> Kernel<R, 4, 0> for Arm<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -1421,7 +1424,7 @@ impl<R: Scalar> Equations<R, 4, 0> for Arm<R> {
         Start {
             q: [-R::from_f64(1.0), R::from_f64(0.4), R::from_f64(0.4), R::from_f64(0.4)],
             given: [true, true, true, true],
-            qd: [R::from_f64(0.0), R::from_f64(0.0), R::from_f64(0.0), R::from_f64(0.0)],
+            qd: [R::zero(), R::zero(), R::zero(), R::zero()],
             given_rates: [true, true, true, true],
         }
     }
@@ -1613,43 +1616,43 @@ pub static TAPE: qrm_core::Tape = {
             operations: &[
                 Add(5, 6), Add(7, 51), Add(8, 52), Mul(10, 10), Mul(9, 9), Add(9, 10), Add(56, 11), Add(57, 12),
                 Mul(43, 10), Mul(44, 9), Mul(26, 10), SinCos(5), SinCos(51), SinCos(52), SinCos(53), Add(63, 65),
-                Add(62, 64), Add(65, 67), Add(63, 72), Add(64, 66), Add(62, 74), Add(69, 73), Add(68, 75), Add(68, 74),
-                Add(68, 66), Add(69, 72), Add(69, 67), Mul(11, 67), Mul(11, 66), Mul(28, 76), Mul(28, 77), Mul(28, 75),
-                Mul(86, 75), Mul(28, 73), Mul(88, 73), Add(87, 89), Add(63, 67), Mul(65, 91), Add(62, 66), Mul(64, 93),
-                Add(92, 94), Mul(43, 95), Add(42, 96), Mul(80, 84), Mul(78, 85), Add(98, 99), Mul(1, 100),
-                Add(97, 101), Mul(63, 67), Mul(62, 66), Add(103, 104), Mul(26, 105), Add(102, 106), Mul(81, 84),
-                Mul(79, 85), Add(108, 109), Mul(1, 110), Mul(0, 67), Mul(73, 112), Mul(0, 66), Mul(75, 114),
-                Add(113, 115), Mul(25, 116), Add(111, 117), Mul(28, 69), Mul(28, 68), Mul(76, 119), Mul(77, 120),
-                Add(121, 122), Mul(1, 123), Mul(28, 78), Mul(28, 80), Mul(65, 67), Mul(64, 66), Add(127, 128),
-                Add(37, 129), Mul(26, 130), Mul(79, 125), Mul(81, 126), Add(132, 133), Mul(1, 134), Add(131, 135),
-                Mul(78, 120), Mul(80, 119), Add(137, 138), Mul(1, 139), Mul(79, 120), Mul(81, 119), Add(141, 142),
-                Mul(1, 143), Mul(67, 71), Mul(66, 70), Mul(63, 66), Mul(67, 62), Mul(63, 64), Mul(65, 62), Mul(75, 55),
-                Mul(74, 54), Add(151, 152), Mul(11, 83), Add(153, 154), Mul(58, 68), Mul(58, 156), Add(155, 157),
-                Mul(0, 158), Mul(10, 74), Add(83, 160), Mul(9, 161), Mul(10, 83), Add(162, 163), Mul(40, 164),
-                Add(159, 165), Mul(41, 69), Mul(73, 55), Mul(72, 54), Add(168, 169), Mul(11, 82), Add(170, 171),
-                Mul(58, 69), Mul(58, 173), Add(172, 174), Mul(0, 175), Mul(10, 72), Add(177, 82), Mul(9, 178),
-                Mul(10, 82), Add(179, 180), Mul(40, 181), Add(176, 182), Mul(41, 68), Add(183, 184), Mul(25, 185),
-                Mul(27, 67), Mul(46, 65), Add(188, 187), Mul(65, 66), Mul(67, 64), Mul(76, 84), Mul(77, 85),
-                Add(192, 193), Mul(28, 70), Mul(195, 70), Add(194, 196), Mul(28, 71), Mul(198, 71), Add(197, 199),
-                Add(200, 90), Mul(1, 201), Mul(63, 63), Mul(62, 62), Add(203, 204), Mul(26, 205), Add(202, 206),
-                Mul(78, 125), Mul(80, 126), Add(208, 209), Mul(1, 210), Add(42, 211), Mul(43, 129), Add(212, 213),
-                Mul(28, 79), Mul(215, 79), Mul(28, 81), Mul(217, 81), Add(216, 218), Mul(1, 219), Add(26, 220),
-                Mul(68, 120), Mul(69, 119), Add(222, 223), Mul(1, 224), Mul(45, 63), Mul(77, 186), Mul(43, 64),
+                Add(62, 64), Add(65, 67), Add(63, 72), Add(64, 66), Add(62, 74), Add(69, 73), Add(68, 75), Mul(0, 66),
+                Mul(0, 67), Add(68, 74), Add(68, 66), Add(69, 72), Add(69, 67), Mul(11, 67), Mul(10, 72), Add(85, 84),
+                Mul(11, 84), Mul(11, 66), Mul(10, 74), Add(88, 89), Mul(11, 88), Mul(73, 55), Mul(72, 54), Add(92, 93),
+                Add(94, 87), Mul(58, 69), Mul(58, 96), Add(95, 97), Mul(0, 98), Mul(9, 86), Mul(10, 84), Add(100, 101),
+                Mul(40, 102), Add(99, 103), Mul(41, 68), Add(104, 105), Mul(75, 55), Mul(74, 54), Add(107, 108),
+                Add(109, 91), Mul(58, 68), Mul(58, 111), Add(110, 112), Mul(0, 113), Mul(9, 90), Mul(10, 88),
+                Add(115, 116), Mul(40, 117), Add(114, 118), Mul(41, 69), Mul(28, 76), Mul(28, 77), Add(63, 67),
+                Mul(65, 123), Add(62, 66), Mul(64, 125), Add(124, 126), Mul(43, 127), Add(42, 128), Mul(82, 121),
+                Mul(80, 122), Add(130, 131), Mul(1, 132), Add(129, 133), Mul(63, 67), Mul(62, 66), Add(135, 136),
+                Mul(26, 137), Add(134, 138), Mul(83, 121), Mul(81, 122), Add(140, 141), Mul(1, 142), Mul(73, 79),
+                Mul(75, 78), Add(144, 145), Mul(25, 146), Add(143, 147), Mul(28, 69), Mul(28, 68), Mul(76, 149),
+                Mul(77, 150), Add(151, 152), Mul(1, 153), Mul(28, 80), Mul(28, 82), Mul(65, 67), Mul(64, 66),
+                Add(157, 158), Add(37, 159), Mul(26, 160), Mul(81, 155), Mul(83, 156), Add(162, 163), Mul(1, 164),
+                Add(161, 165), Mul(80, 150), Mul(82, 149), Add(167, 168), Mul(1, 169), Mul(81, 150), Mul(83, 149),
+                Add(171, 172), Mul(1, 173), Mul(76, 121), Mul(77, 122), Add(175, 176), Mul(28, 70), Mul(178, 70),
+                Add(177, 179), Mul(28, 71), Mul(181, 71), Add(180, 182), Mul(28, 75), Mul(184, 75), Mul(28, 73),
+                Mul(186, 73), Add(185, 187), Add(183, 188), Mul(1, 189), Mul(63, 63), Mul(62, 62), Add(191, 192),
+                Mul(26, 193), Add(190, 194), Mul(80, 155), Mul(82, 156), Add(196, 197), Mul(1, 198), Add(42, 199),
+                Mul(43, 159), Add(200, 201), Mul(28, 81), Mul(203, 81), Mul(28, 83), Mul(205, 83), Add(204, 206),
+                Mul(1, 207), Add(26, 208), Mul(68, 150), Mul(69, 149), Add(210, 211), Mul(1, 212), Mul(67, 71),
+                Mul(66, 70), Mul(63, 66), Mul(67, 62), Mul(63, 64), Mul(65, 62), Mul(25, 106), Mul(27, 67),
+                Mul(46, 65), Add(222, 221), Mul(65, 66), Mul(67, 64), Mul(45, 63), Mul(77, 220), Mul(43, 64),
                 Mul(26, 66), Add(228, 229), Mul(63, 230), Mul(43, 65), Mul(26, 67), Add(232, 233), Mul(62, 234),
-                Mul(63, 74), Mul(62, 72), Mul(78, 186), Mul(79, 186), Mul(68, 186), Sub(145, 146), Sub(147, 148),
-                Sub(149, 150), Sub(166, 167), Sub(190, 191), Sub(231, 235), Sub(236, 237), Mul(11, 241), Mul(9, 241),
-                Mul(1, 244), Mul(11, 245), Mul(59, 245), Mul(9, 242), Mul(10, 243), Mul(60, 243), Mul(61, 242),
+                Mul(63, 74), Mul(62, 72), Mul(80, 220), Mul(81, 220), Mul(68, 220), Sub(119, 120), Sub(214, 215),
+                Sub(216, 217), Sub(218, 219), Sub(224, 225), Sub(231, 235), Sub(236, 237), Mul(11, 242), Mul(9, 242),
+                Mul(1, 241), Mul(11, 245), Mul(59, 245), Mul(9, 243), Mul(10, 244), Mul(60, 244), Mul(61, 243),
                 Mul(43, 249), Mul(26, 248), Add(257, 258), Mul(11, 259), Mul(9, 246), Mul(43, 251), Mul(26, 251),
                 Add(252, 263), Mul(11, 264), Mul(26, 249), Mul(26, 245), Mul(267, 54), Sub(29, 250), Sub(248, 253),
                 Sub(270, 254), Sub(261, 262), Sub(252, 266), Mul(0, 269), Mul(43, 271), Mul(76, 274), Mul(9, 272),
-                Mul(80, 274), Mul(9, 273), Add(187, 279), Add(280, 268), Mul(81, 274), Add(281, 282), Mul(69, 274),
+                Mul(82, 274), Mul(9, 273), Add(221, 279), Add(280, 268), Mul(83, 274), Add(281, 282), Mul(69, 274),
                 Add(284, 240), Sub(275, 255), Sub(286, 256), Sub(277, 265), Neg(285), Mul(10, 287), Add(290, 260),
-                Add(291, 276), Add(292, 226), Add(293, 227), Add(294, 189), Add(288, 278), Neg(295), Sqrt(90),
-                Div(28, 298), Mul(3, 298), Mul(247, 299), Mul(241, 299), Sub(47, 300), Mul(303, 301), Add(296, 304),
-                Add(305, 238), Add(306, 189), Mul(303, 302), Neg(307), Sub(283, 308), Add(310, 239), Neg(311),
+                Add(291, 276), Add(292, 226), Add(293, 227), Add(294, 223), Add(288, 278), Neg(295), Sqrt(188),
+                Div(28, 298), Mul(3, 298), Mul(247, 299), Mul(242, 299), Sub(47, 300), Mul(303, 301), Add(296, 304),
+                Add(305, 238), Add(306, 223), Mul(303, 302), Neg(307), Sub(283, 308), Add(310, 239), Neg(311),
             ],
             results: &[
-                207, 107, 118, 124, 107, 214, 136, 140, 118, 136, 221, 144, 124, 140, 144, 225, 297, 309, 312, 289,
+                195, 139, 148, 154, 139, 202, 166, 170, 148, 166, 209, 174, 154, 170, 174, 213, 297, 309, 312, 289,
             ],
         },
         loop_constraints: TapeFunction {
@@ -1659,37 +1662,37 @@ pub static TAPE: qrm_core::Tape = {
         mass_matrix: TapeFunction {
             operations: &[
                 Add(5, 6), Add(7, 51), Add(8, 52), SinCos(5), SinCos(51), SinCos(52), SinCos(53), Add(55, 57),
-                Add(54, 56), Add(57, 59), Add(55, 64), Add(56, 58), Add(54, 66), Add(61, 65), Add(60, 67), Add(60, 66),
-                Add(60, 58), Add(61, 64), Add(61, 59), Mul(28, 68), Mul(28, 69), Mul(28, 67), Mul(76, 67), Mul(28, 65),
-                Mul(78, 65), Add(77, 79), Add(55, 59), Mul(57, 81), Add(54, 58), Mul(56, 83), Add(82, 84), Mul(43, 85),
-                Add(42, 86), Mul(72, 74), Mul(70, 75), Add(88, 89), Mul(1, 90), Add(87, 91), Mul(55, 59), Mul(54, 58),
-                Add(93, 94), Mul(26, 95), Add(92, 96), Mul(73, 74), Mul(71, 75), Add(98, 99), Mul(1, 100), Mul(0, 59),
-                Mul(65, 102), Mul(0, 58), Mul(67, 104), Add(103, 105), Mul(25, 106), Add(101, 107), Mul(28, 61),
-                Mul(28, 60), Mul(68, 109), Mul(69, 110), Add(111, 112), Mul(1, 113), Mul(28, 70), Mul(28, 72),
-                Mul(57, 59), Mul(56, 58), Add(117, 118), Add(37, 119), Mul(26, 120), Mul(71, 115), Mul(73, 116),
-                Add(122, 123), Mul(1, 124), Add(121, 125), Mul(70, 110), Mul(72, 109), Add(127, 128), Mul(1, 129),
-                Mul(71, 110), Mul(73, 109), Add(131, 132), Mul(1, 133), Mul(68, 74), Mul(69, 75), Add(135, 136),
-                Mul(28, 62), Mul(138, 62), Add(137, 139), Mul(28, 63), Mul(141, 63), Add(140, 142), Add(143, 80),
-                Mul(1, 144), Mul(55, 55), Mul(54, 54), Add(146, 147), Mul(26, 148), Add(145, 149), Mul(70, 115),
-                Mul(72, 116), Add(151, 152), Mul(1, 153), Add(42, 154), Mul(43, 119), Add(155, 156), Mul(28, 71),
-                Mul(158, 71), Mul(28, 73), Mul(160, 73), Add(159, 161), Mul(1, 162), Add(26, 163), Mul(60, 110),
-                Mul(61, 109), Add(165, 166), Mul(1, 167),
+                Add(54, 56), Add(57, 59), Add(55, 64), Add(56, 58), Add(54, 66), Add(61, 65), Add(60, 67), Mul(0, 58),
+                Mul(0, 59), Add(60, 66), Add(60, 58), Add(61, 64), Add(61, 59), Mul(28, 68), Mul(28, 69), Add(55, 59),
+                Mul(57, 78), Add(54, 58), Mul(56, 80), Add(79, 81), Mul(43, 82), Add(42, 83), Mul(74, 76), Mul(72, 77),
+                Add(85, 86), Mul(1, 87), Add(84, 88), Mul(55, 59), Mul(54, 58), Add(90, 91), Mul(26, 92), Add(89, 93),
+                Mul(75, 76), Mul(73, 77), Add(95, 96), Mul(1, 97), Mul(65, 71), Mul(67, 70), Add(99, 100),
+                Mul(25, 101), Add(98, 102), Mul(28, 61), Mul(28, 60), Mul(68, 104), Mul(69, 105), Add(106, 107),
+                Mul(1, 108), Mul(28, 72), Mul(28, 74), Mul(57, 59), Mul(56, 58), Add(112, 113), Add(37, 114),
+                Mul(26, 115), Mul(73, 110), Mul(75, 111), Add(117, 118), Mul(1, 119), Add(116, 120), Mul(72, 105),
+                Mul(74, 104), Add(122, 123), Mul(1, 124), Mul(73, 105), Mul(75, 104), Add(126, 127), Mul(1, 128),
+                Mul(68, 76), Mul(69, 77), Add(130, 131), Mul(28, 62), Mul(133, 62), Add(132, 134), Mul(28, 63),
+                Mul(136, 63), Add(135, 137), Mul(28, 67), Mul(139, 67), Mul(28, 65), Mul(141, 65), Add(140, 142),
+                Add(138, 143), Mul(1, 144), Mul(55, 55), Mul(54, 54), Add(146, 147), Mul(26, 148), Add(145, 149),
+                Mul(72, 110), Mul(74, 111), Add(151, 152), Mul(1, 153), Add(42, 154), Mul(43, 114), Add(155, 156),
+                Mul(28, 73), Mul(158, 73), Mul(28, 75), Mul(160, 75), Add(159, 161), Mul(1, 162), Add(26, 163),
+                Mul(60, 105), Mul(61, 104), Add(165, 166), Mul(1, 167),
             ],
-            results: &[150, 97, 108, 114, 97, 157, 126, 130, 108, 126, 164, 134, 114, 130, 134, 168],
+            results: &[150, 94, 103, 109, 94, 157, 121, 125, 103, 121, 164, 129, 109, 125, 129, 168],
         },
         energy: TapeFunction {
             operations: &[
-                Add(5, 6), Add(7, 51), Add(8, 52), Mul(9, 9), Add(9, 10), Add(55, 11), Add(56, 12), Mul(0, 9),
-                Mul(0, 10), SinCos(5), SinCos(51), SinCos(52), SinCos(53), Add(61, 63), Add(60, 62), Add(63, 65),
-                Add(61, 70), Add(62, 64), Add(60, 72), Add(66, 73), Mul(11, 65), Mul(11, 64), Mul(28, 73), Mul(77, 73),
-                Mul(28, 71), Mul(79, 71), Add(78, 80), Mul(57, 66), Mul(57, 67), Mul(61, 61), Mul(60, 60), Add(84, 85),
-                Mul(73, 58), Mul(72, 59), Add(87, 88), Add(76, 82), Mul(0, 90), Add(91, 89), Mul(71, 58), Mul(70, 59),
-                Add(93, 94), Add(75, 83), Mul(0, 96), Add(97, 95), Mul(68, 58), Mul(63, 59), Add(99, 100), Mul(69, 58),
-                Mul(62, 59), Add(102, 103), Mul(0, 75), Add(105, 95), Mul(0, 76), Add(107, 89), Mul(92, 92),
-                Mul(98, 98), Add(109, 110), Mul(101, 101), Add(111, 112), Mul(104, 104), Add(113, 114), Mul(106, 106),
-                Add(115, 116), Mul(108, 108), Add(117, 118), Mul(48, 119), Mul(49, 86), Mul(121, 54), Add(120, 122),
-                Mul(45, 60), Mul(46, 62), Mul(27, 64), Mul(27, 74), Sqrt(81), Mul(47, 128), Sub(37, 128),
-                Mul(129, 130), Sub(50, 131), Add(132, 124), Add(133, 125), Add(134, 126), Add(135, 127),
+                Add(5, 6), Add(7, 51), Add(8, 52), Mul(0, 9), Mul(0, 10), Mul(9, 9), Add(9, 10), Add(57, 11),
+                Add(58, 12), SinCos(5), SinCos(51), SinCos(52), SinCos(53), Add(61, 63), Add(60, 62), Add(63, 65),
+                Add(61, 70), Add(62, 64), Add(60, 72), Add(66, 73), Mul(11, 65), Mul(11, 64), Mul(68, 54), Mul(69, 54),
+                Mul(71, 54), Mul(70, 55), Mul(73, 54), Mul(72, 55), Mul(59, 67), Mul(59, 66), Mul(28, 73), Mul(85, 73),
+                Mul(28, 71), Mul(87, 71), Add(86, 88), Mul(61, 61), Mul(60, 60), Add(90, 91), Add(81, 82), Add(76, 84),
+                Mul(0, 94), Add(95, 93), Add(79, 80), Add(75, 83), Mul(0, 98), Add(99, 97), Mul(63, 55), Add(77, 101),
+                Mul(62, 55), Add(78, 103), Mul(0, 75), Add(105, 97), Mul(0, 76), Add(107, 93), Mul(96, 96),
+                Mul(100, 100), Add(109, 110), Mul(102, 102), Add(111, 112), Mul(104, 104), Add(113, 114),
+                Mul(106, 106), Add(115, 116), Mul(108, 108), Add(117, 118), Mul(48, 119), Mul(49, 92), Mul(121, 56),
+                Add(120, 122), Mul(45, 60), Mul(46, 62), Mul(27, 64), Mul(27, 74), Sqrt(89), Mul(47, 128),
+                Sub(37, 128), Mul(129, 130), Sub(50, 131), Add(132, 124), Add(133, 125), Add(134, 126), Add(135, 127),
             ],
             results: &[123, 136],
         },
@@ -1725,23 +1728,23 @@ pub static TAPE: qrm_core::Tape = {
             results: &[39, 37],
         },
         kernel: TapeKernel {
-            operations: 311,
+            operations: 316,
             has_angle: &[true, true, true, false],
             position: TapeFunction {
                 operations: &[
                     Add(5, 6), Add(51, 7), Add(52, 8), Mul(21, 22), Mul(17, 22), MulAdd(21, 18, 55), Mul(23, 56),
-                    Add(17, 56), Mul(28, 58), Mul(21, 21), MulAdd(17, 17, 60), Mul(26, 61), Mul(27, 21), Mul(21, 56),
+                    Add(17, 56), Mul(21, 21), MulAdd(17, 17, 59), Mul(26, 60), Mul(28, 58), Mul(27, 21), Mul(21, 56),
                     NegMulAdd(17, 18, 54), NegMulAdd(17, 65, 64), Mul(23, 65), MulAdd(19, 65, 57), Add(56, 68),
                     Add(17, 69), Mul(28, 70), Mul(71, 70), Mul(21, 69), Add(21, 65), Mul(74, 68), Mul(28, 74),
                     Add(17, 68), Mul(56, 77), Mul(56, 68), Mul(0, 70), Mul(68, 80), Mul(26, 66), Mul(27, 74),
                     Mul(27, 65), NegMulAdd(19, 56, 67), NegMulAdd(58, 85, 75), Add(65, 85), Add(21, 87), Mul(28, 88),
-                    MulAdd(89, 88, 72), MulAdd(76, 74, 90), MulAdd(59, 58, 91), Add(21, 85), MulAdd(65, 93, 78),
-                    Mul(21, 85), MulAdd(17, 68, 95), MulAdd(26, 96, 42), MulAdd(43, 94, 97), MulAdd(65, 85, 79),
+                    MulAdd(89, 88, 72), MulAdd(76, 74, 90), MulAdd(62, 58, 91), Mul(21, 85), MulAdd(17, 68, 93),
+                    MulAdd(26, 94, 42), Add(21, 85), MulAdd(65, 96, 78), MulAdd(43, 97, 95), MulAdd(65, 85, 79),
                     MulAdd(43, 99, 42), Mul(0, 88), MulAdd(85, 101, 81), Mul(25, 102), Add(37, 99), Mul(26, 104),
                     SinCos(53), Sqrt(90), Recip(90), Add(88, 107), Mul(0, 110), Add(70, 106), Mul(0, 112),
                     Add(69, 106), Mul(0, 114), Add(68, 106), Mul(0, 116), Mul(0, 106), Add(87, 107), Mul(0, 119),
                     Add(85, 107), Mul(0, 121), Mul(0, 107), Mul(109, 108), Mul(28, 124), Mul(86, 125),
-                    MulAdd(111, 111, 92), MulAdd(113, 113, 127), MulAdd(1, 128, 62), Mul(111, 120),
+                    MulAdd(111, 111, 92), MulAdd(113, 113, 127), MulAdd(1, 128, 61), Mul(111, 120),
                     MulAdd(113, 115, 130), MulAdd(1, 131, 98), Mul(115, 115), MulAdd(120, 120, 133),
                     MulAdd(1, 134, 100), Mul(111, 122), MulAdd(113, 117, 136), MulAdd(1, 137, 103), Mul(115, 117),
                     MulAdd(120, 122, 139), MulAdd(1, 140, 105), Mul(117, 117), MulAdd(122, 122, 142),
@@ -1769,15 +1772,15 @@ pub static TAPE: qrm_core::Tape = {
             accelerations: TapeFunction {
                 operations: &[
                     Mul(9, 9), Add(9, 10), Add(192, 11), Add(193, 12), Mul(10, 87), Mul(11, 85), Mul(11, 196),
-                    Mul(194, 194), Add(196, 195), MulAdd(191, 88, 197), MulAdd(10, 195, 200), MulAdd(198, 107, 201),
-                    Mul(10, 196), MulAdd(9, 199, 203), MulAdd(40, 204, 157), MulAdd(0, 202, 205), Mul(10, 69),
-                    Mul(11, 68), Mul(11, 208), Add(208, 207), MulAdd(191, 70, 209), MulAdd(10, 207, 211),
-                    MulAdd(198, 106, 212), Mul(10, 208), MulAdd(9, 210, 214), Mul(9, 101), MulAdd(40, 199, 216),
-                    Mul(40, 196), MulAdd(0, 195, 218), Mul(0, 197), MulAdd(10, 219, 220), MulAdd(9, 217, 221),
-                    Mul(1, 222), Mul(9, 80), MulAdd(40, 210, 224), Mul(40, 208), MulAdd(0, 207, 226), Mul(0, 209),
-                    MulAdd(10, 227, 228), MulAdd(9, 225, 229), Mul(1, 206), Mul(43, 9), Mul(232, 66),
+                    Mul(194, 194), Add(196, 195), Mul(10, 196), MulAdd(9, 199, 200), MulAdd(40, 201, 157),
+                    MulAdd(191, 88, 197), MulAdd(10, 195, 203), MulAdd(198, 107, 204), MulAdd(0, 205, 202),
+                    Mul(10, 69), Mul(11, 68), Mul(11, 208), Add(208, 207), Mul(10, 208), MulAdd(9, 210, 211),
+                    MulAdd(191, 70, 209), MulAdd(10, 207, 213), MulAdd(198, 106, 214), Mul(0, 197), Mul(40, 196),
+                    MulAdd(0, 195, 217), MulAdd(10, 218, 216), Mul(9, 101), MulAdd(40, 199, 220), MulAdd(9, 221, 219),
+                    Mul(1, 222), Mul(0, 209), Mul(40, 208), MulAdd(0, 207, 225), MulAdd(10, 226, 224), Mul(9, 80),
+                    MulAdd(40, 210, 228), MulAdd(9, 229, 227), Mul(1, 206), Mul(43, 9), Mul(232, 66),
                     MulAdd(10, 82, 233), Mul(0, 223), MulAdd(191, 82, 84), MulAdd(69, 235, 236), Mul(68, 235),
-                    Mul(118, 231), Neg(158), NegMulAdd(1, 230, 29), Neg(83), MulAdd(40, 215, 240), MulAdd(0, 213, 243),
+                    Mul(118, 231), Neg(158), NegMulAdd(1, 230, 29), Neg(83), MulAdd(40, 212, 240), MulAdd(0, 215, 243),
                     MulAdd(10, 234, 242), Mul(0, 241), MulAdd(87, 246, 237), MulAdd(115, 231, 247),
                     MulAdd(85, 246, 238), MulAdd(117, 231, 249), NegMulAdd(1, 244, 29), Sub(63, 245),
                     MulAdd(80, 223, 252), MulAdd(101, 241, 253), MulAdd(113, 231, 254), MulAdd(111, 251, 255),
@@ -1802,4 +1805,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: cc0a4d352064a4e4
+// Hash of this file and its derivation: 2a237b631469a5eb

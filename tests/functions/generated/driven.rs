@@ -18,18 +18,18 @@
 //     outputs              81 additions, 117 multiplications, 4 divisions, 3 roots, 3 sine-cosine pairs, 4 other functions
 //     dynamics             96 additions, 137 multiplications, 6 divisions, 3 roots, 3 sine-cosine pairs, 4 other functions
 //     loop_constraints     30 additions, 36 multiplications, 3 divisions, 2 roots, 2 sine-cosine pairs, 1 other function
-//     linearization        387 additions, 579 multiplications, 8 divisions, 3 roots, 3 sine-cosine pairs, 6 other functions
-//     position             71 additions, 126 multiplications, 11 divisions, 4 roots, 2 sine-cosine pairs, 5 other functions
+//     linearization        386 additions, 579 multiplications, 8 divisions, 3 roots, 3 sine-cosine pairs, 6 other functions
+//     position             75 additions, 126 multiplications, 11 divisions, 4 roots, 2 sine-cosine pairs, 5 other functions
 //     residuals            2 additions
 //     velocity_residual    10 additions, 6 multiplications
 //     correction           9 additions, 9 multiplications
-//     accelerations        47 additions, 51 multiplications, 1 other function
-//     outputs_at           34 additions, 44 multiplications, 1 other function
+//     accelerations        51 additions, 51 multiplications, 1 other function
+//     outputs_at           35 additions, 44 multiplications, 1 other function
 //
 // Accelerations and multipliers, from sines and cosines on:
 //       962 operations  with full matrices, as the method is written down
 //       843 operations  by the function `dynamics` and one full system
-//       223 operations  by the kernel: 81 additions, 125 multiplications, 9 divisions, 3 roots, 2 sine-cosine pairs, 5 other functions
+//       233 operations  by the kernel: 91 additions, 125 multiplications, 9 divisions, 3 roots, 2 sine-cosine pairs, 5 other functions
 //
 // Left out:
 //     12 of the 15 entries of T, 22 of the 25 entries of Mbar, 12 of the 20 entries of C_q: zero by structure
@@ -1099,7 +1099,7 @@ pub fn loop_constraints<R: Scalar>(
 ///
 /// Arguments: `t` in s, `q = [z, v, x, y, a]`, `qd = [z_dot, v_dot, x_dot, y_dot, a_dot]`, `qdd = [z_ddot, v_ddot, x_ddot, y_ddot, a_ddot]`, `multipliers = [crank, wheel, bare, drifts]`.
 ///
-/// Operations: 387 additions, 579 multiplications, 8 divisions, 3 roots, 3 sine-cosine pairs, 6 other functions.
+/// Operations: 386 additions, 579 multiplications, 8 divisions, 3 roots, 3 sine-cosine pairs, 6 other functions.
 #[doc(alias = "tangent stiffness")]
 #[doc(alias = "tangent damping")]
 #[inline]
@@ -1662,7 +1662,7 @@ pub struct Position<R> {
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 71 additions, 126 multiplications, 11 divisions, 4 roots, 2 sine-cosine pairs, 5 other functions.
+/// Operations: 75 additions, 126 multiplications, 11 divisions, 4 roots, 2 sine-cosine pairs, 5 other functions.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &Driven<R>,
@@ -1899,8 +1899,8 @@ pub fn velocity_residual<R: Scalar>(
     position: &Position<R>,
     qd: &[R; 5],
 ) -> [R; 4] {
-    let [z_dot, v_dot, x_dot, y_dot, a_dot] = *qd;
     let Position { crank_t, drifts_t, s1_x, s1_y, s2_y, v10, wheel_t, wheel_x, .. } = *position;
+    let [z_dot, v_dot, x_dot, y_dot, a_dot] = *qd;
     [
         -(crank_t + y_dot.neg_mul_add(s1_y, x_dot * s1_x)),
         -(wheel_t - y_dot.neg_mul_add(s2_y, x_dot.neg_mul_add(wheel_x, a_dot))),
@@ -1918,7 +1918,6 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 4],
 ) -> [R; 5] {
-    let [crank_open, wheel_open, bare_open, drifts_open] = *residuals;
     let Position {
         a_per_x,
         inv_crank,
@@ -1931,6 +1930,7 @@ pub fn correction<R: Scalar>(
         y_per_x,
         ..
     } = *position;
+    let [crank_open, wheel_open, bare_open, drifts_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let v_closing = drifts_open * inv_drifts;
@@ -1946,7 +1946,7 @@ pub fn correction<R: Scalar>(
 
 /// `qdd`, and the multipliers.
 ///
-/// Operations: 47 additions, 51 multiplications, 1 other function.
+/// Operations: 51 additions, 51 multiplications, 1 other function.
 #[inline(always)]
 pub fn accelerations<R: Scalar>(
     m: &Driven<R>,
@@ -1958,8 +1958,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 5], [R; 4]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [_, _, x, y, _] = *q;
-    let [_, v_dot, x_dot, y_dot, a_dot] = *qd;
     let Position {
         a_per_x,
         inv_crank,
@@ -2000,6 +1998,8 @@ pub fn accelerations<R: Scalar>(
         y_per_x,
         ..
     } = *position;
+    let [_, _, x, y, _] = *q;
+    let [_, v_dot, x_dot, y_dot, a_dot] = *qd;
 
     // Rates of the lengths.
     let s1_dot = v15 - y_dot.neg_mul_add(s1_y, x_dot * s1_x);
@@ -2078,7 +2078,7 @@ pub fn accelerations<R: Scalar>(
 
 /// What the scene asks for, at a position that is known.
 ///
-/// Operations: 34 additions, 44 multiplications, 1 other function.
+/// Operations: 35 additions, 44 multiplications, 1 other function.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn outputs_at<R: Scalar>(
@@ -2091,10 +2091,6 @@ pub fn outputs_at<R: Scalar>(
     multipliers: &[R; 4],
     angles: &Angles<R, 5>,
 ) -> [R; 8] {
-    let [_, _, x_dot, y_dot, a_dot] = *qd;
-    let [_, _, x_ddot, y_ddot, _] = *qdd;
-    let [lambda_crank, _, _, _] = *multipliers;
-    let [_, _, _, _, sin_a] = angles.sin;
     let Position {
         inv_s1,
         inv_s3,
@@ -2126,6 +2122,10 @@ pub fn outputs_at<R: Scalar>(
         v8,
         ..
     } = *position;
+    let [_, _, x_dot, y_dot, a_dot] = *qd;
+    let [_, _, x_ddot, y_ddot, _] = *qdd;
+    let [lambda_crank, _, _, _] = *multipliers;
+    let [_, _, _, _, sin_a] = angles.sin;
     let v1 = a_dot * sin_a;
     let v2_2 = x_dot.neg_mul_add(v3, y_dot * v2);
     let v3_2 = v18 + v2_2;
@@ -2193,19 +2193,17 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 7 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position
-        .v_per_x
-        .abs()
-        .max(position.y_per_x.abs())
-        .max(position.a_per_x.abs())
-        .max(position.wheel_over_crank_y.abs())
+pub fn growth_factor<R: Scalar>(_m: &Driven<R>, position: &Position<R>) -> R {
+    let Position { a_per_x, v_per_x, wheel_over_crank_y, y_per_x, .. } = *position;
+    v_per_x.abs().max(y_per_x.abs()).max(a_per_x.abs()).max(wheel_over_crank_y.abs())
 }
 
 impl<R: Scalar> Kernel<R, 5, 4> for Driven<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 223;
+    const OPERATIONS: usize = 233;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 5] {
@@ -2234,7 +2232,7 @@ impl<R: Scalar> Kernel<R, 5, 4> for Driven<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -2281,7 +2279,7 @@ impl<R: Scalar> Kernel<R, 5, 4> for Driven<R> {
     #[inline(always)]
     fn event(&self, t: R, _q: &[R; 5], _qd: &[R; 5]) -> Option<R> {
         let p = &self.parameters;
-        let E_x = p.r * R::cos(p.w * t);
+        let E_x = p.r * (p.w * t).cos();
         Some(E_x + t - R::from_f64(1.0))
     }
 
@@ -2312,7 +2310,7 @@ impl<R: Scalar> Equations<R, 5, 4> for Driven<R> {
     fn start(&self) -> Start<R, 5> {
         Start {
             q: [
-                R::from_f64(0.0),
+                R::zero(),
                 R::from_f64(1.2),
                 R::from_f64(1.2),
                 R::from_f64(0.2),
@@ -2596,8 +2594,8 @@ pub static TAPE: qrm_core::Tape = {
             Mul(1, 0), Mul(38, 38), Mul(0, 38), Mul(3, 38), Mul(0, 40), Number(3.0), Number(0.25), Number(2.0),
             Number(0.1), Number(0.5), Number(0.05), Number(0.2), Number(9.81), Number(1.01), Number(0.101),
             Number(2.02), Number(3.03), Number(4.0), Number(0.4), Number(5.0), Number(2.5), Number(0.01), Number(0.3),
-            Number(1.5), Number(0.02), Number(0.75), Number(0.075), Number(0.303), Number(1.0), Number(1.2),
-            Number(0.6), Number(0.0), Number(0.505), Number(0.8), Number(4.04), Number(2.525), Number(5.05),
+            Number(1.5), Number(0.02), Number(0.75), Number(0.075), Number(0.303), Number(0.0), Number(1.0),
+            Number(0.505), Number(0.8), Number(1.2), Number(0.6), Number(4.04), Number(2.525), Number(5.05),
             Number(6.0), Number(2.4), Number(0.15), Number(0.202), Number(1.6), Number(10.0), Number(1.0201),
             Number(4.8), Number(0.7575), Number(3.0603), Number(3.2), Number(-2.0), Number(0.001), Mul(46, 38),
             Mul(47, 47), Mul(47, 89), Mul(46, 1), Mul(47, 38), Mul(1, 45), Mul(1, 47), Mul(1, 48), Mul(1, 49),
@@ -2610,71 +2608,70 @@ pub static TAPE: qrm_core::Tape = {
         ],
         dynamics: TapeFunction {
             operations: &[
-                Mul(0, 4), Mul(46, 7), Mul(4, 4), Add(66, 4), Mul(51, 7), Mul(46, 8), Mul(7, 7), Mul(140, 144),
-                Add(66, 145), Mul(8, 8), Mul(147, 140), Add(66, 148), Mul(45, 8), Mul(48, 7), Mul(47, 8), Mul(13, 13),
-                Add(145, 45), Mul(154, 145), Add(66, 155), Add(66, 140), Mul(67, 8), Mul(68, 8), Mul(55, 8),
-                Mul(49, 7), Mul(45, 7), Mul(46, 12), Mul(46, 13), Mul(51, 12), Mul(47, 7), Mul(70, 7), Mul(48, 8),
-                Mul(53, 7), Mul(49, 8), Mul(4, 13), Mul(45, 171), Add(8, 172), Mul(8, 173), Mul(140, 153),
-                Add(174, 175), Mul(71, 7), Mul(4, 12), Mul(56, 178), Add(177, 179), Mul(12, 180), Mul(55, 13),
-                Sub(151, 152), Neg(4), Neg(141), Sub(161, 150), Sub(164, 165), Sub(167, 168), Sub(12, 11), SinCos(9),
-                Sin(4), SinCos(138), Recip(146), Sqrt(149), Recip(196), Div(7, 156), Exp(184), Mul(1, 194),
-                Mul(1, 193), Add(139, 201), Mul(91, 193), Mul(8, 197), Mul(93, 194), Mul(38, 194), Mul(88, 194),
-                Mul(38, 193), Add(207, 208), Mul(94, 193), Add(183, 210), Mul(94, 194), Add(66, 199), Mul(213, 213),
-                Mul(68, 191), Mul(60, 191), Mul(14, 190), Mul(199, 213), Mul(60, 218), Mul(88, 193), Add(45, 220),
-                Mul(45, 191), Mul(49, 195), Mul(4, 223), Mul(140, 204), Mul(46, 192), Mul(93, 193), Add(186, 227),
-                Mul(194, 228), Mul(13, 206), Mul(39, 194), Mul(39, 193), Mul(12, 209), Mul(194, 211), Mul(13, 211),
-                Mul(95, 193), Mul(96, 193), Mul(176, 204), Mul(238, 204), Mul(181, 198), Mul(144, 198), Mul(56, 241),
-                Mul(204, 182), Mul(8, 204), Mul(56, 195), Mul(12, 245), Mul(45, 189), Sub(7, 200), Sub(8, 202),
-                Sub(200, 142), Sub(143, 203), Sub(150, 191), Sub(158, 215), Sub(159, 216), Sub(12, 199), Sub(160, 222),
-                Neg(224), Neg(225), Sub(205, 162), Sub(13, 206), Sub(163, 260), Sub(209, 187), Sub(212, 166),
-                Sub(188, 212), Sub(169, 205), Sub(170, 237), Sub(265, 266), Sub(239, 153), Sub(242, 243), Neg(247),
-                Mul(248, 248), Mul(249, 249), Add(271, 272), Add(250, 251), Mul(194, 249), Mul(248, 193), Mul(249, 13),
-                Mul(274, 12), Add(66, 273), Mul(252, 252), Add(214, 280), Mul(13, 253), Mul(254, 217), Add(282, 283),
-                Mul(49, 255), Mul(13, 285), Mul(193, 259), Mul(40, 248), Add(231, 288), Mul(194, 289), Mul(40, 249),
-                Add(232, 291), Mul(193, 292), Add(290, 293), Add(294, 233), Mul(193, 263), Add(264, 236), Mul(12, 297),
-                Mul(197, 268), Add(299, 240), Mul(4, 300), Add(301, 269), Mul(4, 302), Sub(275, 276), Sub(277, 278),
-                Sub(284, 219), Sub(229, 287), Sub(230, 295), Sub(234, 296), Sub(235, 298), Sub(303, 244),
-                Sub(311, 246), Mul(38, 304), Mul(92, 307), Mul(38, 309), Sqrt(273), Recip(316), Div(98, 279),
-                Sqrt(281), Recip(319), Mul(317, 317), Mul(320, 306), Mul(317, 274), Mul(249, 317), Mul(249, 321),
-                Mul(317, 13), Mul(267, 321), Mul(317, 12), Sub(313, 305), Sub(4, 316), Neg(330), Sub(316, 47),
-                Sub(47, 319), Neg(323), Sub(315, 310), Mul(317, 329), Mul(57, 336), Mul(332, 332), Mul(3, 333),
-                Mul(329, 321), Mul(340, 314), Mul(329, 325), Mul(335, 327), Neg(337), Sub(322, 339), Sub(341, 308),
-                Sub(342, 261), Sub(262, 343), Mul(320, 345), Mul(256, 349), Mul(252, 349), Add(192, 351),
-                Mul(190, 352), Mul(317, 346), Add(226, 354), Mul(347, 326), Add(355, 356), Mul(348, 328),
-                Add(357, 358), Sign(331), Sign(332), Tanh(344), Add(66, 361), Add(66, 360), Mul(47, 364), Mul(4, 365),
-                Mul(157, 362), Mul(363, 363), Mul(363, 368), Mul(369, 338), Mul(99, 370), Sub(66, 360), Neg(353),
-                Mul(47, 372), Sub(374, 318), Mul(316, 375), Add(336, 376), Add(377, 366), Sub(378, 367), Sub(379, 371),
-                Mul(317, 380), Mul(274, 381), Mul(249, 381), Sub(221, 382), Sub(100, 383), Add(385, 286),
-                Add(386, 350), Neg(387),
+                Mul(0, 4), Mul(46, 7), Add(67, 4), Mul(8, 8), Mul(4, 4), Mul(141, 142), Add(67, 143), Mul(51, 7),
+                Mul(46, 8), Mul(7, 7), Mul(142, 147), Add(67, 148), Mul(48, 7), Mul(47, 8), Mul(13, 13), Add(148, 45),
+                Mul(153, 148), Add(67, 154), Mul(49, 7), Mul(45, 8), Mul(45, 7), Mul(46, 12), Mul(46, 13), Mul(51, 12),
+                Mul(47, 7), Mul(68, 7), Mul(48, 8), Mul(53, 7), Mul(49, 8), Mul(4, 13), Mul(45, 167), Add(8, 168),
+                Mul(8, 169), Mul(142, 152), Add(170, 171), Mul(69, 7), Mul(4, 12), Mul(56, 174), Add(173, 175),
+                Mul(12, 176), Mul(55, 13), Add(67, 142), Mul(70, 8), Mul(71, 8), Mul(55, 8), Neg(140), Sub(150, 151),
+                Sub(156, 157), Sub(160, 161), Sub(163, 164), Sub(12, 11), Neg(4), Sin(4), SinCos(138), Sqrt(144),
+                Recip(193), Div(7, 155), SinCos(9), Exp(189), Recip(149), Mul(1, 192), Mul(1, 191), Add(139, 201),
+                Mul(46, 190), Mul(91, 191), Mul(8, 194), Mul(93, 192), Mul(38, 192), Mul(88, 192), Mul(38, 191),
+                Add(208, 209), Mul(94, 191), Add(184, 211), Mul(94, 192), Mul(93, 191), Add(185, 214), Mul(192, 215),
+                Mul(13, 207), Mul(39, 192), Mul(39, 191), Mul(12, 210), Mul(192, 212), Mul(13, 212), Mul(95, 191),
+                Mul(96, 191), Mul(172, 205), Mul(225, 205), Mul(177, 195), Mul(147, 195), Mul(56, 228), Mul(205, 178),
+                Mul(8, 205), Mul(45, 188), Add(67, 198), Mul(233, 233), Mul(71, 197), Mul(60, 197), Mul(14, 196),
+                Mul(198, 233), Mul(60, 238), Mul(88, 191), Add(45, 240), Mul(45, 197), Mul(49, 199), Mul(4, 243),
+                Mul(142, 205), Mul(56, 199), Mul(12, 246), Sub(7, 200), Sub(8, 202), Sub(200, 145), Sub(146, 204),
+                Sub(206, 158), Sub(13, 207), Sub(159, 253), Sub(210, 186), Sub(213, 162), Sub(187, 213), Sub(165, 206),
+                Sub(166, 224), Sub(258, 259), Sub(226, 152), Sub(229, 230), Neg(232), Sub(157, 197), Sub(180, 235),
+                Sub(181, 236), Sub(12, 198), Sub(182, 242), Neg(244), Neg(245), Mul(248, 248), Mul(249, 249),
+                Add(271, 272), Add(250, 251), Mul(192, 249), Mul(248, 191), Mul(249, 13), Mul(274, 12), Mul(191, 252),
+                Mul(40, 248), Add(218, 280), Mul(192, 281), Mul(40, 249), Add(219, 283), Mul(191, 284), Add(282, 285),
+                Add(286, 220), Mul(191, 256), Add(257, 223), Mul(12, 289), Mul(194, 261), Add(291, 227), Mul(4, 292),
+                Add(293, 262), Mul(4, 294), Add(67, 273), Mul(264, 264), Add(234, 297), Mul(13, 265), Mul(266, 237),
+                Add(299, 300), Mul(49, 267), Mul(13, 302), Sub(275, 276), Sub(277, 278), Sub(216, 279), Sub(217, 287),
+                Sub(221, 288), Sub(222, 290), Sub(295, 231), Sub(301, 239), Sub(310, 247), Mul(38, 304), Mul(92, 306),
+                Mul(38, 308), Sqrt(273), Recip(316), Div(98, 296), Sqrt(298), Recip(319), Mul(317, 274), Mul(249, 317),
+                Mul(317, 317), Mul(249, 323), Mul(317, 13), Mul(260, 323), Mul(317, 12), Mul(320, 311), Neg(321),
+                Sub(313, 305), Sub(315, 309), Sub(4, 316), Neg(332), Sub(316, 47), Sub(47, 319), Mul(330, 323),
+                Mul(336, 314), Mul(330, 324), Mul(331, 326), Mul(317, 330), Mul(57, 340), Mul(334, 334), Mul(3, 335),
+                Sub(337, 307), Sub(338, 254), Sub(255, 339), Neg(341), Sub(328, 343), Mul(317, 344), Add(203, 349),
+                Mul(345, 325), Add(350, 351), Mul(346, 327), Add(352, 353), Mul(320, 348), Mul(268, 355),
+                Mul(264, 355), Add(190, 357), Mul(196, 358), Sign(333), Sign(334), Tanh(347), Add(67, 361),
+                Add(67, 360), Mul(47, 364), Mul(4, 365), Mul(179, 362), Mul(363, 363), Mul(363, 368), Mul(369, 342),
+                Mul(99, 370), Sub(67, 360), Neg(359), Mul(47, 372), Sub(374, 318), Mul(316, 375), Add(340, 376),
+                Add(377, 366), Sub(378, 367), Sub(379, 371), Mul(317, 380), Mul(274, 381), Mul(249, 381),
+                Sub(241, 382), Sub(100, 383), Add(385, 303), Add(386, 356), Neg(387),
             ],
             results: &[
-                69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 2, 69, 69, 69, 69, 69, 2, 69, 69, 69, 69, 69, 97, 69,
-                69, 384, 388, 373, 69, 69, 334, 324, 69, 69, 69, 257, 258, 66, 66, 69, 69, 69, 69, 69, 141, 185, 69,
-                69, 359, 312, 69, 270,
+                66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 2, 66, 66, 66, 66, 66, 2, 66, 66, 66, 66, 66, 97, 66,
+                66, 384, 388, 373, 66, 66, 329, 322, 66, 66, 66, 269, 270, 67, 67, 66, 66, 66, 66, 66, 140, 183, 66,
+                66, 354, 312, 66, 263,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                Mul(0, 4), Mul(46, 7), Mul(4, 4), Add(66, 4), Mul(51, 7), Mul(46, 8), Mul(7, 7), Mul(140, 144),
-                Add(66, 145), Mul(8, 8), Mul(147, 140), Add(66, 148), Mul(45, 8), Mul(49, 7), Mul(45, 7), Mul(7, 4),
-                Mul(7, 141), Mul(6, 141), SinCos(138), Sqrt(149), SinCos(4), Div(49, 146), Div(8, 158), Atan(153),
-                Mul(1, 157), Mul(1, 156), Add(139, 165), Mul(91, 156), Mul(93, 157), Mul(93, 156), Mul(46, 159),
-                Mul(49, 163), Mul(4, 161), Mul(140, 162), Mul(46, 160), Mul(7, 161), Mul(8, 162), Mul(4, 176),
-                Add(175, 177), Sub(7, 164), Sub(8, 166), Sub(164, 142), Sub(143, 167), Neg(141), Sub(151, 150),
-                Sub(168, 152), Sub(9, 158), Sub(186, 171), Sub(154, 155), Neg(188), Neg(172), Neg(173), Neg(178),
-                Sub(7, 6), Neg(193), Mul(179, 179), Mul(180, 180), Add(195, 196), Add(181, 182), Add(184, 169),
-                Mul(157, 199), Mul(156, 185), Sub(200, 201), Mul(92, 202), Sqrt(197), Recip(204), Mul(205, 198),
-                Mul(180, 205), Mul(205, 203), Neg(206), Sub(66, 204), Sub(208, 174), Add(210, 170), Neg(212),
+                Mul(0, 4), Mul(46, 7), Add(67, 4), Mul(8, 8), Mul(4, 4), Mul(141, 142), Add(67, 143), Mul(7, 4),
+                Mul(7, 140), Mul(6, 140), Mul(51, 7), Mul(46, 8), Mul(7, 7), Mul(142, 150), Add(67, 151), Mul(49, 7),
+                Mul(45, 8), Mul(45, 7), SinCos(138), Sqrt(144), Atan(145), Div(49, 152), Div(8, 158), SinCos(4),
+                Mul(1, 157), Mul(1, 156), Add(139, 165), Mul(49, 159), Mul(91, 156), Mul(4, 160), Mul(142, 161),
+                Mul(93, 157), Mul(93, 156), Mul(7, 160), Mul(8, 161), Mul(4, 174), Add(173, 175), Mul(46, 163),
+                Mul(46, 162), Sub(7, 164), Sub(8, 166), Sub(9, 158), Sub(181, 167), Sub(146, 147), Neg(183),
+                Sub(164, 148), Sub(149, 168), Neg(169), Neg(170), Neg(140), Sub(153, 154), Sub(171, 155), Neg(176),
+                Sub(7, 6), Neg(193), Mul(179, 179), Mul(180, 180), Add(195, 196), Add(185, 186), Add(190, 172),
+                Mul(157, 199), Mul(156, 191), Sub(200, 201), Mul(92, 202), Sqrt(197), Recip(204), Mul(205, 198),
+                Mul(180, 205), Mul(205, 203), Sub(67, 204), Neg(206), Sub(208, 177), Add(209, 178), Neg(212),
             ],
             results: &[
-                213, 187, 5, 189, 69, 69, 209, 207, 69, 69, 69, 190, 191, 66, 66, 69, 69, 69, 69, 69, 141, 183, 69, 69,
-                211, 192, 69, 194,
+                213, 182, 5, 184, 66, 66, 210, 207, 66, 66, 66, 187, 188, 67, 67, 66, 66, 66, 66, 66, 140, 189, 66, 66,
+                211, 192, 66, 194,
             ],
         },
         mass_matrix: TapeFunction {
             operations: &[],
             results: &[
-                69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 2, 69, 69, 69, 69, 69, 2, 69, 69, 69, 69, 69, 97,
+                66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 2, 66, 66, 66, 66, 66, 2, 66, 66, 66, 66, 66, 97,
             ],
         },
         energy: TapeFunction {
@@ -2686,22 +2683,22 @@ pub static TAPE: qrm_core::Tape = {
         },
         power: TapeFunction {
             operations: &[
-                Mul(0, 4), Mul(46, 7), Mul(4, 4), Mul(51, 7), Mul(46, 8), Mul(7, 7), Mul(140, 143), Add(66, 144),
-                Mul(8, 8), Mul(146, 140), Add(66, 147), Mul(45, 8), Mul(13, 13), Add(66, 140), Mul(67, 8), Mul(68, 8),
-                Mul(55, 8), SinCos(9), SinCos(138), Sqrt(148), SinCos(4), Div(49, 145), Div(8, 159), Mul(1, 158),
-                Mul(1, 157), Add(139, 165), Mul(91, 157), Mul(68, 156), Mul(60, 156), Mul(14, 155), Mul(88, 157),
-                Add(45, 171), Mul(45, 156), Mul(46, 161), Mul(7, 162), Mul(8, 163), Mul(4, 176), Add(175, 177),
-                Mul(12, 172), Mul(160, 170), Mul(178, 21), Sub(7, 164), Sub(8, 166), Sub(164, 141), Sub(142, 167),
-                Neg(4), Sub(149, 156), Sub(152, 168), Sub(153, 169), Sub(154, 173), Sub(7, 6), Sub(179, 180),
-                Mul(182, 182), Mul(183, 183), Add(193, 194), Add(184, 185), Mul(158, 183), Mul(182, 157), Mul(183, 13),
-                Mul(196, 12), Add(66, 195), Mul(187, 187), Mul(13, 188), Mul(189, 170), Add(203, 204), Mul(191, 23),
-                Mul(13, 190), Mul(187, 170), Add(207, 208), Sqrt(195), Recip(210), Div(98, 201), Exp(186),
+                Mul(0, 4), Mul(46, 7), Mul(8, 8), Mul(4, 4), Mul(140, 141), Add(67, 142), Mul(51, 7), Mul(46, 8),
+                Mul(7, 7), Mul(141, 146), Add(67, 147), Mul(13, 13), Mul(45, 8), Add(67, 141), Mul(70, 8), Mul(71, 8),
+                Mul(55, 8), SinCos(138), Sqrt(143), Div(49, 148), Div(8, 157), SinCos(9), SinCos(4), Mul(1, 156),
+                Mul(1, 155), Add(139, 165), Mul(91, 155), Mul(7, 158), Mul(8, 159), Mul(4, 169), Add(168, 170),
+                Mul(71, 161), Mul(60, 161), Mul(14, 160), Mul(88, 155), Add(45, 175), Mul(45, 161), Mul(12, 176),
+                Mul(162, 174), Mul(171, 21), Mul(46, 163), Sub(7, 164), Sub(8, 166), Sub(164, 144), Sub(145, 167),
+                Sub(7, 6), Neg(4), Sub(150, 161), Sub(152, 172), Sub(153, 173), Sub(154, 177), Sub(178, 179),
+                Mul(182, 182), Mul(183, 183), Add(193, 194), Add(184, 185), Mul(156, 183), Mul(182, 155), Mul(183, 13),
+                Mul(196, 12), Add(67, 195), Mul(188, 188), Mul(13, 189), Mul(190, 174), Add(203, 204), Mul(186, 23),
+                Mul(13, 191), Mul(188, 174), Add(207, 208), Sqrt(195), Recip(210), Div(98, 201), Exp(187),
                 Sub(197, 198), Sub(199, 200), Sub(4, 210), Neg(216), Sub(210, 47), Sub(12, 213), Mul(38, 214),
-                Mul(218, 218), Add(66, 213), Mul(222, 222), Add(223, 202), Mul(213, 222), Mul(60, 225), Mul(49, 219),
-                Mul(150, 227), Mul(211, 220), Add(174, 229), Mul(20, 230), Sub(220, 215), Sub(205, 226), Sub(192, 228),
-                Sub(234, 181), Sub(235, 206), Sign(217), Sign(218), Sqrt(224), Recip(239), Mul(211, 232), Add(66, 238),
-                Add(66, 237), Mul(47, 243), Mul(4, 244), Mul(57, 241), Mul(242, 242), Mul(242, 247), Mul(248, 221),
-                Mul(99, 249), Mul(240, 233), Sub(66, 237), Neg(246), Sub(47, 239), Mul(47, 252), Mul(3, 254),
+                Mul(218, 218), Add(67, 213), Mul(222, 222), Add(223, 202), Mul(213, 222), Mul(60, 225), Mul(49, 219),
+                Mul(149, 227), Mul(211, 220), Add(181, 229), Mul(20, 230), Sub(220, 215), Sub(205, 226), Sub(192, 228),
+                Sub(234, 180), Sub(235, 206), Sign(217), Sign(218), Sqrt(224), Recip(239), Mul(211, 232), Add(67, 238),
+                Add(67, 237), Mul(47, 243), Mul(4, 244), Mul(57, 241), Mul(242, 242), Mul(242, 247), Mul(248, 221),
+                Mul(99, 249), Mul(240, 233), Sub(67, 237), Neg(246), Sub(47, 239), Mul(47, 252), Mul(3, 254),
                 Sub(255, 212), Sub(251, 256), Mul(210, 257), Add(241, 259), Add(260, 245), Mul(240, 258),
                 Mul(209, 262), Tanh(253), Mul(151, 264), Sub(261, 265), Sub(266, 250), Mul(211, 267), Mul(215, 268),
                 Add(236, 269), Sub(270, 263), Sub(271, 231),
@@ -2710,179 +2707,179 @@ pub static TAPE: qrm_core::Tape = {
         },
         outputs: TapeFunction {
             operations: &[
-                Mul(0, 4), Mul(46, 7), Mul(4, 4), Mul(51, 7), Mul(46, 8), Mul(45, 8), Mul(48, 7), Mul(47, 8),
-                Add(66, 140), Mul(67, 8), Mul(68, 8), Mul(55, 8), Mul(49, 7), Mul(45, 7), Mul(46, 12), Mul(46, 13),
-                Mul(51, 12), Mul(47, 7), Mul(70, 7), Mul(48, 8), Mul(53, 7), Mul(49, 8), Sub(144, 145), Neg(4),
-                Sub(150, 143), Sub(153, 154), Sub(156, 157), SinCos(9), SinCos(138), Exp(161), Cos(4), Sqrt(146),
-                Recip(171), Mul(1, 168), Mul(1, 167), Add(139, 174), Mul(91, 167), Mul(93, 168), Mul(38, 168),
-                Mul(88, 168), Mul(38, 167), Add(179, 180), Mul(94, 167), Add(160, 182), Mul(94, 168), Add(66, 169),
-                Mul(185, 185), Mul(68, 166), Mul(60, 166), Mul(14, 165), Mul(169, 185), Mul(60, 190), Mul(45, 166),
-                Mul(93, 167), Add(162, 193), Mul(168, 194), Mul(13, 178), Mul(39, 168), Mul(39, 167), Mul(12, 181),
-                Mul(168, 183), Mul(13, 183), Mul(95, 167), Mul(96, 167), Mul(172, 172), Mul(204, 140), Mul(46, 170),
-                Mul(167, 194), Sub(7, 173), Sub(8, 175), Sub(173, 141), Sub(142, 176), Sub(143, 166), Sub(147, 187),
-                Sub(148, 188), Sub(149, 192), Sub(177, 151), Sub(13, 178), Sub(152, 217), Sub(181, 163), Sub(184, 155),
-                Sub(164, 184), Sub(158, 177), Sub(159, 203), Sub(222, 223), Sub(66, 205), Mul(208, 208), Mul(209, 209),
-                Add(226, 227), Add(210, 211), Mul(168, 209), Mul(208, 167), Mul(209, 13), Mul(229, 12), Add(66, 228),
-                Mul(212, 212), Add(186, 235), Mul(13, 213), Mul(214, 189), Add(237, 238), Mul(167, 216), Mul(40, 208),
-                Add(197, 241), Mul(168, 242), Mul(40, 209), Add(198, 244), Mul(167, 245), Add(243, 246), Add(247, 199),
-                Mul(167, 220), Add(221, 202), Mul(12, 250), Mul(13, 215), Mul(212, 189), Add(252, 253), Mul(209, 18),
-                Mul(229, 17), Mul(172, 225), Mul(168, 216), Add(258, 207), Sub(230, 231), Sub(232, 233), Sub(239, 191),
-                Sub(195, 240), Sub(196, 248), Sub(200, 249), Sub(201, 251), Sub(255, 256), Mul(38, 260), Mul(92, 263),
-                Mul(38, 265), Add(269, 261), Sqrt(228), Recip(272), Div(98, 234), Sqrt(236), Recip(275), Mul(273, 273),
-                Mul(276, 262), Mul(209, 277), Mul(273, 13), Mul(224, 277), Mul(273, 12), Mul(273, 268), Mul(4, 272),
-                Mul(4, 273), Mul(285, 271), Add(272, 286), Add(206, 283), Mul(20, 288), Mul(47, 273), Mul(290, 20),
-                Mul(291, 259), Sub(268, 261), Sub(4, 272), Neg(294), Sub(272, 47), Sub(47, 275), Sub(270, 266),
-                Neg(289), Neg(292), Mul(273, 293), Mul(57, 301), Mul(296, 296), Mul(3, 297), Mul(293, 277),
-                Mul(305, 269), Mul(293, 279), Mul(298, 281), Neg(302), Sub(278, 304), Sub(306, 264), Sub(307, 218),
-                Sub(219, 308), Mul(276, 310), Mul(254, 314), Add(267, 311), Mul(4, 316), Mul(4, 312), Add(209, 318),
-                Mul(319, 280), Mul(4, 313), Sub(317, 268), Sub(229, 321), Neg(315), Sign(295), Sign(296), Tanh(309),
-                Add(66, 326), Add(66, 325), Mul(47, 329), Mul(4, 330), Mul(146, 327), Mul(328, 328), Mul(328, 333),
-                Mul(334, 303), Mul(99, 335), Add(322, 271), Mul(273, 337), Add(338, 320), Mul(323, 282), Sub(66, 325),
-                Sub(339, 340), Mul(47, 341), Sub(343, 274), Mul(272, 344), Add(301, 345), Add(346, 331), Sub(347, 332),
+                Mul(0, 4), Mul(46, 7), Mul(4, 4), Mul(51, 7), Mul(46, 8), Mul(48, 7), Mul(47, 8), Mul(49, 7),
+                Mul(45, 8), Mul(45, 7), Mul(46, 12), Mul(46, 13), Mul(51, 12), Mul(47, 7), Mul(68, 7), Mul(48, 8),
+                Mul(53, 7), Mul(49, 8), Add(67, 140), Mul(70, 8), Mul(71, 8), Mul(55, 8), Sub(143, 144), Sub(145, 146),
+                Sub(149, 150), Sub(152, 153), Neg(4), SinCos(138), Cos(4), SinCos(9), Exp(164), Sqrt(156), Recip(171),
+                Mul(1, 166), Mul(1, 165), Add(139, 174), Mul(91, 165), Mul(93, 166), Mul(38, 166), Mul(88, 166),
+                Mul(38, 165), Add(179, 180), Mul(94, 165), Add(160, 182), Mul(94, 166), Mul(93, 165), Add(161, 185),
+                Mul(166, 186), Mul(13, 178), Mul(39, 166), Mul(39, 165), Mul(12, 181), Mul(166, 183), Mul(13, 183),
+                Mul(95, 165), Mul(96, 165), Mul(46, 167), Add(67, 170), Mul(197, 197), Mul(71, 169), Mul(60, 169),
+                Mul(14, 168), Mul(170, 197), Mul(60, 202), Mul(45, 169), Mul(172, 172), Mul(205, 140), Mul(165, 186),
+                Sub(7, 173), Sub(8, 175), Sub(173, 141), Sub(142, 176), Sub(177, 147), Sub(13, 178), Sub(148, 213),
+                Sub(181, 162), Sub(184, 151), Sub(163, 184), Sub(154, 177), Sub(155, 195), Sub(218, 219),
+                Sub(146, 169), Sub(157, 199), Sub(158, 200), Sub(159, 204), Sub(67, 206), Mul(208, 208), Mul(209, 209),
+                Add(226, 227), Add(210, 211), Mul(166, 209), Mul(208, 165), Mul(209, 13), Mul(229, 12), Mul(165, 212),
+                Mul(40, 208), Add(189, 235), Mul(166, 236), Mul(40, 209), Add(190, 238), Mul(165, 239), Add(237, 240),
+                Add(241, 191), Mul(165, 216), Add(217, 194), Mul(12, 244), Add(67, 228), Mul(221, 221), Add(198, 247),
+                Mul(13, 222), Mul(223, 201), Add(249, 250), Mul(13, 224), Mul(221, 201), Add(252, 253), Mul(209, 18),
+                Mul(229, 17), Mul(172, 225), Mul(166, 212), Add(258, 207), Sub(230, 231), Sub(232, 233), Sub(187, 234),
+                Sub(188, 242), Sub(192, 243), Sub(193, 245), Sub(251, 203), Sub(255, 256), Mul(38, 260), Mul(92, 262),
+                Mul(38, 264), Add(269, 261), Sqrt(228), Recip(272), Div(98, 246), Sqrt(248), Recip(275), Mul(273, 273),
+                Mul(209, 277), Mul(273, 13), Mul(220, 277), Mul(273, 12), Mul(276, 266), Mul(273, 268), Mul(4, 272),
+                Mul(4, 273), Mul(285, 271), Add(272, 286), Add(196, 283), Mul(20, 288), Mul(47, 273), Mul(290, 20),
+                Mul(291, 259), Sub(268, 261), Sub(270, 265), Sub(4, 272), Neg(295), Sub(272, 47), Sub(47, 275),
+                Neg(289), Neg(292), Mul(293, 277), Mul(301, 269), Mul(293, 278), Mul(294, 280), Mul(273, 293),
+                Mul(57, 305), Mul(297, 297), Mul(3, 298), Sub(302, 263), Sub(303, 214), Sub(215, 304), Neg(306),
+                Sub(282, 308), Mul(276, 313), Mul(254, 314), Add(267, 309), Mul(4, 316), Mul(4, 310), Add(209, 318),
+                Mul(319, 279), Mul(4, 311), Sub(317, 268), Sub(229, 321), Neg(315), Sign(296), Sign(297), Tanh(312),
+                Add(67, 326), Add(67, 325), Mul(47, 329), Mul(4, 330), Mul(156, 327), Mul(328, 328), Mul(328, 333),
+                Mul(334, 307), Mul(99, 335), Add(322, 271), Mul(273, 337), Add(338, 320), Mul(323, 281), Sub(67, 325),
+                Sub(339, 340), Mul(47, 341), Sub(343, 274), Mul(272, 344), Add(305, 345), Add(346, 331), Sub(347, 332),
                 Sub(348, 336), Mul(273, 349), Mul(261, 350),
             ],
             results: &[284, 287, 342, 257, 324, 351, 299, 300],
         },
         linearization: Some(TapeFunction {
             operations: &[
-                Mul(0, 4), Mul(46, 7), Mul(4, 4), Mul(51, 7), Mul(46, 8), Mul(7, 7), Mul(140, 143), Add(66, 144),
-                Mul(8, 8), Mul(146, 140), Add(66, 147), Mul(45, 8), Mul(48, 7), Mul(47, 8), Mul(13, 13), Add(144, 45),
-                Mul(153, 144), Add(66, 154), Add(66, 140), Mul(67, 8), Mul(68, 8), Mul(55, 8), Mul(49, 7), Mul(45, 7),
-                Mul(46, 12), Mul(46, 13), Mul(51, 12), Mul(47, 7), Mul(70, 7), Mul(48, 8), Mul(53, 7), Mul(49, 8),
-                Mul(4, 13), Mul(45, 170), Mul(140, 152), Mul(4, 12), Mul(55, 13), Mul(7, 4), Mul(12, 12), Mul(52, 7),
+                Mul(0, 4), Mul(46, 7), Mul(8, 8), Mul(4, 4), Mul(140, 141), Add(67, 142), Mul(7, 4), Mul(51, 7),
+                Mul(46, 8), Mul(7, 7), Mul(141, 147), Add(67, 148), Mul(48, 7), Mul(47, 8), Mul(13, 13), Add(148, 45),
+                Mul(153, 148), Add(67, 154), Mul(49, 7), Mul(45, 8), Mul(45, 7), Mul(46, 12), Mul(46, 13), Mul(51, 12),
+                Mul(47, 7), Mul(68, 7), Mul(48, 8), Mul(53, 7), Mul(49, 8), Mul(4, 13), Mul(45, 167), Mul(141, 152),
+                Mul(4, 12), Mul(55, 13), Add(67, 141), Mul(70, 8), Mul(71, 8), Mul(55, 8), Mul(12, 12), Mul(52, 7),
                 Mul(51, 8), Mul(44, 7), Mul(58, 8), Mul(72, 7), Mul(56, 8), Mul(58, 7), Mul(73, 7), Mul(44, 8),
-                Mul(47, 13), Mul(74, 12), Mul(21, 140), Mul(56, 7), Mul(57, 8), Mul(57, 7), Mul(57, 13), Mul(47, 12),
-                Mul(59, 7), Mul(59, 8), Mul(46, 20), Mul(76, 8), Mul(67, 13), Mul(68, 13), Mul(49, 13), Mul(77, 7),
+                Mul(47, 13), Mul(74, 12), Mul(21, 141), Mul(56, 7), Mul(57, 8), Mul(57, 7), Mul(57, 13), Mul(47, 12),
+                Mul(59, 7), Mul(59, 8), Mul(46, 20), Mul(76, 8), Mul(70, 13), Mul(71, 13), Mul(49, 13), Mul(77, 7),
                 Mul(61, 8), Mul(61, 7), Mul(62, 7), Mul(78, 7), Mul(62, 8), Mul(64, 7), Mul(63, 8), Mul(43, 8),
-                Mul(60, 7), Mul(43, 7), Mul(145, 144), Mul(43, 172), Mul(75, 170), Add(209, 214), Mul(8, 215),
-                Add(216, 213), Mul(80, 13), Mul(45, 4), Mul(55, 7), Mul(4, 145), Mul(81, 7), Mul(52, 8), Mul(106, 4),
+                Mul(60, 7), Mul(43, 7), Mul(149, 148), Mul(43, 169), Mul(75, 167), Add(209, 214), Mul(8, 215),
+                Add(216, 213), Mul(80, 13), Mul(45, 4), Mul(55, 7), Mul(4, 149), Mul(81, 7), Mul(52, 8), Mul(106, 4),
                 Mul(51, 20), Mul(82, 8), Mul(120, 12), Mul(51, 17), Mul(46, 18), Mul(54, 7), Mul(60, 8), Mul(63, 7),
-                Mul(83, 7), Mul(64, 8), Mul(84, 7), Mul(65, 8), Mul(46, 17), Mul(85, 212), Mul(79, 145), Mul(239, 12),
-                Mul(240, 140), Mul(241, 175), Add(238, 242), Add(7, 173), Mul(71, 244), Mul(245, 140), Add(8, 170),
-                Mul(45, 247), Mul(248, 140), Mul(4, 21), Mul(57, 4), Mul(251, 152), Mul(45, 18), Mul(45, 152),
-                Sub(150, 151), Neg(4), Sub(160, 149), Sub(163, 164), Sub(166, 167), Sub(177, 178), Sub(179, 180),
-                Sub(181, 182), Sub(184, 185), Sub(159, 189), Sub(165, 190), Sub(177, 195), Sub(201, 202),
+                Mul(83, 7), Mul(64, 8), Mul(84, 7), Mul(65, 8), Mul(46, 17), Mul(85, 212), Mul(79, 149), Mul(239, 12),
+                Mul(240, 141), Mul(241, 144), Add(238, 242), Add(7, 170), Mul(69, 244), Mul(245, 141), Add(8, 167),
+                Mul(45, 247), Mul(248, 141), Mul(4, 21), Mul(57, 4), Mul(251, 152), Mul(45, 18), Mul(45, 152),
+                Sub(150, 151), Sub(156, 157), Sub(160, 161), Sub(163, 164), Neg(4), Sub(177, 178), Sub(179, 180),
+                Sub(181, 182), Sub(184, 185), Sub(175, 189), Sub(162, 190), Sub(177, 195), Sub(201, 202),
                 Sub(205, 206), Sub(207, 208), Sub(210, 209), Neg(219), Sub(222, 223), Sub(230, 231), Sub(233, 234),
-                Sub(235, 236), Sub(13, 162), Neg(23), Sub(17, 16), SinCos(9), SinCos(138), Recip(145), Sqrt(148),
-                Recip(284), Exp(256), SinCos(4), Recip(155), Exp(271), Mul(1, 282), Mul(1, 281), Add(139, 292),
-                Mul(91, 281), Mul(8, 285), Mul(93, 282), Mul(38, 282), Mul(88, 282), Mul(38, 281), Add(298, 299),
-                Mul(94, 281), Add(255, 301), Mul(94, 282), Add(66, 286), Mul(304, 304), Mul(68, 280), Mul(60, 280),
-                Mul(14, 279), Mul(286, 304), Mul(60, 309), Mul(45, 280), Mul(49, 283), Mul(140, 295), Mul(93, 281),
-                Add(257, 314), Mul(282, 315), Mul(13, 297), Mul(39, 282), Mul(39, 281), Mul(12, 300), Mul(282, 302),
-                Mul(13, 302), Mul(95, 281), Mul(96, 281), Mul(295, 174), Mul(8, 295), Mul(56, 283), Mul(46, 288),
-                Mul(7, 289), Mul(143, 329), Mul(103, 281), Add(260, 331), Mul(103, 282), Mul(282, 332), Mul(108, 282),
-                Mul(92, 282), Mul(110, 281), Add(336, 337), Mul(111, 281), Add(261, 339), Mul(111, 282), Mul(109, 281),
-                Mul(282, 340), Mul(13, 340), Mul(112, 281), Mul(283, 327), Mul(108, 281), Mul(113, 281), Add(265, 348),
-                Mul(113, 282), Mul(282, 349), Mul(110, 282), Mul(13, 349), Mul(91, 282), Mul(114, 281), Mul(67, 280),
-                Mul(68, 309), Mul(68, 308), Mul(295, 313), Mul(60, 308), Mul(280, 14), Mul(40, 282), Mul(117, 281),
-                Mul(119, 282), Mul(92, 281), Add(364, 365), Mul(12, 366), Mul(122, 282), Mul(124, 281), Add(267, 369),
-                Mul(282, 370), Mul(124, 282), Mul(96, 282), Mul(125, 281), Mul(126, 281), Add(269, 375), Mul(126, 282),
-                Mul(13, 315), Mul(40, 281), Mul(122, 281), Add(270, 380), Mul(282, 381), Mul(71, 283), Mul(383, 283),
-                Mul(17, 346), Mul(79, 289), Mul(386, 212), Mul(285, 295), Mul(217, 388), Mul(132, 282), Mul(121, 281),
-                Add(390, 391), Mul(133, 282), Mul(133, 281), Mul(40, 349), Mul(13, 352), Mul(12, 338), Mul(60, 304),
-                Mul(330, 221), Mul(13, 332), Mul(104, 281), Mul(175, 346), Mul(402, 188), Mul(76, 280), Mul(67, 309),
-                Mul(279, 279), Mul(287, 280), Mul(302, 18), Mul(123, 281), Mul(12, 370), Mul(282, 376), Mul(13, 376),
-                Mul(127, 281), Mul(128, 282), Mul(129, 281), Mul(315, 297), Mul(13, 381), Mul(289, 243), Mul(4, 385),
-                Mul(56, 289), Mul(420, 140), Mul(421, 176), Mul(121, 282), Mul(246, 329), Mul(4, 285), Mul(249, 388),
-                Mul(283, 21), Mul(327, 144), Mul(117, 282), Mul(18, 297), Mul(13, 379), Mul(300, 17), Mul(134, 282),
-                Mul(134, 281), Mul(40, 302), Mul(302, 392), Mul(12, 289), Mul(85, 399), Mul(7, 385), Add(384, 386),
-                Mul(12, 440), Mul(386, 399), Mul(43, 295), Mul(443, 326), Mul(17, 312), Mul(56, 330), Sub(7, 291),
-                Sub(8, 293), Sub(291, 141), Sub(142, 294), Sub(149, 280), Sub(157, 306), Sub(158, 307), Sub(12, 286),
-                Sub(159, 311), Sub(296, 161), Sub(13, 297), Sub(162, 457), Sub(300, 258), Sub(303, 165), Sub(259, 303),
-                Sub(168, 296), Sub(169, 324), Sub(462, 463), Sub(141, 333), Sub(262, 335), Sub(341, 183),
+                Sub(235, 236), Sub(13, 159), Neg(23), Sub(17, 16), SinCos(138), Sqrt(143), Recip(281), SinCos(9),
+                Exp(259), SinCos(4), Recip(149), Recip(155), Exp(271), Mul(1, 280), Mul(1, 279), Add(139, 292),
+                Mul(91, 279), Mul(8, 282), Mul(93, 280), Mul(38, 280), Mul(88, 280), Mul(38, 279), Add(298, 299),
+                Mul(94, 279), Add(255, 301), Mul(94, 280), Mul(93, 279), Add(256, 304), Mul(280, 305), Mul(13, 297),
+                Mul(39, 280), Mul(39, 279), Mul(12, 300), Mul(280, 302), Mul(13, 302), Mul(95, 279), Mul(96, 279),
+                Mul(295, 171), Mul(8, 295), Add(67, 285), Mul(317, 317), Mul(71, 284), Mul(60, 284), Mul(14, 283),
+                Mul(285, 317), Mul(60, 322), Mul(45, 284), Mul(46, 287), Mul(49, 288), Mul(141, 295), Mul(56, 288),
+                Mul(7, 289), Mul(147, 329), Mul(103, 279), Add(260, 331), Mul(103, 280), Mul(280, 332), Mul(108, 280),
+                Mul(92, 280), Mul(110, 279), Add(336, 337), Mul(111, 279), Add(261, 339), Mul(111, 280), Mul(109, 279),
+                Mul(280, 340), Mul(13, 340), Mul(112, 279), Mul(288, 328), Mul(108, 279), Mul(113, 279), Add(265, 348),
+                Mul(113, 280), Mul(280, 349), Mul(110, 280), Mul(13, 349), Mul(91, 280), Mul(114, 279), Mul(70, 284),
+                Mul(71, 322), Mul(71, 321), Mul(295, 327), Mul(60, 321), Mul(284, 14), Mul(40, 280), Mul(117, 279),
+                Mul(119, 280), Mul(92, 279), Add(364, 365), Mul(12, 366), Mul(122, 280), Mul(124, 279), Add(267, 369),
+                Mul(280, 370), Mul(124, 280), Mul(96, 280), Mul(125, 279), Mul(126, 279), Add(269, 375), Mul(126, 280),
+                Mul(13, 305), Mul(40, 279), Mul(122, 279), Add(270, 380), Mul(280, 381), Mul(69, 288), Mul(383, 288),
+                Mul(17, 346), Mul(79, 289), Mul(386, 212), Mul(282, 295), Mul(217, 388), Mul(132, 280), Mul(121, 279),
+                Add(390, 391), Mul(133, 280), Mul(133, 279), Mul(40, 349), Mul(13, 352), Mul(12, 338), Mul(60, 317),
+                Mul(330, 221), Mul(13, 332), Mul(104, 279), Mul(144, 346), Mul(402, 188), Mul(76, 284), Mul(70, 322),
+                Mul(283, 283), Mul(286, 284), Mul(302, 18), Mul(123, 279), Mul(12, 370), Mul(280, 376), Mul(13, 376),
+                Mul(127, 279), Mul(128, 280), Mul(129, 279), Mul(305, 297), Mul(13, 381), Mul(289, 243), Mul(4, 385),
+                Mul(56, 289), Mul(420, 141), Mul(421, 176), Mul(121, 280), Mul(246, 329), Mul(4, 282), Mul(249, 388),
+                Mul(288, 21), Mul(328, 148), Mul(117, 280), Mul(18, 297), Mul(13, 379), Mul(300, 17), Mul(134, 280),
+                Mul(134, 279), Mul(40, 302), Mul(302, 392), Mul(12, 289), Mul(85, 399), Mul(7, 385), Add(384, 386),
+                Mul(12, 440), Mul(386, 399), Mul(43, 295), Mul(443, 316), Mul(17, 326), Mul(56, 330), Sub(7, 291),
+                Sub(8, 293), Sub(291, 145), Sub(146, 294), Sub(296, 158), Sub(13, 297), Sub(159, 452), Sub(300, 257),
+                Sub(303, 162), Sub(258, 303), Sub(165, 296), Sub(166, 314), Sub(457, 458), Sub(157, 284),
+                Sub(173, 319), Sub(174, 320), Sub(12, 285), Sub(175, 324), Sub(145, 333), Sub(262, 335), Sub(341, 183),
                 Sub(263, 341), Sub(264, 347), Sub(191, 350), Sub(450, 194), Sub(139, 354), Sub(266, 354),
-                Sub(197, 356), Sub(362, 363), Sub(203, 372), Sub(463, 204), Sub(268, 373), Sub(368, 211), Sub(67, 387),
-                Sub(18, 389), Sub(335, 220), Sub(394, 395), Sub(272, 333), Sub(226, 404), Sub(66, 359), Sub(273, 368),
-                Sub(377, 232), Sub(274, 377), Sub(275, 414), Sub(79, 418), Sub(424, 327), Sub(55, 426), Sub(49, 428),
-                Sub(45, 359), Sub(434, 435), Sub(441, 442), Sub(444, 253), Sub(446, 325), Mul(447, 447), Mul(448, 448),
-                Add(500, 501), Add(449, 450), Mul(282, 448), Mul(447, 281), Mul(448, 13), Mul(503, 12), Add(66, 502),
-                Mul(451, 451), Add(305, 509), Mul(13, 452), Mul(453, 308), Add(511, 512), Mul(49, 454), Mul(281, 456),
-                Mul(40, 447), Add(318, 516), Mul(282, 517), Mul(40, 448), Add(319, 519), Mul(281, 520), Add(518, 521),
-                Add(522, 320), Mul(281, 460), Add(461, 323), Mul(12, 525), Mul(448, 18), Mul(503, 17), Mul(281, 465),
-                Add(334, 529), Mul(38, 530), Add(466, 342), Mul(281, 467), Add(468, 345), Mul(12, 534), Mul(281, 470),
-                Add(351, 536), Mul(38, 537), Mul(349, 507), Mul(282, 471), Mul(281, 472), Mul(13, 471), Add(473, 355),
-                Mul(12, 543), Mul(13, 474), Mul(452, 308), Mul(3, 455), Mul(451, 279), Mul(361, 453), Mul(453, 279),
-                Mul(448, 300), Mul(281, 476), Add(371, 552), Mul(38, 553), Add(478, 374), Add(332, 555), Mul(13, 477),
-                Mul(12, 556), Add(507, 378), Mul(281, 479), Mul(4, 481), Add(561, 218), Mul(282, 469), Mul(281, 482),
-                Add(563, 564), Mul(40, 470), Add(393, 566), Mul(282, 567), Mul(281, 483), Add(568, 569), Add(484, 401),
-                Mul(12, 571), Mul(13, 485), Mul(474, 308), Mul(285, 486), Mul(575, 188), Mul(503, 503), Mul(525, 17),
-                Add(487, 409), Mul(579, 506), Mul(464, 554), Add(580, 581), Mul(281, 488), Add(489, 413), Mul(12, 584),
+                Sub(197, 356), Sub(362, 363), Sub(203, 372), Sub(458, 204), Sub(268, 373), Sub(368, 211), Sub(70, 387),
+                Sub(18, 389), Sub(335, 220), Sub(394, 395), Sub(272, 333), Sub(226, 404), Sub(67, 359), Sub(273, 368),
+                Sub(377, 232), Sub(274, 377), Sub(275, 414), Sub(79, 418), Sub(424, 328), Sub(55, 426), Sub(49, 428),
+                Sub(45, 359), Sub(434, 435), Sub(441, 442), Sub(444, 253), Sub(446, 315), Mul(447, 447), Mul(448, 448),
+                Add(500, 501), Add(449, 450), Mul(280, 448), Mul(447, 279), Mul(448, 13), Mul(503, 12), Mul(279, 451),
+                Mul(40, 447), Add(308, 509), Mul(280, 510), Mul(40, 448), Add(309, 512), Mul(279, 513), Add(511, 514),
+                Add(515, 310), Mul(279, 455), Add(456, 313), Mul(12, 518), Add(67, 502), Mul(460, 460), Add(318, 521),
+                Mul(13, 461), Mul(462, 321), Add(523, 524), Mul(49, 463), Mul(448, 18), Mul(503, 17), Mul(279, 465),
+                Add(334, 529), Mul(38, 530), Add(466, 342), Mul(279, 467), Add(468, 345), Mul(12, 534), Mul(279, 470),
+                Add(351, 536), Mul(38, 537), Mul(349, 507), Mul(280, 471), Mul(279, 472), Mul(13, 471), Add(473, 355),
+                Mul(12, 543), Mul(13, 474), Mul(461, 321), Mul(3, 464), Mul(460, 283), Mul(361, 462), Mul(462, 283),
+                Mul(448, 300), Mul(279, 476), Add(371, 552), Mul(38, 553), Add(478, 374), Add(332, 555), Mul(13, 477),
+                Mul(12, 556), Add(507, 378), Mul(279, 479), Mul(4, 481), Add(561, 218), Mul(280, 469), Mul(279, 482),
+                Add(563, 564), Mul(40, 470), Add(393, 566), Mul(280, 567), Mul(279, 483), Add(568, 569), Add(484, 401),
+                Mul(12, 571), Mul(13, 485), Mul(474, 321), Mul(282, 486), Mul(575, 188), Mul(503, 503), Mul(518, 17),
+                Add(487, 409), Mul(579, 506), Mul(459, 554), Add(580, 581), Mul(279, 488), Add(489, 413), Mul(12, 584),
                 Mul(13, 556), Add(490, 415), Mul(12, 587), Mul(38, 559), Mul(43, 506), Mul(381, 507), Add(503, 477),
-                Mul(12, 592), Mul(448, 554), Mul(503, 457), Mul(289, 491), Add(596, 384), Mul(12, 597), Add(598, 419),
+                Mul(12, 592), Mul(448, 554), Mul(503, 452), Mul(289, 491), Add(596, 384), Mul(12, 597), Add(598, 419),
                 Mul(4, 599), Mul(480, 329), Add(600, 601), Mul(7, 602), Add(603, 422), Mul(4, 604), Mul(4, 562),
-                Add(190, 606), Mul(8, 607), Add(213, 608), Mul(609, 388), Mul(8, 493), Add(171, 611), Mul(425, 612),
-                Mul(427, 494), Mul(250, 495), Mul(615, 295), Mul(12, 475), Mul(40, 460), Mul(281, 496), Mul(503, 297),
-                Mul(525, 392), Add(531, 621), Mul(12, 622), Mul(8, 562), Add(624, 252), Mul(625, 295), Mul(626, 388),
-                Mul(12, 480), Mul(497, 143), Mul(8, 498), Sub(504, 505), Sub(506, 507), Sub(513, 310), Sub(316, 515),
-                Sub(317, 523), Sub(321, 524), Sub(322, 526), Sub(527, 528), Sub(343, 533), Sub(538, 353),
-                Sub(540, 541), Sub(545, 357), Sub(382, 560), Sub(531, 400), Sub(573, 405), Neg(635), Sub(411, 583),
-                Sub(18, 610), Neg(613), Sub(522, 317), Sub(433, 618), Sub(628, 438), Sub(630, 254), Mul(38, 631),
-                Mul(38, 636), Mul(38, 639), Mul(448, 640), Add(657, 539), Mul(38, 641), Add(642, 546), Mul(88, 631),
-                Mul(121, 631), Add(523, 638), Mul(13, 654), Mul(38, 643), Mul(39, 634), Mul(38, 634), Mul(632, 654),
-                Mul(636, 666), Mul(92, 631), Add(644, 572), Add(645, 574), Mul(503, 646), Add(661, 551), Mul(13, 674),
-                Mul(227, 631), Mul(300, 662), Mul(38, 647), Mul(131, 631), Add(589, 679), Mul(282, 680), Mul(12, 661),
-                Add(665, 590), Mul(448, 683), Add(684, 591), Mul(381, 637), Add(686, 594), Mul(4, 648), Add(688, 174),
-                Mul(4, 689), Add(149, 690), Mul(285, 691), Mul(503, 654), Mul(42, 631), Add(650, 367), Mul(663, 654),
-                Mul(522, 632), Mul(632, 665), Mul(553, 666), Add(698, 699), Mul(12, 659), Mul(282, 651), Add(702, 619),
+                Add(190, 606), Mul(8, 607), Add(213, 608), Mul(609, 388), Mul(8, 493), Add(168, 611), Mul(425, 612),
+                Mul(427, 494), Mul(250, 495), Mul(615, 295), Mul(12, 475), Mul(40, 455), Mul(279, 496), Mul(503, 297),
+                Mul(518, 392), Add(531, 621), Mul(12, 622), Mul(8, 562), Add(624, 252), Mul(625, 295), Mul(626, 388),
+                Mul(12, 480), Mul(497, 147), Mul(8, 498), Sub(504, 505), Sub(506, 507), Sub(306, 508), Sub(307, 516),
+                Sub(311, 517), Sub(312, 519), Sub(525, 323), Sub(527, 528), Sub(343, 533), Sub(538, 353),
+                Sub(540, 541), Sub(545, 357), Sub(382, 560), Sub(531, 400), Sub(573, 405), Neg(634), Sub(411, 583),
+                Sub(18, 610), Neg(613), Sub(515, 307), Sub(433, 618), Sub(628, 438), Sub(630, 254), Mul(38, 631),
+                Mul(38, 635), Mul(38, 639), Mul(448, 640), Add(657, 539), Mul(38, 641), Add(642, 546), Mul(88, 631),
+                Mul(121, 631), Add(516, 638), Mul(13, 654), Mul(38, 643), Mul(39, 633), Mul(38, 633), Mul(632, 654),
+                Mul(635, 666), Mul(92, 631), Add(644, 572), Add(645, 574), Mul(503, 646), Add(661, 551), Mul(13, 674),
+                Mul(227, 631), Mul(300, 662), Mul(38, 647), Mul(131, 631), Add(589, 679), Mul(280, 680), Mul(12, 661),
+                Add(665, 590), Mul(448, 683), Add(684, 591), Mul(381, 636), Add(686, 594), Mul(4, 648), Add(688, 171),
+                Mul(4, 689), Add(157, 690), Mul(282, 691), Mul(503, 654), Mul(42, 631), Add(650, 367), Mul(663, 654),
+                Mul(515, 632), Mul(632, 665), Mul(553, 666), Add(698, 699), Mul(12, 659), Mul(280, 651), Add(702, 619),
                 Add(367, 703), Add(659, 620), Mul(392, 655), Mul(366, 667), Mul(437, 652), Add(708, 439), Mul(7, 709),
-                Add(627, 710), Mul(4, 711), Add(712, 629), Mul(285, 653), Add(713, 714), Mul(4, 715), Sub(654, 632),
-                Sub(655, 637), Sub(656, 344), Sub(659, 542), Sub(720, 544), Sub(659, 558), Sub(557, 722),
+                Add(627, 710), Mul(4, 711), Add(712, 629), Mul(282, 653), Add(713, 714), Mul(4, 715), Sub(654, 632),
+                Sub(655, 636), Sub(656, 344), Sub(659, 542), Sub(720, 544), Sub(659, 558), Sub(557, 722),
                 Sub(668, 669), Sub(678, 412), Neg(692), Sub(632, 662), Sub(559, 667), Sub(705, 436), Sub(716, 445),
-                Add(719, 535), Add(725, 585), Mul(464, 718), Add(733, 693), Mul(728, 297), Mul(13, 729), Add(730, 499),
-                Sqrt(502), Recip(738), Sqrt(510), Recip(740), Recip(508), Recip(510), Mul(739, 739), Mul(739, 717),
-                Mul(57, 745), Mul(741, 633), Mul(717, 744), Mul(448, 744), Mul(739, 13), Mul(464, 744), Mul(739, 12),
-                Mul(98, 742), Mul(525, 751), Mul(718, 744), Mul(3, 742), Mul(43, 738), Mul(738, 742), Mul(756, 758),
-                Mul(532, 759), Mul(731, 751), Mul(75, 738), Mul(315, 756), Mul(469, 759), Mul(658, 744), Add(765, 352),
-                Mul(739, 721), Mul(115, 758), Mul(302, 751), Mul(741, 741), Mul(451, 770), Mul(660, 771),
-                Mul(455, 770), Mul(633, 770), Mul(741, 660), Mul(45, 740), Mul(503, 749), Mul(448, 749), Mul(455, 743),
-                Mul(743, 548), Mul(631, 748), Mul(744, 750), Mul(744, 752), Mul(724, 744), Mul(41, 742), Mul(785, 565),
-                Mul(786, 758), Mul(748, 538), Add(570, 788), Mul(513, 770), Mul(60, 770), Mul(791, 305), Mul(739, 671),
-                Mul(105, 742), Mul(741, 672), Mul(55, 740), Mul(741, 279), Mul(452, 779), Mul(779, 550), Mul(452, 780),
-                Mul(550, 780), Mul(118, 781), Mul(582, 744), Mul(410, 751), Add(804, 457), Mul(503, 805),
-                Mul(732, 751), Mul(130, 781), Mul(685, 749), Add(654, 809), Add(810, 593), Mul(687, 751),
-                Mul(734, 744), Mul(727, 749), Mul(451, 741), Mul(748, 554), Add(695, 816), Mul(817, 667),
-                Mul(700, 744), Mul(665, 755), Sub(4, 738), Neg(821), Sub(738, 47), Neg(746), Sub(47, 740),
+                Add(719, 535), Add(725, 585), Mul(459, 718), Add(733, 693), Mul(728, 297), Mul(13, 729), Add(730, 499),
+                Sqrt(502), Recip(738), Sqrt(522), Recip(740), Recip(520), Recip(522), Mul(739, 739), Mul(717, 744),
+                Mul(448, 744), Mul(739, 13), Mul(459, 744), Mul(739, 12), Mul(739, 717), Mul(57, 750), Mul(741, 637),
+                Mul(98, 742), Mul(518, 748), Mul(718, 744), Mul(3, 742), Mul(43, 738), Mul(738, 742), Mul(756, 758),
+                Mul(532, 759), Mul(731, 748), Mul(75, 738), Mul(305, 756), Mul(469, 759), Mul(658, 744), Add(765, 352),
+                Mul(739, 721), Mul(115, 758), Mul(302, 748), Mul(741, 741), Mul(460, 770), Mul(660, 771),
+                Mul(464, 770), Mul(637, 770), Mul(741, 660), Mul(45, 740), Mul(503, 746), Mul(448, 746), Mul(464, 743),
+                Mul(743, 548), Mul(631, 745), Mul(744, 747), Mul(744, 749), Mul(724, 744), Mul(41, 742), Mul(785, 565),
+                Mul(786, 758), Mul(745, 538), Add(570, 788), Mul(525, 770), Mul(60, 770), Mul(791, 318), Mul(739, 671),
+                Mul(105, 742), Mul(741, 672), Mul(55, 740), Mul(741, 283), Mul(461, 779), Mul(779, 550), Mul(461, 780),
+                Mul(550, 780), Mul(118, 781), Mul(582, 744), Mul(410, 748), Add(804, 452), Mul(503, 805),
+                Mul(732, 748), Mul(130, 781), Mul(685, 746), Add(654, 809), Add(810, 593), Mul(687, 748),
+                Mul(734, 744), Mul(727, 746), Mul(460, 741), Mul(745, 554), Add(695, 816), Mul(817, 667),
+                Mul(700, 744), Mul(665, 755), Sub(4, 738), Neg(821), Sub(738, 47), Neg(751), Sub(47, 740),
                 Sub(61, 757), Sub(338, 761), Sub(827, 186), Sub(43, 762), Sub(766, 192), Sub(772, 198), Sub(831, 547),
-                Sub(832, 358), Sub(3, 774), Sub(66, 776), Sub(789, 396), Sub(3, 790), Sub(60, 792), Sub(45, 796),
+                Sub(832, 358), Sub(3, 774), Sub(67, 776), Sub(789, 396), Sub(3, 790), Sub(60, 792), Sub(45, 796),
                 Sub(802, 367), Sub(840, 578), Sub(300, 803), Sub(300, 807), Sub(663, 808), Sub(811, 416),
                 Sub(551, 812), Sub(846, 595), Sub(847, 723), Sub(813, 392), Sub(46, 777), Sub(51, 754), Sub(276, 814),
-                Sub(852, 423), Sub(66, 778), Sub(46, 769), Sub(818, 696), Sub(523, 819), Sub(704, 820), Neg(737),
-                Mul(823, 823), Mul(3, 825), Add(828, 187), Add(830, 193), Mul(741, 833), Mul(451, 834), Add(865, 199),
-                Add(866, 360), Mul(279, 867), Add(868, 549), Mul(741, 869), Mul(3, 835), Add(836, 397), Mul(304, 837),
-                Mul(290, 838), Mul(3, 839), Add(841, 408), Mul(464, 876), Add(877, 673), Mul(448, 842), Mul(464, 843),
+                Sub(852, 423), Sub(67, 778), Sub(46, 769), Sub(818, 696), Sub(516, 819), Sub(704, 820), Neg(737),
+                Mul(823, 823), Mul(3, 825), Add(828, 187), Add(830, 193), Mul(741, 833), Mul(460, 834), Add(865, 199),
+                Add(866, 360), Mul(283, 867), Add(868, 549), Mul(741, 869), Mul(3, 835), Add(836, 397), Mul(317, 837),
+                Mul(290, 838), Mul(3, 839), Add(841, 408), Mul(459, 876), Add(877, 673), Mul(448, 842), Mul(459, 843),
                 Add(531, 880), Mul(448, 844), Add(882, 681), Add(845, 417), Mul(884, 782), Mul(848, 783),
-                Add(849, 258), Mul(739, 887), Mul(850, 750), Add(888, 889), Mul(851, 752), Mul(739, 853),
-                Mul(854, 750), Add(892, 893), Mul(855, 752), Add(856, 697), Mul(896, 744), Mul(448, 857),
-                Mul(464, 858), Add(899, 736), Add(900, 623), Add(901, 706), Add(902, 707), Mul(903, 744),
-                Sub(747, 861), Sub(775, 871), Sub(398, 873), Sub(795, 875), Sub(878, 675), Sub(879, 806),
+                Add(849, 257), Mul(739, 887), Mul(850, 747), Add(888, 889), Mul(851, 749), Mul(739, 853),
+                Mul(854, 747), Add(892, 893), Mul(855, 749), Add(856, 697), Mul(896, 744), Mul(448, 857),
+                Mul(459, 858), Add(899, 736), Add(900, 623), Add(901, 706), Add(902, 707), Mul(903, 744),
+                Sub(752, 861), Sub(775, 871), Sub(398, 873), Sub(795, 875), Sub(878, 675), Sub(879, 806),
                 Sub(910, 723), Sub(881, 586), Sub(883, 664), Sub(890, 891), Neg(914), Sub(894, 895), Sub(694, 897),
                 Sub(917, 430), Sub(664, 898), Sub(919, 735), Sub(920, 701), Sub(475, 904), Mul(741, 905),
-                Mul(905, 770), Mul(548, 924), Mul(286, 907), Add(926, 874), Mul(905, 773), Add(864, 928),
-                Mul(455, 929), Mul(279, 906), Mul(906, 771), Add(864, 932), Mul(451, 933), Mul(280, 905),
+                Mul(905, 770), Mul(548, 924), Mul(285, 907), Add(926, 874), Mul(905, 773), Add(864, 928),
+                Mul(464, 929), Mul(283, 906), Mul(906, 771), Add(864, 932), Mul(460, 933), Mul(284, 905),
                 Mul(406, 905), Add(909, 676), Add(937, 677), Mul(938, 744), Add(475, 939), Add(940, 228),
-                Mul(911, 782), Add(912, 588), Mul(943, 783), Add(913, 682), Mul(945, 744), Mul(304, 923),
-                Mul(947, 773), Add(200, 948), Mul(286, 949), Mul(927, 773), Mul(741, 927), Mul(309, 924),
-                Add(952, 953), Mul(815, 954), Add(288, 955), Mul(279, 956), Add(918, 431), Add(958, 617),
-                Add(959, 432), Mul(739, 960), Add(328, 961), Mul(921, 744), Add(379, 963), Mul(964, 750),
-                Add(962, 965), Mul(922, 752), Add(966, 967), Sub(870, 925), Sub(908, 930), Sub(906, 934),
-                Sub(941, 229), Sub(18, 946), Neg(957), Neg(968), Mul(741, 970), Mul(455, 969), Add(977, 931),
-                Mul(741, 978), Mul(797, 971), Mul(279, 969), Add(981, 935), Mul(451, 982), Add(983, 936),
+                Mul(911, 782), Add(912, 588), Mul(943, 783), Add(913, 682), Mul(945, 744), Mul(317, 923),
+                Mul(947, 773), Add(200, 948), Mul(285, 949), Mul(927, 773), Mul(741, 927), Mul(322, 924),
+                Add(952, 953), Mul(815, 954), Add(287, 955), Mul(283, 956), Add(918, 431), Add(958, 617),
+                Add(959, 432), Mul(739, 960), Add(325, 961), Mul(921, 744), Add(379, 963), Mul(964, 747),
+                Add(962, 965), Mul(922, 749), Add(966, 967), Sub(870, 925), Sub(908, 930), Sub(906, 934),
+                Sub(941, 229), Sub(18, 946), Neg(957), Neg(968), Mul(741, 970), Mul(464, 969), Add(977, 931),
+                Mul(741, 978), Mul(797, 971), Mul(283, 969), Add(981, 935), Mul(460, 982), Add(983, 936),
                 Mul(741, 984), Add(985, 407), Mul(739, 972), Add(973, 379), Sign(822), Sign(823), Tanh(824), Cosh(824),
-                Recip(992), Add(66, 990), Add(66, 989), Mul(47, 995), Mul(4, 996), Mul(156, 991), Mul(994, 994),
-                Mul(994, 999), Mul(1000, 860), Mul(99, 1001), Mul(90, 1000), Mul(826, 1003), Mul(156, 993),
+                Recip(992), Add(67, 990), Add(67, 989), Mul(47, 995), Mul(4, 996), Mul(172, 991), Mul(994, 994),
+                Mul(994, 999), Mul(1000, 860), Mul(99, 1001), Mul(90, 1000), Mul(826, 1003), Mul(172, 993),
                 Mul(993, 1005), Mul(739, 1006), Mul(862, 1007), Mul(829, 1003), Mul(863, 1007), Mul(46, 998),
-                Mul(116, 1001), Mul(57, 1006), Add(66, 1013), Mul(1014, 777), Mul(991, 219), Mul(872, 1007),
+                Mul(116, 1001), Mul(57, 1006), Add(67, 1013), Mul(1014, 777), Mul(991, 219), Mul(872, 1007),
                 Mul(224, 995), Mul(51, 998), Mul(107, 1001), Mul(577, 1014), Mul(1021, 744), Mul(1014, 778),
-                Add(514, 1023), Add(1024, 798), Sub(66, 989), Sub(756, 1004), Sub(755, 1027), Neg(1015),
+                Add(526, 1023), Add(1024, 798), Sub(67, 989), Sub(756, 1004), Sub(755, 1027), Neg(1015),
                 Sub(1015, 200), Neg(1030), Sub(987, 942), Sub(1032, 944), Sub(988, 237), Mul(47, 1026), Mul(503, 1035),
-                Mul(464, 1028), Mul(738, 1035), Add(997, 1038), Mul(46, 1039), Add(767, 1040), Mul(1027, 667),
+                Mul(459, 1028), Mul(738, 1035), Add(997, 1038), Mul(46, 1039), Add(767, 1040), Mul(1027, 667),
                 Add(784, 1042), Mul(670, 1026), Add(1043, 1044), Mul(106, 1026), Mul(739, 1034), Add(1047, 885),
-                Sub(1035, 753), Sub(1036, 1037), Sub(748, 1035), Sub(1051, 1009), Sub(1041, 768), Sub(1053, 1011),
-                Sub(1054, 1012), Sub(1055, 196), Sub(1045, 635), Sub(794, 1046), Sub(1048, 886), Mul(738, 1049),
-                Add(745, 1060), Add(1061, 997), Add(1050, 459), Mul(739, 1063), Mul(448, 1052), Mul(739, 1057),
+                Sub(1035, 753), Sub(1036, 1037), Sub(745, 1035), Sub(1051, 1009), Sub(1041, 768), Sub(1053, 1011),
+                Sub(1054, 1012), Sub(1055, 196), Sub(1045, 634), Sub(794, 1046), Sub(1048, 886), Mul(738, 1049),
+                Add(750, 1060), Add(1061, 997), Add(1050, 454), Mul(739, 1063), Mul(448, 1052), Mul(739, 1057),
                 Mul(738, 1058), Add(793, 1067), Sub(1062, 998), Sub(1069, 1002), Sub(1070, 20), Sub(1064, 760),
-                Sub(1065, 763), Sub(1073, 458), Sub(996, 1066), Sub(1075, 1016), Sub(1076, 787), Sub(1077, 1017),
-                Sub(1068, 1018), Add(1072, 1008), Mul(739, 1074), Mul(1071, 749), Mul(1071, 744), Mul(1083, 654),
+                Sub(1065, 763), Sub(1073, 453), Sub(996, 1066), Sub(1075, 1016), Sub(1076, 787), Sub(1077, 1017),
+                Sub(1068, 1018), Add(1072, 1008), Mul(739, 1074), Mul(1071, 746), Mul(1071, 744), Mul(1083, 654),
                 Add(1078, 1084), Add(1079, 1019), Add(1086, 1020), Mul(1071, 754), Add(1087, 1088), Mul(503, 1080),
                 Mul(448, 1080), Mul(1071, 769), Mul(503, 1085), Mul(300, 1071), Mul(448, 1085), Mul(1071, 297),
                 Sub(1081, 764), Sub(1097, 1010), Sub(1089, 1090), Sub(1091, 1092), Sub(1093, 1094), Sub(1095, 1096),
@@ -2892,15 +2889,15 @@ pub static TAPE: qrm_core::Tape = {
                 Add(1116, 614), Add(1121, 429), Sub(1120, 976), Add(1123, 576), Neg(1124),
             ],
             results: &[
-                69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 1106, 1119, 69, 69, 69, 1109, 1125, 979, 69, 69, 69,
-                980, 986, 69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 1022, 1029, 69, 69, 69, 1031, 1025, 799, 69,
-                69, 69, 800, 801, 69, 69, 1033, 1059, 69, 69, 69, 605, 726, 69, 69, 69, 69, 69, 69, 69, 69, 69, 69, 69,
-                69, 69, 915, 916, 69, 69, 69, 492, 649, 69, 69, 69, 69, 69, 69, 69, 45, 86, 69, 69, 69, 277, 1122,
-                1118, 974, 975, 859, 69, 278,
+                66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 1106, 1119, 66, 66, 66, 1109, 1125, 979, 66, 66, 66,
+                980, 986, 66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 1022, 1029, 66, 66, 66, 1031, 1025, 799, 66,
+                66, 66, 800, 801, 66, 66, 1033, 1059, 66, 66, 66, 605, 726, 66, 66, 66, 66, 66, 66, 66, 66, 66, 66, 66,
+                66, 66, 915, 916, 66, 66, 66, 492, 649, 66, 66, 66, 66, 66, 66, 66, 45, 86, 66, 66, 66, 277, 1122,
+                1118, 974, 975, 859, 66, 278,
             ],
         }),
         event: Some(TapeFunction {
-            operations: &[Mul(0, 4), Cos(138), Mul(1, 139), Add(140, 4), Sub(141, 66)],
+            operations: &[Mul(0, 4), Cos(138), Mul(1, 139), Add(140, 4), Sub(141, 67)],
             results: &[142],
         }),
         switching_functions: TapeFunction {
@@ -2923,7 +2920,7 @@ pub static TAPE: qrm_core::Tape = {
         },
         start: TapeFunction {
             operations: &[],
-            results: &[69, 67, 67, 49, 66, 69, 69, 60, 69, 69],
+            results: &[66, 70, 70, 49, 67, 66, 66, 60, 66, 66],
         },
         given: &[false, false, true, false, false, false, false, true, false, false],
         schedule: TapeFunction {
@@ -2931,48 +2928,48 @@ pub static TAPE: qrm_core::Tape = {
             results: &[87, 45],
         },
         kernel: TapeKernel {
-            operations: 223,
+            operations: 233,
             has_angle: &[false, false, false, false, true],
             position: TapeFunction {
                 operations: &[
-                    Mul(0, 4), Mul(4, 4), Add(66, 4), Mul(7, 7), Mul(139, 141), Add(66, 142), Mul(8, 8), Mul(45, 8),
-                    Mul(48, 7), Add(66, 139), Mul(67, 8), Mul(68, 8), Mul(55, 8), Mul(7, 4), Mul(7, 140), Mul(56, 7),
-                    Mul(45, 4), MulAdd(139, 144, 66), Mul(8, 139), Mul(38, 8), Mul(4, 144), Add(45, 142),
-                    MulAdd(142, 159, 66), Mul(40, 8), Mul(47, 4), Neg(4), Sub(7, 6), Neg(154), NegMulAdd(46, 7, 8),
-                    Sub(145, 33), NegMulAdd(45, 33, 150), NegMulAdd(6, 140, 152), Neg(145), NegMulAdd(47, 8, 146),
-                    NegMulAdd(68, 33, 148), NegMulAdd(60, 33, 149), Neg(169), SinCos(138), Recip(143), Exp(163),
-                    SinCos(4), Atan(151), Sqrt(147), Recip(182), Exp(165), Sqrt(155), Recip(155), Recip(140),
-                    Recip(160), Mul(1, 176), Mul(93, 176), Mul(38, 176), Mul(88, 176), Mul(94, 176), Add(66, 178),
-                    Mul(49, 177), Mul(4, 195), Mul(39, 176), Mul(39, 175), Mul(46, 179), Mul(46, 180), Mul(40, 176),
+                    Mul(0, 4), Add(67, 4), Mul(8, 8), Mul(4, 4), Mul(7, 4), Mul(7, 139), Mul(7, 7), Mul(141, 144),
+                    Add(67, 145), Mul(48, 7), Mul(45, 8), Add(67, 141), Mul(70, 8), Mul(71, 8), Mul(55, 8), Mul(56, 7),
+                    Mul(45, 4), MulAdd(141, 140, 67), Mul(8, 141), Mul(38, 8), Mul(4, 140), Add(45, 145),
+                    MulAdd(145, 159, 67), Mul(40, 8), Mul(47, 4), Sub(7, 6), Neg(4), Neg(154), NegMulAdd(46, 7, 8),
+                    Sub(148, 33), NegMulAdd(45, 33, 152), NegMulAdd(6, 139, 143), Neg(148), NegMulAdd(47, 8, 147),
+                    NegMulAdd(71, 33, 150), NegMulAdd(60, 33, 151), Neg(169), SinCos(138), Atan(142), Exp(164),
+                    SinCos(4), Sqrt(149), Recip(181), Recip(146), Exp(165), Sqrt(155), Recip(155), Recip(139),
+                    Recip(160), Mul(1, 176), Mul(93, 176), Mul(38, 176), Mul(88, 176), Mul(94, 176), Mul(39, 176),
+                    Mul(39, 175), Add(67, 178), Mul(46, 180), Mul(49, 183), Mul(4, 198), Mul(46, 179), Mul(40, 176),
                     Mul(132, 176), Mul(121, 175), Mul(121, 176), Mul(186, 185), Mul(156, 205), Mul(167, 167),
-                    MulAdd(194, 194, 207), Mul(28, 167), Add(66, 199), MulAdd(38, 175, 192), Mul(7, 211),
-                    Mul(158, 205), MulAdd(7, 195, 213), Mul(140, 187), MulAdd(49, 7, 170), MulAdd(93, 175, 216),
-                    Mul(176, 217), MulAdd(94, 175, 171), Mul(176, 219), MulAdd(88, 175, 45), Mul(139, 183),
-                    Mul(161, 175), Add(178, 184), Mul(28, 179), Mul(60, 178), Mul(226, 194), Sub(7, 189),
-                    NegMulAdd(1, 175, 166), NegMulAdd(51, 7, 189), Sub(9, 185), NegMulAdd(49, 181, 231),
+                    MulAdd(196, 196, 207), Mul(28, 167), Add(67, 200), MulAdd(38, 175, 192), Mul(7, 211),
+                    Mul(158, 205), MulAdd(7, 198, 213), Mul(139, 187), MulAdd(49, 7, 170), MulAdd(93, 175, 216),
+                    Mul(176, 217), MulAdd(94, 175, 171), Mul(176, 219), MulAdd(88, 175, 45), Mul(141, 182),
+                    Mul(161, 175), Add(178, 184), Mul(28, 179), Mul(60, 178), Mul(226, 196), Sub(7, 189),
+                    NegMulAdd(1, 175, 166), NegMulAdd(51, 7, 189), Sub(9, 185), NegMulAdd(49, 177, 231),
                     NegMulAdd(157, 176, 212), NegMulAdd(45, 7, 190), NegMulAdd(175, 234, 218), NegMulAdd(47, 7, 193),
-                    NegMulAdd(175, 236, 220), Neg(193), NegMulAdd(222, 183, 66), NegMulAdd(135, 175, 201), Neg(190),
+                    NegMulAdd(175, 236, 220), Neg(193), NegMulAdd(222, 182, 67), NegMulAdd(135, 175, 201), Neg(190),
                     Mul(228, 228), Mul(229, 229), Add(242, 243), MulAdd(46, 8, 230), Mul(92, 235), Mul(38, 237),
-                    MulAdd(70, 7, 238), Mul(183, 239), Mul(176, 234), MulAdd(175, 217, 250), Mul(7, 240),
-                    Mul(176, 229), MulAdd(40, 229, 198), MulAdd(40, 228, 197), Mul(176, 255), MulAdd(175, 254, 256),
-                    MulAdd(53, 7, 241), Add(66, 242), Add(259, 243), Sqrt(244), Recip(244), Sqrt(208), Recip(208),
+                    MulAdd(68, 7, 238), Mul(182, 239), Mul(176, 234), MulAdd(175, 217, 250), Mul(7, 240),
+                    Mul(176, 229), MulAdd(40, 228, 194), Mul(176, 254), MulAdd(40, 229, 195), MulAdd(175, 256, 255),
+                    MulAdd(53, 7, 241), Add(67, 242), Add(259, 243), Sqrt(244), Recip(244), Sqrt(208), Recip(208),
                     Recip(260), Abs(215), NegMulAdd(91, 175, 245), Sub(210, 261), NegMulAdd(48, 8, 248), Sub(4, 261),
                     Neg(270), Sub(47, 261), Neg(272), Sub(47, 263), NegMulAdd(175, 228, 253), NegMulAdd(49, 8, 258),
                     Neg(268), Mul(262, 261), Mul(267, 278), Mul(229, 278), Mul(264, 263), Mul(168, 281), Mul(209, 281),
-                    Mul(233, 278), MulAdd(95, 175, 269), Mul(224, 281), MulAdd(261, 261, 66), Mul(137, 272),
-                    Mul(288, 272), Mul(3, 274), Mul(4, 261), Mul(38, 275), MulAdd(96, 175, 276), MulAdd(292, 278, 200),
-                    Recip(280), Sign(271), Recip(287), Sign(273), Mul(279, 295), MulAdd(206, 299, 196), Mul(206, 295),
-                    Mul(2, 299), Mul(97, 300), MulAdd(299, 302, 2), MulAdd(300, 303, 304), Add(66, 296), Mul(162, 306),
-                    Add(66, 298), Mul(289, 308), Mul(309, 308), Mul(310, 308), Recip(305), Abs(299), Max(266, 313),
-                    Abs(300), Max(314, 315), Abs(301), Max(316, 317), Sub(200, 284), Sub(66, 296), Mul(47, 320),
+                    Mul(233, 278), MulAdd(95, 175, 269), Mul(224, 281), MulAdd(261, 261, 67), Mul(137, 272),
+                    Mul(288, 272), Mul(3, 274), Mul(4, 261), Mul(38, 275), MulAdd(96, 175, 276), MulAdd(292, 278, 197),
+                    Recip(280), Sign(271), Recip(287), Sign(273), Mul(279, 295), MulAdd(206, 299, 199), Mul(206, 295),
+                    Mul(2, 299), Mul(97, 300), MulAdd(299, 302, 2), MulAdd(300, 303, 304), Add(67, 296), Mul(162, 306),
+                    Add(67, 298), Mul(289, 308), Mul(309, 308), Mul(310, 308), Recip(305), Abs(299), Abs(300),
+                    Abs(301), Max(266, 313), Max(316, 314), Max(317, 315), Sub(197, 284), Sub(67, 296), Mul(47, 320),
                     NegMulAdd(98, 297, 321), Neg(321), Mul(261, 322), MulAdd(98, 265, 323), Mul(261, 325),
                 ],
                 results: &[318, 277, 232, 5, 174],
             },
             velocity_residual: TapeFunction {
                 operations: &[
-                    Mul(12, 279), Mul(11, 140), NegMulAdd(13, 280, 327), NegMulAdd(12, 196, 14),
-                    NegMulAdd(13, 206, 330), Sub(214, 331), Neg(332), NegMulAdd(12, 140, 328), Sub(164, 334), Neg(335),
+                    Mul(12, 279), Mul(11, 139), NegMulAdd(13, 280, 327), NegMulAdd(12, 199, 14),
+                    NegMulAdd(13, 206, 330), Sub(214, 331), Neg(332), NegMulAdd(12, 139, 328), Sub(163, 334), Neg(335),
                     Add(319, 329), Neg(337),
                 ],
                 results: &[338, 333, 10, 336],
@@ -2987,42 +2984,42 @@ pub static TAPE: qrm_core::Tape = {
             },
             accelerations: TapeFunction {
                 operations: &[
-                    Mul(13, 13), Mul(49, 13), Mul(12, 279), Add(223, 252), MulAdd(13, 206, 213), Mul(55, 4),
-                    MulAdd(357, 13, 8), Mul(352, 139), MulAdd(8, 358, 359), Mul(13, 282), MulAdd(14, 283, 361),
-                    Mul(56, 12), Mul(71, 4), MulAdd(364, 12, 153), Mul(12, 139), Mul(366, 363), MulAdd(7, 365, 367),
-                    Mul(151, 368), Sub(12, 178), Sub(12, 11), NegMulAdd(13, 280, 354), Sub(284, 372), Sub(202, 353),
-                    Sub(13, 204), Neg(360), Sub(362, 286), Sub(373, 307), Sub(378, 324), Neg(290), Mul(45, 371),
-                    Add(374, 203), MulAdd(51, 12, 382), MulAdd(13, 375, 355), MulAdd(12, 383, 384),
-                    MulAdd(356, 356, 376), Mul(205, 386), Mul(57, 373), Add(379, 311), MulAdd(60, 377, 380),
-                    MulAdd(353, 370, 100), MulAdd(282, 390, 391), MulAdd(283, 390, 225), Mul(381, 187), Neg(385),
-                    Neg(387), MulAdd(373, 373, 395), Mul(278, 397), MulAdd(363, 177, 396), Sub(199, 398),
-                    NegMulAdd(369, 188, 399), Mul(295, 400), NegMulAdd(206, 402, 401), Tanh(388),
-                    MulAdd(147, 404, 389), MulAdd(279, 405, 221), MulAdd(280, 405, 392), NegMulAdd(393, 300, 406),
+                    Mul(13, 13), Mul(49, 13), Mul(12, 279), Add(223, 252), MulAdd(13, 206, 213), Mul(352, 141),
+                    Mul(55, 4), MulAdd(358, 13, 8), MulAdd(8, 359, 357), Mul(13, 282), MulAdd(14, 283, 361),
+                    Mul(56, 12), Mul(12, 141), Mul(364, 363), Mul(69, 4), MulAdd(366, 12, 153), MulAdd(7, 367, 365),
+                    Mul(142, 368), Sub(12, 11), Sub(12, 178), NegMulAdd(13, 280, 354), Sub(284, 372), Sub(13, 204),
+                    Sub(202, 353), Neg(360), Sub(362, 286), Sub(373, 307), Sub(378, 324), Neg(290), Mul(45, 370),
+                    MulAdd(13, 374, 355), Add(375, 203), MulAdd(51, 12, 383), MulAdd(12, 384, 382),
+                    MulAdd(356, 356, 376), Mul(205, 386), Add(379, 311), Mul(57, 373), MulAdd(60, 377, 380),
+                    MulAdd(353, 371, 100), MulAdd(282, 390, 391), MulAdd(283, 390, 225), Mul(381, 187), Neg(385),
+                    Neg(387), MulAdd(373, 373, 395), Mul(278, 397), MulAdd(363, 183, 396), Sub(200, 398),
+                    NegMulAdd(369, 188, 399), Mul(295, 400), NegMulAdd(206, 402, 401), Tanh(389),
+                    MulAdd(149, 404, 388), MulAdd(279, 405, 221), MulAdd(280, 405, 392), NegMulAdd(393, 300, 406),
                     MulAdd(302, 402, 408), NegMulAdd(303, 403, 409), NegMulAdd(299, 407, 410), Mul(312, 411),
                     MulAdd(215, 412, 394), MulAdd(300, 412, 403), NegMulAdd(299, 412, 402), Neg(415),
                 ],
-                results: &[69, 413, 412, 416, 414],
+                results: &[66, 413, 412, 416, 414],
             },
             multipliers: TapeFunction {
                 operations: &[
                     MulAdd(97, 414, 393), NegMulAdd(2, 415, 407), Neg(417), MulAdd(206, 417, 418), Mul(295, 420),
                     Neg(421),
                 ],
-                results: &[422, 419, 69, 69],
+                results: &[422, 419, 66, 66],
             },
             outputs: TapeFunction {
                 operations: &[
-                    Mul(14, 28), Mul(13, 229), Mul(12, 278), Mul(13, 278), Mul(13, 168), MulAdd(423, 167, 427),
+                    Mul(14, 28), Mul(13, 229), Mul(13, 278), Mul(12, 278), Mul(13, 168), MulAdd(423, 167, 427),
                     Mul(428, 281), Mul(20, 294), Mul(47, 20), Mul(431, 251), Mul(432, 278), Sub(13, 191),
-                    NegMulAdd(12, 267, 424), Sub(292, 435), NegMulAdd(13, 191, 257), NegMulAdd(13, 219, 247),
-                    NegMulAdd(46, 13, 211), NegMulAdd(46, 12, 434), Neg(227), Neg(430), Neg(433), Add(246, 435),
-                    Mul(436, 278), Mul(278, 445), Mul(4, 444), MulAdd(447, 278, 261), MulAdd(12, 211, 437),
-                    MulAdd(18, 229, 449), MulAdd(12, 285, 438), Mul(293, 451), Mul(452, 278), MulAdd(51, 12, 439),
-                    MulAdd(229, 446, 440), MulAdd(4, 455, 229), Mul(426, 456), MulAdd(13, 172, 441),
-                    MulAdd(423, 173, 458), Mul(435, 278), Mul(57, 445), Add(445, 307), NegMulAdd(17, 267, 450),
-                    Sub(444, 292), NegMulAdd(453, 278, 454), NegMulAdd(4, 465, 267), NegMulAdd(425, 466, 457),
-                    NegMulAdd(459, 281, 290), Neg(461), Sub(462, 326), Sub(470, 311), MulAdd(246, 446, 463),
-                    MulAdd(4, 472, 464), MulAdd(278, 473, 467), Mul(429, 468), Tanh(469), NegMulAdd(147, 476, 471),
+                    NegMulAdd(12, 267, 424), Sub(292, 435), NegMulAdd(46, 12, 434), NegMulAdd(46, 13, 211),
+                    NegMulAdd(13, 219, 247), NegMulAdd(13, 191, 257), Neg(227), Neg(430), Neg(433), Add(246, 435),
+                    Mul(436, 278), Mul(278, 445), Mul(4, 444), MulAdd(447, 278, 261), MulAdd(229, 446, 437),
+                    MulAdd(4, 449, 229), Mul(425, 450), MulAdd(51, 12, 438), MulAdd(12, 285, 439), Mul(293, 453),
+                    Mul(454, 278), MulAdd(12, 211, 440), MulAdd(18, 229, 456), MulAdd(13, 172, 441),
+                    MulAdd(423, 173, 458), Mul(435, 278), Add(445, 307), Mul(57, 445), NegMulAdd(455, 278, 452),
+                    NegMulAdd(4, 463, 267), NegMulAdd(426, 464, 451), Sub(444, 292), NegMulAdd(17, 267, 457),
+                    NegMulAdd(459, 281, 290), Sub(461, 326), Sub(469, 311), Neg(462), MulAdd(246, 446, 467),
+                    MulAdd(4, 472, 466), MulAdd(278, 473, 465), Mul(429, 468), Tanh(471), NegMulAdd(149, 476, 470),
                     Mul(460, 477),
                 ],
                 results: &[291, 448, 474, 249, 475, 478, 442, 443],
@@ -3031,4 +3028,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: ab7dd5997dfbf655
+// Hash of this file and its derivation: 64119c3dad550351

@@ -18,17 +18,17 @@
 //     dynamics             178 additions, 190 multiplications, 6 divisions, 4 roots, 3 sine-cosine pairs, 35 other functions
 //     loop_constraints     9 additions, 7 multiplications, 3 divisions, 1 root, 1 sine-cosine pair, 4 other functions
 //     linearization        332 additions, 479 multiplications, 13 divisions, 4 roots, 3 sine-cosine pairs, 33 other functions
-//     position             124 additions, 156 multiplications, 15 divisions, 6 roots, 5 sine-cosine pairs, 36 other functions
+//     position             126 additions, 156 multiplications, 15 divisions, 6 roots, 5 sine-cosine pairs, 36 other functions
 //     residuals            no operations
 //     velocity_residual    3 additions, 3 multiplications
 //     correction           6 additions, 9 multiplications
-//     accelerations        84 additions, 98 multiplications, 9 other functions
+//     accelerations        85 additions, 98 multiplications, 9 other functions
 //     outputs_at           60 additions, 103 multiplications, 6 other functions
 //
 // Accelerations and multipliers, from sines and cosines on:
 //       284 operations  with full matrices, as the method is written down
 //       475 operations  by the function `dynamics` and one full system
-//       453 operations  by the kernel: 186 additions, 219 multiplications, 9 divisions, 4 roots, 2 sine-cosine pairs, 35 other functions
+//       455 operations  by the kernel: 188 additions, 219 multiplications, 9 divisions, 4 roots, 2 sine-cosine pairs, 35 other functions
 //
 // Left out:
 //     off and all it multiplies: exactly zero in the scene
@@ -73,12 +73,12 @@ impl<R: Scalar> Parameters<R> {
         let k = replace("k").unwrap_or(R::from_f64(3.0));
         let m = replace("m").unwrap_or(R::from_f64(2.5));
         let self_ = replace("self")
-            .unwrap_or(R::from_f64(2.0) * m + R::sqrt(R::from_f64(2.0)));
+            .unwrap_or(R::from_f64(2.0) * m + R::from_f64(2.0).sqrt());
         let big = replace("big").unwrap_or(R::from_f64(1e250));
         let small = replace("small").unwrap_or(R::from_f64(1e-250));
-        let steep = replace("steep").unwrap_or(R::pow(m, k));
-        let zero = replace("zero").unwrap_or(R::from_f64(0.0));
-        let load = replace("load").unwrap_or(-m * R::powi(steep, 0) * zero);
+        let steep = replace("steep").unwrap_or(m.pow(k));
+        let zero = replace("zero").unwrap_or(R::zero());
+        let load = replace("load").unwrap_or(-m * steep.powi(0) * zero);
         Self {
             k,
             m,
@@ -324,7 +324,7 @@ impl<R: Scalar> Constants<R> {
             k31: p.self_ * R::from_f64(0.08),
             k32: p.k * v1,
             k33: inv_m * R::from_f64(20.0),
-            twice_half_pow4_2: R::from_f64(2.0) * half_sq * half_sq,
+            twice_half_pow4_2: twice_half_sq * half_sq,
         }
     }
 }
@@ -1838,7 +1838,7 @@ pub struct Position<R> {
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 124 additions, 156 multiplications, 15 divisions, 6 roots, 5 sine-cosine pairs, 36 other functions.
+/// Operations: 126 additions, 156 multiplications, 15 divisions, 6 roots, 5 sine-cosine pairs, 36 other functions.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &Functions<R>,
@@ -2190,8 +2190,8 @@ pub fn velocity_residual<R: Scalar>(
     position: &Position<R>,
     qd: &[R; 3],
 ) -> [R; 1] {
-    let [p_dot, q_dot, type_dot] = *qd;
     let Position { curve_p, curve_q, curve_type, .. } = *position;
+    let [p_dot, q_dot, type_dot] = *qd;
     [-p_dot.mul_add(curve_p, q_dot.mul_add(curve_q, type_dot * curve_type))]
 }
 
@@ -2204,7 +2204,6 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 1],
 ) -> [R; 3] {
-    let [curve_open] = *residuals;
     let Position {
         inv_curve,
         inv_inertia_p,
@@ -2216,6 +2215,7 @@ pub fn correction<R: Scalar>(
         type_per_q,
         ..
     } = *position;
+    let [curve_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let type_closing = curve_open * inv_curve;
@@ -2232,7 +2232,7 @@ pub fn correction<R: Scalar>(
 
 /// `qdd`, and the multipliers.
 ///
-/// Operations: 84 additions, 98 multiplications, 9 other functions.
+/// Operations: 85 additions, 98 multiplications, 9 other functions.
 #[inline(always)]
 pub fn accelerations<R: Scalar>(
     m: &Functions<R>,
@@ -2244,10 +2244,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 3], [R; 1]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [p_, q_, _] = *q;
-    let [p_dot, q_dot, type_dot] = *qd;
-    let [_, _, sin_type_] = angles.sin;
-    let [_, _, cos_type_] = angles.cos;
     let Position {
         half_sq_m_v81_sq_v82,
         half_sq_v17_v18_v19_sq,
@@ -2298,6 +2294,10 @@ pub fn accelerations<R: Scalar>(
         v9,
         ..
     } = *position;
+    let [p_, q_, _] = *q;
+    let [p_dot, q_dot, type_dot] = *qd;
+    let [_, _, sin_type_] = angles.sin;
+    let [_, _, cos_type_] = angles.cos;
 
     // Rates of the lengths.
     let r1_dot = q_dot * r1_q;
@@ -2492,12 +2492,6 @@ pub fn outputs_at<R: Scalar>(
 ) -> [R; 21] {
     let p = &m.parameters;
     let k = &m.constants;
-    let [p_, q_, _] = *q;
-    let [p_dot, q_dot, type_dot] = *qd;
-    let [p_ddot, q_ddot, type_ddot] = *qdd;
-    let [lambda_curve] = *multipliers;
-    let [_, _, sin_type_] = angles.sin;
-    let [_, _, cos_type_] = angles.cos;
     let Position {
         half_sq_v81_sq_v82,
         inv_cos_v55_sq,
@@ -2537,6 +2531,12 @@ pub fn outputs_at<R: Scalar>(
         v85,
         ..
     } = *position;
+    let [p_, q_, _] = *q;
+    let [p_dot, q_dot, type_dot] = *qd;
+    let [p_ddot, q_ddot, type_ddot] = *qdd;
+    let [lambda_curve] = *multipliers;
+    let [_, _, sin_type_] = angles.sin;
+    let [_, _, cos_type_] = angles.cos;
     let q_dot_sq = q_dot * q_dot;
     let v1 = R::from_f64(2.0) * q_dot;
     let v2_2 = sin_type_ * type_dot;
@@ -2663,14 +2663,17 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 5 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position.type_per_p.abs().max(position.type_per_q.abs()).max(position.loss_q.abs())
+pub fn growth_factor<R: Scalar>(_m: &Functions<R>, position: &Position<R>) -> R {
+    let Position { loss_q, type_per_p, type_per_q, .. } = *position;
+    type_per_p.abs().max(type_per_q.abs()).max(loss_q.abs())
 }
 
 impl<R: Scalar> Kernel<R, 3, 1> for Functions<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 453;
+    const OPERATIONS: usize = 455;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 3] {
@@ -2699,7 +2702,7 @@ impl<R: Scalar> Kernel<R, 3, 1> for Functions<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -2779,7 +2782,7 @@ impl<R: Scalar> Equations<R, 3, 1> for Functions<R> {
         Start {
             q: [R::from_f64(0.1), R::from_f64(0.2), R::from_f64(0.3)],
             given: [true, true, false],
-            qd: [R::from_f64(1.0), R::from_f64(0.0), R::zero()],
+            qd: [R::from_f64(1.0), R::zero(), R::zero()],
             given_rates: [true, true, false],
         }
     }
@@ -3153,7 +3156,7 @@ pub static TAPE: qrm_core::Tape = {
             Number(9.0), Number(0.005), Number(0.2), Number(0.05), Number(0.04), Number(0.1), Number(0.01),
             Number(0.008), Number(9.81), Number(10.0), Number(0.0025), Number(0.02), Number(0.25),
             Number(0.14285714285714285), Number(0.16666666666666666), Pi, Number(5000000.00000055), Number(0.0032),
-            Number(0.016), Number(0.9), Number(0.08), Number(20.0), Number(4.0), Number(0.4), Number(1.0), Number(0.6),
+            Number(0.016), Number(0.9), Number(0.08), Number(20.0), Number(1.0), Number(4.0), Number(0.4), Number(0.6),
             Number(2.6666666666666665), Number(4.666666666666667), Number(1.5), Number(0.02857142857142857),
             Number(1.001), Number(0.3), Number(5000.0), Number(0.3333333333333333), Number(0.0625), Number(0.015625),
             Number(0.1111111111111111), Number(5.0), Number(0.6666666666666666), Number(0.7), Number(43.175),
@@ -3171,134 +3174,134 @@ pub static TAPE: qrm_core::Tape = {
         ],
         dynamics: TapeFunction {
             operations: &[
-                Mul(37, 10), Mul(10, 10), Add(57, 143), Mul(9, 10), Mul(95, 145), Mul(97, 10), Mul(9, 9), Mul(58, 10),
-                Mul(97, 9), Mul(2, 10), Mul(28, 8), Mul(101, 12), Mul(32, 9), Add(9, 30), Add(9, 32), Mul(61, 155),
-                Mul(62, 156), Mul(9, 8), Mul(30, 13), Add(59, 148), Add(30, 12), Add(12, 32), Mul(61, 162),
-                Mul(62, 163), Mul(95, 143), Add(26, 166), Mul(95, 148), Mul(2, 143), Add(1, 169), Mul(13, 153),
-                Mul(13, 13), Mul(104, 12), Mul(9, 153), Add(8, 174), Mul(107, 13), Mul(14, 14), Mul(109, 12),
-                Mul(30, 12), Neg(8), Sub(9, 59), Sub(9, 47), Sub(59, 157), Sub(28, 158), Sub(13, 159), Sub(14, 13),
-                Sub(10, 59), Sub(59, 8), Sub(8, 65), Sub(30, 8), Neg(190), Sub(10, 65), Sub(10, 30), Sub(11, 10),
-                Sub(47, 194), Neg(195), Sub(59, 194), Neg(197), Sub(12, 47), Sub(59, 12), Neg(200), Sub(59, 164),
-                Sub(28, 165), Sub(10, 66), Sub(10, 40), Neg(188), Sub(8, 178), SinCos(11), Cos(8), Exp(142), Cosh(9),
-                Recip(212), Sqrt(144), Recip(214), Exp(149), Sign(9), Sin(152), Exp(180), Sign(181), Sign(155),
-                Sign(156), Sign(182), Sign(185), Sign(186), Sign(189), Sign(191), Sign(192), Sign(193), Sign(196),
-                Sign(198), Sign(162), Sign(163), Sign(199), Sign(201), Tanh(173), Sign(204), Tanh(176), Sign(206),
-                Sign(187), Tanh(9), Add(9, 211), Mul(209, 10), Mul(37, 211), Add(208, 28), Mul(213, 213), Mul(208, 14),
-                Mul(96, 211), Add(146, 248), Mul(209, 208), Mul(250, 151), Mul(208, 208), Mul(9, 217), Mul(9, 210),
-                Add(59, 254), Mul(37, 218), Mul(14, 219), Mul(100, 257), Add(59, 220), Mul(32, 259), Mul(30, 182),
-                Add(32, 261), Mul(30, 259), Mul(14, 243), Mul(208, 160), Add(264, 265), Mul(14, 266), Mul(2, 267),
-                Mul(186, 225), Mul(225, 269), Mul(269, 270), Mul(209, 187), Mul(209, 272), Mul(272, 272),
-                Add(216, 274), Add(59, 275), Mul(208, 187), Mul(272, 277), Mul(14, 278), Mul(37, 279), Mul(37, 273),
-                Mul(39, 216), Add(281, 282), Mul(13, 283), Mul(48, 279), Mul(48, 273), Mul(64, 216), Add(286, 287),
-                Mul(13, 288), Mul(94, 186), Mul(194, 194), Mul(194, 291), Add(30, 194), Add(32, 194), Mul(61, 293),
-                Mul(62, 294), Mul(30, 195), Add(59, 231), Mul(30, 298), Mul(30, 199), Add(32, 300), Add(59, 235),
-                Mul(30, 302), Mul(209, 209), Mul(2, 304), Add(168, 305), Mul(98, 216), Add(306, 307), Mul(170, 252),
-                Add(99, 309), Mul(92, 217), Mul(98, 211), Mul(172, 312), Mul(66, 236), Mul(13, 216), Mul(105, 315),
-                Add(59, 224), Mul(32, 317), Mul(8, 318), Add(258, 319), Mul(9, 320), Mul(37, 216), Add(273, 322),
-                Mul(30, 238), Mul(51, 188), Add(59, 227), Mul(67, 326), Mul(51, 187), Add(59, 229), Mul(67, 329),
-                Mul(1, 209), Mul(40, 247), Mul(252, 332), Add(331, 333), Mul(334, 177), Mul(13, 207), Mul(1, 271),
-                Mul(10, 215), Mul(13, 244), Add(12, 339), Mul(242, 247), Mul(215, 215), Mul(342, 143), Mul(39, 211),
-                Mul(241, 246), Mul(345, 179), Sub(150, 251), Sub(59, 253), Neg(348), Sub(209, 255), Sub(9, 256),
-                Sub(59, 220), Sub(221, 222), Sub(222, 223), Sub(220, 223), Sub(59, 221), Sub(106, 268), Sub(280, 284),
-                Sub(285, 289), Sub(59, 295), Sub(28, 296), Sub(230, 231), Sub(32, 297), Sub(59, 232), Sub(232, 233),
-                Sub(233, 234), Sub(234, 235), Sub(258, 171), Sub(218, 314), Sub(59, 224), Sub(205, 271), Sub(239, 226),
-                Sub(226, 227), Sub(240, 228), Sub(228, 229), Neg(335), Sub(59, 343), Mul(351, 351), Mul(350, 350),
-                Add(378, 379), Mul(352, 154), Add(260, 381), Add(59, 382), Mul(353, 183), Add(356, 384), Mul(354, 184),
-                Mul(355, 262), Mul(362, 363), Mul(365, 202), Add(364, 389), Mul(366, 203), Mul(367, 301),
-                Mul(210, 350), Mul(10, 368), Mul(61, 353), Mul(62, 354), Mul(30, 355), Mul(32, 370), Mul(209, 357),
-                Mul(1, 371), Mul(325, 372), Mul(67, 373), Mul(328, 374), Mul(67, 375), Add(403, 404), Add(405, 330),
-                Mul(32, 406), Mul(10, 357), Add(108, 408), Mul(215, 377), Ln(245), Recip(245), Sign(349), Sqrt(380),
-                Sign(383), Sqrt(276), Recip(416), Sqrt(275), Recip(418), Tanh(290), Sign(293), Sign(294), Sub(60, 414),
-                Sub(385, 386), Sub(424, 387), Sub(418, 63), Neg(426), Sub(32, 416), Sub(59, 421), Sub(421, 422),
-                Sub(422, 230), Sub(390, 391), Sub(351, 393), Sub(59, 415), Sub(395, 396), Sub(37, 398), Sub(401, 402),
-                Sub(437, 327), Sub(411, 246), Neg(439), Mul(14, 412), Mul(209, 441), Add(59, 413), Add(59, 415),
-                Add(425, 263), Mul(32, 445), Mul(0, 428), Mul(1, 417), Mul(358, 448), Add(447, 449), Mul(417, 450),
-                Mul(419, 359), Mul(30, 418), Mul(418, 418), Mul(0, 418), Mul(454, 455), Mul(161, 420), Add(457, 292),
-                Mul(430, 360), Add(429, 459), Mul(431, 361), Add(432, 392), Add(462, 303), Mul(92, 463), Mul(443, 443),
-                Mul(348, 465), Mul(311, 466), Mul(444, 382), Mul(102, 468), Mul(102, 434), Mul(352, 444),
-                Add(435, 397), Mul(103, 472), Add(436, 175), Add(316, 474), Mul(13, 475), Add(237, 476), Mul(32, 438),
-                Add(478, 407), Mul(0, 458), Mul(411, 244), Mul(209, 412), Mul(242, 482), Mul(242, 442), Mul(442, 244),
-                Mul(411, 344), Add(442, 346), Mul(12, 487), Sub(28, 453), Sub(460, 461), Sub(12, 467), Sub(469, 470),
-                Sub(477, 321), Sub(458, 257), Sub(338, 481), Neg(483), Sub(340, 484), Sub(410, 486), Add(490, 388),
-                Add(499, 299), Mul(500, 464), Mul(92, 492), Mul(502, 471), Add(493, 399), Add(504, 400), Mul(0, 494),
-                Mul(209, 497), Mul(13, 498), Sub(480, 501), Sub(507, 341), Sub(485, 508), Div(423, 414), Sign(446),
-                Sign(427), Add(59, 513), Add(59, 514), Mul(516, 516), Mul(92, 517), Mul(489, 518), Add(452, 519),
-                Mul(1, 520), Mul(433, 512), Mul(515, 515), Mul(445, 523), Mul(473, 524), Mul(0, 512), Mul(350, 526),
-                Mul(510, 441), Mul(13, 511), Add(528, 529), Add(530, 488), Sub(521, 456), Sub(491, 522), Sub(527, 409),
-                Sub(376, 534), Neg(531), Mul(419, 532), Add(451, 537), Mul(0, 533), Mul(323, 538), Mul(208, 535),
-                Add(501, 541), Mul(538, 278), Sub(7, 539), Sub(505, 540), Sub(542, 506), Add(544, 394), Add(545, 324),
-                Add(546, 336), Sub(547, 313), Sub(550, 503), Sub(548, 479), Sub(552, 509), Neg(553), Sub(549, 543),
-                Sub(555, 337), Add(551, 525), Add(557, 369),
+                Mul(37, 10), Mul(9, 10), Mul(14, 14), Mul(13, 13), Mul(30, 13), Mul(10, 10), Add(58, 147), Mul(30, 12),
+                Mul(95, 143), Mul(97, 10), Mul(97, 9), Mul(2, 10), Mul(95, 147), Add(26, 154), Mul(9, 9), Mul(95, 156),
+                Mul(59, 10), Mul(2, 147), Add(1, 159), Mul(28, 8), Mul(101, 12), Mul(32, 9), Add(9, 30), Add(9, 32),
+                Mul(61, 164), Mul(62, 165), Mul(9, 8), Add(57, 156), Add(30, 12), Add(12, 32), Mul(61, 170),
+                Mul(62, 171), Mul(13, 162), Mul(104, 12), Mul(9, 162), Add(8, 176), Mul(107, 13), Mul(109, 12), Neg(8),
+                Sub(9, 57), Sub(9, 47), Sub(57, 166), Sub(28, 167), Sub(13, 168), Sub(14, 13), Sub(10, 57), Sub(57, 8),
+                Sub(8, 65), Sub(30, 8), Neg(190), Sub(10, 65), Sub(10, 30), Sub(11, 10), Sub(47, 194), Neg(195),
+                Sub(57, 194), Neg(197), Sub(12, 47), Sub(57, 12), Neg(200), Sub(57, 172), Sub(28, 173), Sub(10, 66),
+                Sub(10, 40), Neg(188), Sub(8, 179), Exp(142), SinCos(11), Tanh(9), Sqrt(148), Cosh(9), Recip(213),
+                Recip(212), Exp(158), Cos(8), Sign(9), Sin(161), Exp(180), Sign(181), Sign(164), Sign(165), Sign(182),
+                Sign(185), Sign(186), Sign(189), Sign(191), Sign(192), Sign(193), Sign(196), Sign(198), Sign(170),
+                Sign(171), Sign(199), Sign(201), Tanh(175), Sign(204), Tanh(178), Sign(206), Sign(187), Add(9, 208),
+                Mul(37, 208), Mul(210, 10), Mul(39, 208), Mul(14, 244), Mul(209, 146), Add(246, 247), Mul(14, 248),
+                Add(209, 28), Mul(214, 214), Mul(13, 243), Add(12, 252), Mul(209, 14), Mul(242, 254), Mul(215, 215),
+                Mul(256, 147), Mul(211, 251), Mul(258, 149), Mul(96, 208), Add(150, 260), Mul(210, 209), Mul(262, 153),
+                Mul(210, 210), Mul(2, 264), Add(157, 265), Mul(98, 216), Add(266, 267), Mul(209, 209), Mul(160, 269),
+                Add(99, 270), Mul(9, 218), Mul(9, 217), Add(57, 273), Mul(37, 219), Mul(14, 220), Mul(100, 276),
+                Add(57, 221), Mul(32, 278), Mul(30, 182), Add(32, 280), Mul(30, 278), Mul(2, 249), Mul(186, 226),
+                Mul(226, 284), Mul(284, 285), Mul(210, 187), Mul(210, 287), Mul(287, 287), Add(216, 289), Add(57, 290),
+                Mul(209, 187), Mul(287, 292), Mul(14, 293), Mul(37, 294), Mul(37, 288), Mul(39, 216), Add(296, 297),
+                Mul(13, 298), Mul(48, 294), Mul(48, 288), Mul(64, 216), Add(301, 302), Mul(13, 303), Mul(94, 186),
+                Mul(194, 194), Mul(194, 306), Add(30, 194), Add(32, 194), Mul(61, 308), Mul(62, 309), Mul(30, 195),
+                Add(57, 232), Mul(30, 313), Mul(30, 199), Add(32, 315), Add(57, 236), Mul(30, 317), Mul(92, 218),
+                Mul(98, 208), Mul(145, 320), Mul(66, 237), Mul(13, 216), Mul(105, 323), Add(57, 225), Mul(32, 325),
+                Mul(8, 326), Add(277, 327), Mul(9, 328), Mul(37, 216), Add(288, 330), Mul(30, 239), Mul(51, 188),
+                Add(57, 228), Mul(67, 334), Mul(51, 187), Add(57, 230), Mul(67, 337), Mul(1, 210), Mul(40, 254),
+                Mul(269, 340), Add(339, 341), Mul(342, 144), Mul(13, 207), Mul(1, 286), Mul(10, 215), Sub(57, 257),
+                Sub(152, 263), Sub(57, 272), Neg(349), Sub(210, 274), Sub(9, 275), Sub(57, 221), Sub(222, 223),
+                Sub(223, 224), Sub(221, 224), Sub(57, 222), Sub(106, 283), Sub(295, 299), Sub(300, 304), Sub(57, 310),
+                Sub(28, 311), Sub(231, 232), Sub(32, 312), Sub(57, 233), Sub(233, 234), Sub(234, 235), Sub(235, 236),
+                Sub(277, 174), Sub(219, 322), Sub(57, 225), Sub(205, 286), Sub(240, 227), Sub(227, 228), Sub(241, 229),
+                Sub(229, 230), Neg(343), Mul(215, 347), Mul(352, 352), Mul(351, 351), Add(379, 380), Mul(353, 163),
+                Add(279, 382), Add(57, 383), Mul(354, 183), Add(357, 385), Mul(355, 184), Mul(356, 281), Mul(363, 364),
+                Mul(366, 202), Add(365, 390), Mul(367, 203), Mul(368, 316), Mul(217, 351), Mul(10, 369), Mul(61, 354),
+                Mul(62, 355), Mul(30, 356), Mul(32, 371), Mul(210, 358), Mul(1, 372), Mul(333, 373), Mul(67, 374),
+                Mul(336, 375), Mul(67, 376), Add(404, 405), Add(406, 338), Mul(32, 407), Mul(10, 358), Add(108, 409),
+                Ln(250), Sign(350), Sqrt(381), Sign(384), Sqrt(291), Recip(415), Sqrt(290), Recip(417), Tanh(305),
+                Sign(308), Sign(309), Recip(250), Sub(411, 251), Neg(423), Sub(60, 413), Sub(386, 387), Sub(426, 388),
+                Sub(417, 63), Neg(428), Sub(32, 415), Sub(57, 420), Sub(420, 421), Sub(421, 231), Sub(391, 392),
+                Sub(352, 394), Sub(57, 414), Sub(396, 397), Sub(37, 399), Sub(402, 403), Sub(439, 335), Mul(411, 243),
+                Mul(411, 245), Add(57, 412), Add(57, 414), Add(427, 282), Mul(32, 445), Mul(0, 430), Mul(1, 416),
+                Mul(359, 448), Add(447, 449), Mul(416, 450), Mul(418, 360), Mul(30, 417), Mul(417, 417), Mul(0, 417),
+                Mul(454, 455), Mul(169, 419), Add(457, 307), Mul(432, 361), Add(431, 459), Mul(433, 362),
+                Add(434, 393), Add(462, 318), Mul(92, 463), Mul(443, 443), Mul(349, 465), Mul(319, 466), Mul(444, 383),
+                Mul(102, 468), Mul(102, 436), Mul(353, 444), Add(437, 398), Mul(103, 472), Add(438, 177),
+                Add(324, 474), Mul(13, 475), Add(238, 476), Mul(32, 440), Add(478, 408), Mul(0, 458), Mul(14, 422),
+                Mul(210, 481), Mul(210, 422), Mul(242, 483), Mul(242, 482), Mul(482, 243), Add(482, 259), Mul(12, 487),
+                Sub(378, 442), Sub(28, 453), Sub(460, 461), Sub(12, 467), Sub(469, 470), Sub(477, 329), Sub(458, 276),
+                Sub(346, 441), Neg(484), Sub(253, 485), Mul(13, 489), Add(491, 389), Add(500, 314), Mul(501, 464),
+                Mul(92, 493), Mul(503, 471), Add(494, 400), Add(505, 401), Mul(0, 495), Mul(210, 498), Sub(480, 502),
+                Sub(508, 255), Sub(486, 499), Div(425, 413), Sign(446), Sign(429), Add(57, 513), Add(57, 514),
+                Mul(516, 516), Mul(92, 517), Mul(490, 518), Add(452, 519), Mul(1, 520), Mul(435, 512), Mul(515, 515),
+                Mul(445, 523), Mul(473, 524), Mul(0, 512), Mul(351, 526), Mul(510, 481), Mul(13, 511), Add(528, 529),
+                Add(530, 488), Sub(521, 456), Sub(492, 522), Sub(527, 410), Sub(377, 534), Neg(531), Mul(418, 532),
+                Add(451, 537), Mul(0, 533), Mul(331, 538), Mul(209, 535), Add(502, 541), Mul(538, 293), Sub(7, 539),
+                Sub(506, 540), Sub(542, 507), Add(544, 395), Add(545, 332), Add(546, 344), Sub(547, 321),
+                Sub(550, 504), Sub(548, 479), Sub(552, 509), Neg(553), Sub(549, 543), Sub(555, 345), Add(551, 525),
+                Add(557, 370),
             ],
-            results: &[167, 249, 147, 249, 308, 347, 147, 347, 310, 558, 554, 556, 440, 495, 496, 536],
+            results: &[155, 261, 151, 261, 268, 348, 151, 348, 271, 558, 554, 556, 424, 496, 497, 536],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                Mul(37, 10), Mul(10, 10), Add(57, 143), SinCos(11), Exp(142), Cosh(9), Recip(148), Sqrt(144), Tanh(9),
-                Div(10, 150), Add(9, 147), Mul(37, 147), Add(145, 28), Mul(149, 149), Add(151, 150), Ln(155),
-                Div(146, 155), Mul(158, 154), Mul(153, 158), Mul(153, 159), Sub(158, 156), Neg(163), Sub(157, 161),
-                Sub(152, 160), Neg(162),
+                Mul(37, 10), Mul(10, 10), Add(58, 143), Exp(142), SinCos(11), Tanh(9), Sqrt(144), Cosh(9), Recip(150),
+                Div(10, 149), Add(9, 145), Mul(37, 145), Add(148, 149), Add(146, 28), Mul(151, 151), Ln(156),
+                Div(147, 156), Mul(158, 154), Mul(153, 159), Mul(153, 158), Sub(158, 157), Neg(163), Sub(152, 160),
+                Neg(161), Sub(155, 162),
             ],
-            results: &[165, 164, 166, 167, 31],
+            results: &[167, 164, 165, 166, 31],
         },
         mass_matrix: TapeFunction {
             operations: &[
-                Mul(37, 10), Mul(10, 10), Mul(9, 10), Mul(95, 144), Mul(97, 10), Mul(9, 9), Mul(58, 10), Mul(97, 9),
-                Mul(2, 10), Mul(95, 143), Add(26, 151), Mul(95, 147), Mul(2, 143), Add(1, 154), SinCos(11), Exp(142),
-                Exp(148), Mul(96, 158), Add(145, 160), Mul(157, 156), Mul(162, 150), Mul(156, 156), Mul(157, 157),
-                Mul(2, 165), Add(153, 166), Mul(98, 159), Add(167, 168), Mul(155, 164), Add(99, 170), Sub(149, 163),
+                Mul(37, 10), Mul(9, 10), Mul(10, 10), Mul(95, 143), Mul(97, 10), Mul(97, 9), Mul(2, 10), Mul(95, 144),
+                Add(26, 149), Mul(9, 9), Mul(95, 151), Mul(59, 10), Mul(2, 144), Add(1, 154), Exp(142), SinCos(11),
+                Exp(153), Mul(96, 156), Add(145, 160), Mul(158, 157), Mul(162, 148), Mul(158, 158), Mul(2, 164),
+                Add(152, 165), Mul(98, 159), Add(166, 167), Mul(157, 157), Mul(155, 169), Add(99, 170), Sub(147, 163),
             ],
-            results: &[152, 161, 146, 161, 169, 172, 146, 172, 171],
+            results: &[150, 161, 146, 161, 168, 172, 146, 172, 171],
         },
         energy: TapeFunction {
             operations: &[
-                Mul(37, 10), Mul(10, 10), Mul(58, 10), Mul(2, 10), Mul(32, 9), Add(9, 30), Add(9, 32), Mul(61, 147),
+                Mul(37, 10), Mul(10, 10), Mul(2, 10), Mul(59, 10), Mul(32, 9), Add(9, 30), Add(9, 32), Mul(61, 147),
                 Mul(62, 148), Mul(10, 12), Mul(9, 13), Mul(110, 152), Mul(95, 151), Add(153, 154), Mul(97, 14),
                 Add(155, 156), Mul(9, 157), Mul(111, 143), Add(99, 159), Mul(97, 151), Mul(110, 143), Add(114, 162),
-                Mul(12, 12), Mul(163, 164), Mul(106, 10), Add(108, 166), Mul(7, 9), Sub(9, 59), Sub(9, 47),
-                Sub(59, 149), Sub(28, 150), Sub(10, 59), Sub(10, 66), Sub(10, 40), SinCos(11), Exp(142), Exp(144),
-                Sign(9), Sign(169), Sign(147), Sign(148), Sign(170), Sign(174), Mul(176, 14), Mul(96, 178),
-                Mul(176, 176), Mul(9, 180), Add(59, 181), Mul(32, 190), Mul(30, 170), Add(32, 192), Mul(30, 190),
-                Mul(177, 173), Mul(195, 195), Add(179, 196), Add(59, 197), Mul(13, 179), Mul(177, 13), Mul(111, 200),
-                Mul(186, 145), Mul(12, 187), Mul(112, 199), Mul(160, 188), Add(113, 205), Mul(14, 206), Add(207, 161),
-                Mul(14, 208), Mul(177, 167), Add(115, 210), Mul(99, 175), Mul(212, 175), Mul(174, 185), Mul(118, 197),
-                Mul(215, 197), Sub(59, 189), Neg(217), Sub(59, 181), Sub(182, 183), Sub(183, 184), Sub(181, 184),
-                Sub(59, 182), Sub(201, 202), Mul(219, 146), Add(191, 225), Add(59, 226), Mul(220, 171), Add(223, 228),
-                Mul(221, 172), Mul(222, 193), Mul(177, 224), Add(158, 232), Add(233, 203), Add(234, 204), Mul(13, 235),
+                Mul(12, 12), Mul(163, 164), Mul(106, 10), Add(108, 166), Mul(7, 9), Sub(9, 57), Sub(9, 47),
+                Sub(57, 149), Sub(28, 150), Sub(10, 57), Sub(10, 66), Sub(10, 40), Exp(142), SinCos(11), Exp(145),
+                Sign(9), Sign(169), Sign(147), Sign(148), Sign(170), Sign(174), Mul(177, 14), Mul(96, 176),
+                Mul(177, 177), Mul(9, 180), Add(57, 181), Mul(32, 190), Mul(30, 170), Add(32, 192), Mul(30, 190),
+                Mul(178, 173), Mul(195, 195), Add(179, 196), Add(57, 197), Mul(13, 179), Mul(178, 13), Mul(111, 200),
+                Mul(186, 144), Mul(12, 187), Mul(112, 199), Mul(160, 188), Add(113, 205), Mul(14, 206), Add(207, 161),
+                Mul(14, 208), Mul(178, 167), Add(115, 210), Mul(99, 175), Mul(212, 175), Mul(174, 185), Mul(118, 197),
+                Mul(215, 197), Sub(57, 189), Neg(217), Sub(57, 181), Sub(182, 183), Sub(183, 184), Sub(181, 184),
+                Sub(57, 182), Sub(201, 202), Mul(219, 146), Add(191, 225), Add(57, 226), Mul(220, 171), Add(223, 228),
+                Mul(221, 172), Mul(222, 193), Mul(178, 224), Add(158, 232), Add(233, 203), Add(234, 204), Mul(13, 235),
                 Add(236, 209), Add(237, 165), Mul(92, 217), Sign(218), Sign(227), Sqrt(198), Sqrt(197), Sub(229, 230),
-                Sub(244, 231), Sub(243, 63), Neg(246), Sub(32, 242), Sub(59, 241), Add(59, 240), Add(59, 241),
+                Sub(244, 231), Sub(243, 63), Neg(246), Sub(32, 242), Sub(57, 241), Add(57, 240), Add(57, 241),
                 Add(245, 194), Mul(32, 252), Mul(250, 250), Mul(217, 254), Mul(251, 226), Mul(32, 249), Mul(32, 256),
                 Mul(239, 255), Mul(248, 248), Add(259, 260), Mul(116, 261), Add(211, 262), Mul(117, 252),
-                Mul(119, 246), Mul(265, 246), Sub(257, 258), Sub(263, 168), Sign(253), Sign(247), Add(59, 269),
-                Add(59, 270), Mul(272, 272), Mul(271, 271), Mul(252, 274), Mul(264, 275), Add(268, 276), Add(277, 213),
+                Mul(119, 246), Mul(265, 246), Sub(257, 258), Sub(263, 168), Sign(253), Sign(247), Add(57, 269),
+                Add(57, 270), Mul(272, 272), Mul(271, 271), Mul(252, 274), Mul(264, 275), Add(268, 276), Add(277, 213),
                 Add(278, 214), Add(279, 216), Mul(266, 273), Add(280, 281), Mul(267, 267), Add(282, 283),
             ],
             results: &[238, 284],
         },
         power: TapeFunction {
             operations: &[
-                Mul(9, 9), Mul(58, 10), Mul(28, 8), Mul(32, 9), Mul(9, 8), Add(59, 142), Add(30, 12), Add(12, 32),
+                Mul(9, 9), Mul(59, 10), Mul(28, 8), Mul(32, 9), Mul(9, 8), Add(57, 142), Add(30, 12), Add(12, 32),
                 Mul(61, 148), Mul(62, 149), Mul(104, 12), Mul(107, 13), Mul(10, 12), Mul(9, 13), Mul(0, 12),
-                Add(155, 154), Mul(40, 157), Add(14, 158), Mul(13, 8), Neg(8), Sub(13, 146), Sub(14, 13), Sub(10, 59),
-                Sub(59, 8), Sub(8, 65), Sub(30, 8), Neg(167), Sub(10, 65), Sub(10, 30), Sub(11, 10), Sub(47, 171),
-                Neg(172), Sub(59, 171), Neg(174), Sub(12, 47), Sub(59, 12), Neg(177), Sub(59, 150), Sub(28, 151),
-                Neg(165), SinCos(11), Cos(8), Exp(143), Sin(144), Exp(161), Sign(162), Sign(163), Sign(166), Sign(168),
+                Add(155, 154), Mul(40, 157), Add(14, 158), Mul(13, 8), Neg(8), Sub(13, 146), Sub(14, 13), Sub(10, 57),
+                Sub(57, 8), Sub(8, 65), Sub(30, 8), Neg(167), Sub(10, 65), Sub(10, 30), Sub(11, 10), Sub(47, 171),
+                Neg(172), Sub(57, 171), Neg(174), Sub(12, 47), Sub(57, 12), Neg(177), Sub(57, 150), Sub(28, 151),
+                Neg(165), SinCos(11), Exp(143), Cos(8), Sin(144), Exp(161), Sign(162), Sign(163), Sign(166), Sign(168),
                 Sign(169), Sign(170), Sign(173), Sign(175), Sign(148), Sign(149), Sign(176), Sign(178), Tanh(152),
-                Tanh(153), Sign(181), Sign(164), Mul(182, 14), Mul(9, 184), Add(59, 205), Mul(37, 186), Mul(163, 189),
-                Mul(189, 208), Mul(208, 209), Mul(183, 164), Mul(183, 211), Mul(211, 211), Add(185, 213), Add(59, 214),
+                Tanh(153), Sign(181), Sign(164), Mul(182, 14), Mul(9, 185), Add(57, 205), Mul(37, 186), Mul(163, 189),
+                Mul(189, 208), Mul(208, 209), Mul(183, 164), Mul(183, 211), Mul(211, 211), Add(184, 213), Add(57, 214),
                 Mul(182, 164), Mul(211, 216), Mul(14, 217), Mul(94, 163), Mul(171, 171), Mul(171, 220), Add(30, 171),
-                Add(32, 171), Mul(61, 222), Mul(62, 223), Mul(30, 172), Add(59, 195), Mul(30, 227), Mul(30, 176),
-                Add(32, 229), Add(59, 199), Mul(30, 231), Mul(66, 200), Add(59, 188), Mul(37, 185), Add(212, 235),
-                Mul(30, 201), Mul(51, 165), Add(59, 191), Mul(67, 239), Mul(51, 164), Add(59, 193), Mul(67, 242),
+                Add(32, 171), Mul(61, 222), Mul(62, 223), Mul(30, 172), Add(57, 195), Mul(30, 227), Mul(30, 176),
+                Add(32, 229), Add(57, 199), Mul(30, 231), Mul(66, 200), Add(57, 188), Mul(37, 184), Add(212, 235),
+                Mul(30, 201), Mul(51, 165), Add(57, 191), Mul(67, 239), Mul(51, 164), Add(57, 193), Mul(67, 242),
                 Mul(40, 204), Mul(1, 210), Mul(13, 236), Mul(204, 244), Mul(182, 204), Mul(247, 248), Mul(0, 187),
-                Mul(159, 250), Mul(8, 234), Mul(252, 145), Sub(183, 206), Sub(9, 207), Sub(59, 224), Sub(28, 225),
-                Sub(194, 195), Sub(32, 226), Sub(59, 196), Sub(196, 197), Sub(197, 198), Sub(198, 199), Sub(186, 233),
-                Sub(59, 188), Sub(202, 190), Sub(190, 191), Sub(203, 192), Sub(192, 193), Sub(218, 246), Sub(264, 156),
+                Mul(159, 250), Mul(8, 234), Mul(252, 145), Sub(183, 206), Sub(9, 207), Sub(57, 224), Sub(28, 225),
+                Sub(194, 195), Sub(32, 226), Sub(57, 196), Sub(196, 197), Sub(197, 198), Sub(198, 199), Sub(186, 233),
+                Sub(57, 188), Sub(202, 190), Sub(190, 191), Sub(203, 192), Sub(192, 193), Sub(218, 246), Sub(264, 156),
                 Sub(249, 251), Sub(245, 160), Mul(255, 255), Mul(254, 254), Add(274, 275), Mul(258, 259),
-                Mul(261, 179), Add(260, 278), Mul(262, 180), Mul(263, 230), Mul(184, 254), Mul(32, 265), Mul(238, 266),
+                Mul(261, 179), Add(260, 278), Mul(262, 180), Mul(263, 230), Mul(185, 254), Mul(32, 265), Mul(238, 266),
                 Mul(67, 267), Mul(241, 268), Mul(67, 269), Add(286, 287), Add(288, 243), Mul(32, 289), Mul(270, 270),
                 Mul(12, 271), Mul(14, 272), Mul(254, 204), Sqrt(276), Sqrt(215), Recip(296), Sqrt(214), Recip(298),
-                Tanh(219), Sign(222), Sign(223), Sub(60, 295), Sub(59, 301), Sub(301, 302), Sub(302, 194),
+                Tanh(219), Sign(222), Sign(223), Sub(60, 295), Sub(57, 301), Sub(301, 302), Sub(302, 194),
                 Sub(279, 280), Sub(255, 282), Sub(37, 283), Sub(284, 285), Sub(310, 240), Sub(292, 293), Mul(147, 300),
                 Add(313, 221), Mul(305, 256), Add(304, 315), Mul(306, 257), Add(307, 281), Add(318, 232), Mul(92, 319),
                 Mul(32, 311), Add(321, 290), Mul(0, 314), Mul(13, 309), Add(237, 324), Mul(12, 308), Mul(299, 299),
@@ -3311,48 +3314,48 @@ pub static TAPE: qrm_core::Tape = {
         },
         outputs: TapeFunction {
             operations: &[
-                Mul(10, 10), Mul(9, 10), Mul(9, 9), Mul(58, 10), Mul(30, 13), Add(59, 144), Add(30, 12), Add(12, 32),
-                Mul(61, 148), Mul(62, 149), Mul(13, 13), Mul(14, 14), Mul(10, 12), Mul(9, 13), Mul(12, 12),
-                Add(155, 154), Mul(40, 157), Add(14, 158), Mul(13, 8), Mul(68, 11), Mul(69, 144), Mul(70, 9),
-                Mul(47, 15), Mul(142, 144), Mul(30, 156), Add(59, 165), Mul(71, 144), Mul(9, 15), Add(59, 142),
-                Mul(10, 16), Add(30, 142), Add(9, 122), Add(11, 143), Mul(74, 9), Mul(75, 10), Add(175, 176),
-                Mul(68, 14), Mul(76, 153), Mul(68, 17), Mul(30, 155), Mul(57, 154), Add(181, 182), Mul(183, 155),
-                Mul(142, 166), Add(184, 185), Mul(10, 186), Add(30, 165), Mul(188, 165), Add(59, 189), Mul(10, 15),
-                Mul(12, 146), Add(191, 192), Mul(77, 144), Mul(57, 12), Mul(81, 171), Mul(82, 152), Add(196, 197),
-                Mul(10, 198), Add(169, 156), Mul(58, 200), Add(199, 201), Mul(84, 10), Mul(203, 155), Mul(0, 159),
-                SinCos(11), Cosh(9), Exp(145), Sign(148), Sign(149), SinCos(161), Recip(213), Recip(167), Recip(170),
-                PowF(172, -2.25), Sqrt(147), PowF(147, -0.6666666666666666), Sin(173), Cos(174), Div(187, 190),
-                Sinh(9), Cosh(10), Sinh(10), PowF(172, -3.25), PowF(147, -1.6666666666666667), Add(206, 28),
+                Mul(9, 10), Mul(14, 14), Mul(13, 13), Mul(30, 13), Mul(10, 10), Mul(9, 9), Mul(59, 10), Add(57, 147),
+                Add(30, 12), Add(12, 32), Mul(61, 150), Mul(62, 151), Mul(10, 12), Mul(9, 13), Mul(12, 12),
+                Add(155, 154), Mul(40, 157), Add(14, 158), Mul(13, 8), Mul(68, 11), Mul(69, 147), Mul(70, 9),
+                Mul(47, 15), Mul(146, 147), Mul(30, 156), Add(57, 165), Mul(71, 147), Mul(9, 15), Add(57, 146),
+                Mul(10, 16), Add(30, 146), Add(9, 122), Add(11, 142), Mul(74, 9), Mul(75, 10), Add(175, 176),
+                Mul(68, 14), Mul(76, 143), Mul(68, 17), Mul(30, 155), Mul(58, 154), Add(181, 182), Mul(183, 155),
+                Mul(146, 166), Add(184, 185), Mul(10, 186), Add(30, 165), Mul(188, 165), Add(57, 189), Mul(10, 15),
+                Mul(12, 145), Add(191, 192), Mul(77, 147), Mul(58, 12), Mul(81, 171), Mul(82, 144), Add(196, 197),
+                Mul(10, 198), Add(169, 156), Mul(59, 200), Add(199, 201), Mul(84, 10), Mul(203, 155), Mul(0, 159),
+                SinCos(11), Cosh(9), Exp(148), Sign(150), Sign(151), SinCos(161), Recip(213), Recip(167), Recip(170),
+                PowF(172, -2.25), Sqrt(149), PowF(149, -0.6666666666666666), Sin(173), Cos(174), Div(187, 190),
+                Sinh(9), Cosh(10), Sinh(10), PowF(172, -3.25), PowF(149, -1.6666666666666667), Add(206, 28),
                 Mul(206, 14), Mul(64, 209), Mul(37, 209), Mul(207, 13), Mul(212, 214), Mul(214, 214), Mul(29, 217),
                 Mul(72, 218), Mul(236, 218), Mul(237, 218), Mul(73, 219), Add(238, 239), Mul(216, 216), Mul(178, 234),
                 Mul(179, 233), Add(243, 180), Mul(244, 234), Mul(16, 215), Mul(215, 193), Mul(30, 216), Mul(248, 171),
-                Mul(57, 216), Mul(250, 142), Mul(223, 156), Mul(208, 15), Add(252, 253), Mul(224, 152), Mul(16, 225),
-                Add(255, 256), Mul(171, 235), Mul(78, 226), Mul(259, 142), Mul(79, 218), Mul(80, 227), Mul(240, 169),
+                Mul(58, 216), Mul(250, 146), Mul(223, 156), Mul(208, 15), Add(252, 253), Mul(224, 144), Mul(16, 225),
+                Add(255, 256), Mul(171, 235), Mul(78, 226), Mul(259, 146), Mul(79, 218), Mul(80, 227), Mul(240, 169),
                 Mul(207, 17), Mul(14, 229), Mul(204, 241), Mul(266, 241), Mul(216, 241), Add(27, 268), Mul(12, 269),
                 Mul(220, 221), Mul(271, 221), Mul(272, 221), Mul(108, 229), Mul(10, 229), Neg(8), Sub(14, 13),
-                Sub(10, 59), Sub(11, 10), Sub(47, 279), Neg(280), Sub(59, 279), Neg(282), Sub(12, 47), Sub(59, 12),
-                Neg(285), Sub(59, 210), Sub(210, 211), Sub(59, 150), Sub(28, 151), Sub(59, 162), Neg(168), Sub(9, 10),
-                Sub(222, 246), Sub(76, 194), Sub(30, 251), Sub(15, 16), Sub(146, 195), Sub(260, 235), Sub(261, 262),
+                Sub(10, 57), Sub(11, 10), Sub(47, 279), Neg(280), Sub(57, 279), Neg(282), Sub(12, 47), Sub(57, 12),
+                Neg(285), Sub(57, 210), Sub(210, 211), Sub(57, 152), Sub(28, 153), Sub(57, 162), Neg(168), Sub(9, 10),
+                Sub(222, 246), Sub(76, 194), Sub(30, 251), Sub(15, 16), Sub(145, 195), Sub(260, 235), Sub(261, 262),
                 Sub(264, 265), Sub(267, 270), Neg(302), Sub(232, 275), Mul(207, 278), Mul(207, 305), Mul(305, 305),
                 Add(209, 307), Mul(206, 278), Mul(305, 309), Mul(14, 310), Mul(48, 311), Mul(48, 306), Add(313, 230),
                 Mul(13, 314), Mul(94, 277), Mul(279, 279), Mul(279, 317), Add(30, 279), Add(32, 279), Mul(61, 319),
                 Mul(62, 320), Mul(30, 280), Mul(288, 289), Add(287, 324), Mul(30, 284), Add(32, 326), Add(306, 231),
-                Mul(13, 328), Mul(9, 294), Mul(216, 296), Mul(331, 152), Add(249, 332), Mul(13, 298), Add(334, 166),
-                Mul(299, 152), Mul(300, 144), Add(337, 240), Mul(338, 156), Mul(83, 301), Add(202, 340), Mul(106, 304),
+                Mul(13, 328), Mul(9, 294), Mul(216, 296), Mul(331, 144), Add(249, 332), Mul(13, 298), Add(334, 166),
+                Mul(299, 144), Mul(300, 147), Add(337, 240), Mul(338, 156), Mul(83, 301), Add(202, 340), Mul(106, 304),
                 Ln(228), Exp(276), Sign(277), Sqrt(308), Recip(346), Tanh(316), Sign(319), Sign(320), Sign(281),
                 Sign(283), Sign(284), Sign(286), Sqrt(291), Recip(355), Exp(292), Cosh(293), Recip(358), Tanh(293),
-                Sub(346, 63), Neg(361), Sub(312, 315), Sub(59, 349), Sub(349, 350), Sub(59, 321), Sub(350, 351),
+                Sub(346, 63), Neg(361), Sub(312, 315), Sub(57, 349), Sub(349, 350), Sub(57, 321), Sub(350, 351),
                 Sub(28, 322), Sub(351, 352), Sub(32, 323), Sub(211, 353), Sub(353, 354), Sub(311, 329), Sub(330, 247),
                 Neg(374), Sub(258, 336), Sub(376, 339), Sub(377, 263), Neg(378), Sub(274, 342), Mul(14, 344),
                 Mul(277, 345), Mul(345, 382), Mul(382, 383), Mul(347, 363), Mul(30, 346), Mul(346, 346), Mul(0, 346),
-                Mul(387, 388), Mul(147, 348), Add(390, 318), Mul(365, 366), Add(364, 392), Mul(367, 368),
-                Mul(369, 370), Add(59, 352), Mul(30, 396), Mul(371, 290), Mul(372, 327), Add(59, 354), Mul(30, 400),
+                Mul(387, 388), Mul(149, 348), Add(390, 318), Mul(365, 366), Add(364, 392), Mul(367, 368),
+                Mul(369, 370), Add(57, 352), Mul(30, 396), Mul(371, 290), Mul(372, 327), Add(57, 354), Mul(30, 400),
                 Mul(0, 391), Mul(1, 384), Mul(163, 356), Mul(404, 356), Mul(405, 156), Add(406, 164), Mul(356, 407),
                 Mul(76, 357), Mul(409, 169), Mul(357, 295), Mul(411, 156), Add(410, 412), Mul(359, 359), Mul(360, 335),
                 Mul(205, 381), Mul(343, 18), Sub(28, 386), Sub(393, 394), Sub(325, 398), Sub(403, 160), Neg(408),
                 Neg(413), Sub(297, 415), Add(419, 395), Add(425, 397), Add(420, 399), Add(427, 401), Mul(92, 428),
                 Mul(426, 429), Mul(414, 424), Sub(402, 430), Add(421, 432), Mul(277, 433), Neg(434), Sign(362),
-                Add(59, 436), Mul(437, 437), Mul(92, 438), Mul(418, 439), Add(385, 440), Mul(1, 441), Sub(442, 389),
+                Add(57, 436), Mul(437, 437), Mul(92, 438), Mul(418, 439), Add(385, 440), Mul(1, 441), Sub(442, 389),
                 Mul(347, 443), Mul(373, 444), Neg(445),
             ],
             results: &[
@@ -3362,129 +3365,129 @@ pub static TAPE: qrm_core::Tape = {
         },
         linearization: Some(TapeFunction {
             operations: &[
-                Mul(37, 10), Mul(10, 10), Add(57, 143), Mul(9, 9), Mul(58, 10), Mul(2, 10), Mul(28, 8), Mul(101, 12),
-                Mul(32, 9), Add(9, 30), Add(9, 32), Mul(61, 151), Mul(62, 152), Mul(9, 8), Mul(30, 13), Add(59, 145),
-                Add(30, 12), Add(12, 32), Mul(61, 158), Mul(62, 159), Mul(13, 149), Mul(13, 13), Mul(104, 12),
-                Mul(9, 149), Add(8, 165), Mul(107, 13), Mul(14, 14), Mul(109, 12), Mul(30, 12), Mul(10, 12),
-                Mul(9, 13), Mul(12, 12), Mul(10, 16), Mul(10, 15), Mul(57, 12), Mul(30, 9), Mul(97, 17), Mul(95, 9),
-                Mul(133, 10), Mul(1, 168), Mul(136, 157), Mul(28, 163), Mul(88, 9), Mul(95, 174), Mul(101, 175),
-                Mul(101, 16), Mul(95, 175), Mul(128, 163), Mul(129, 16), Add(189, 190), Mul(97, 16), Mul(10, 168),
-                Mul(97, 15), Mul(133, 143), Add(91, 195), Mul(101, 10), Mul(197, 13), Add(0, 198), Mul(101, 171),
-                Mul(101, 172), Mul(109, 13), Mul(30, 15), Mul(55, 13), Mul(42, 163), Mul(39, 16), Add(205, 206),
-                Mul(39, 13), Neg(8), Sub(9, 59), Sub(9, 47), Sub(59, 153), Sub(28, 154), Sub(13, 155), Sub(14, 13),
-                Sub(10, 59), Sub(59, 8), Sub(8, 65), Sub(10, 65), Sub(11, 10), Sub(47, 220), Neg(221), Sub(59, 220),
-                Neg(223), Sub(12, 47), Sub(59, 12), Neg(226), Sub(59, 160), Sub(28, 161), Neg(217), Sub(8, 169),
-                Sub(16, 193), SinCos(11), Exp(142), Cosh(9), Recip(236), Sqrt(144), Recip(238), Exp(146), Sign(9),
-                Exp(209), Sign(210), Sign(151), Sign(152), Sign(211), Sign(214), Sign(215), Sign(218), Sign(219),
-                Sign(222), Sign(224), Sign(158), Sign(159), Sign(225), Sign(227), Sign(230), Sign(216), Tanh(9),
-                SinCos(8), SinCos(148), Cosh(164), Recip(264), Cosh(167), Recip(266), Add(9, 235), Mul(234, 10),
-                Mul(37, 235), Add(233, 28), Mul(237, 237), Mul(233, 14), Mul(233, 233), Mul(9, 241), Mul(14, 242),
-                Mul(100, 276), Add(59, 243), Mul(32, 278), Mul(30, 211), Add(32, 280), Mul(30, 278), Mul(14, 269),
-                Mul(233, 156), Add(283, 284), Mul(14, 285), Mul(2, 286), Mul(215, 248), Mul(248, 288), Mul(234, 216),
-                Mul(234, 290), Mul(290, 290), Add(240, 292), Add(59, 293), Mul(233, 216), Mul(290, 295), Mul(14, 296),
-                Mul(37, 297), Mul(37, 291), Mul(39, 240), Add(299, 300), Mul(13, 301), Mul(48, 297), Mul(48, 291),
-                Mul(64, 240), Add(304, 305), Mul(13, 306), Mul(94, 215), Mul(220, 220), Add(30, 220), Add(32, 220),
-                Mul(61, 310), Mul(62, 311), Mul(30, 221), Add(59, 252), Mul(30, 315), Mul(30, 225), Add(32, 317),
-                Add(59, 256), Mul(30, 319), Mul(234, 234), Mul(92, 241), Mul(98, 235), Mul(13, 240), Add(59, 247),
-                Mul(32, 325), Mul(8, 326), Mul(37, 240), Add(291, 328), Mul(10, 239), Mul(13, 270), Add(12, 331),
-                Mul(268, 273), Mul(239, 239), Mul(334, 143), Mul(39, 235), Mul(259, 272), Mul(233, 273), Mul(0, 242),
-                Mul(10, 273), Mul(234, 168), Mul(9, 261), Add(59, 342), Mul(37, 262), Mul(58, 262), Mul(235, 13),
-                Add(179, 323), Mul(0, 233), Mul(329, 295), Mul(37, 290), Mul(233, 290), Mul(40, 291), Mul(46, 240),
-                Add(352, 353), Mul(30, 291), Mul(58, 240), Add(355, 356), Mul(37, 351), Mul(37, 321), Mul(53, 240),
-                Add(359, 360), Mul(127, 297), Mul(13, 354), Mul(55, 240), Add(321, 364), Mul(48, 290), Mul(48, 351),
-                Mul(48, 321), Mul(85, 240), Add(368, 369), Mul(86, 291), Mul(87, 240), Add(371, 372), Mul(28, 291),
-                Mul(60, 240), Add(374, 375), Mul(233, 17), Mul(130, 309), Mul(295, 295), Mul(37, 379), Mul(131, 351),
-                Mul(301, 296), Mul(48, 379), Mul(132, 351), Mul(306, 296), Mul(234, 156), Mul(100, 242), Mul(30, 248),
-                Mul(388, 289), Mul(133, 234), Mul(233, 13), Add(283, 391), Mul(37, 273), Mul(239, 330), Mul(89, 262),
-                Mul(261, 261), Add(59, 396), Mul(40, 262), Mul(18, 337), Mul(105, 346), Add(400, 149), Mul(13, 401),
-                Mul(16, 347), Mul(32, 291), Mul(40, 240), Add(404, 405), Mul(2, 234), Add(341, 377), Mul(407, 408),
-                Mul(240, 191), Mul(15, 347), Mul(133, 233), Mul(412, 16), Mul(234, 232), Mul(377, 180), Mul(32, 290),
-                Mul(58, 273), Mul(417, 273), Mul(418, 273), Mul(234, 196), Mul(420, 377), Mul(134, 265), Mul(422, 265),
-                Add(199, 423), Mul(135, 346), Add(200, 425), Mul(10, 387), Mul(273, 390), Mul(129, 324), Mul(137, 267),
-                Mul(430, 267), Mul(9, 387), Mul(392, 390), Mul(180, 338), Mul(91, 234), Mul(66, 273), Mul(436, 274),
-                Add(435, 437), Mul(14, 438), Mul(392, 180), Add(439, 440), Mul(233, 441), Mul(57, 259), Mul(443, 259),
-                Mul(30, 272), Mul(203, 337), Add(233, 84), Mul(233, 447), Add(35, 448), Mul(183, 394), Mul(16, 270),
-                Mul(268, 377), Mul(28, 333), Mul(268, 14), Mul(233, 332), Mul(337, 176), Mul(58, 235), Mul(55, 235),
-                Mul(58, 346), Mul(60, 263), Mul(10, 277), Mul(28, 263), Mul(9, 260), Sub(59, 275), Neg(464),
-                Sub(59, 243), Sub(244, 245), Sub(245, 246), Sub(243, 246), Sub(59, 244), Sub(106, 287), Sub(298, 302),
-                Sub(303, 307), Sub(59, 312), Sub(28, 313), Sub(251, 252), Sub(32, 314), Sub(59, 253), Sub(253, 254),
-                Sub(254, 255), Sub(255, 256), Sub(277, 162), Sub(59, 247), Sub(257, 249), Sub(258, 250), Sub(59, 335),
-                Sub(234, 343), Sub(9, 344), Sub(177, 345), Sub(362, 363), Sub(340, 386), Sub(321, 274), Sub(184, 395),
-                Sub(150, 398), Sub(277, 402), Sub(495, 186), Sub(496, 178), Sub(497, 403), Neg(498), Sub(327, 178),
-                Sub(286, 414), Neg(427), Sub(444, 445), Sub(16, 450), Sub(342, 487), Sub(277, 326), Mul(466, 150),
-                Add(279, 507), Add(59, 508), Mul(467, 212), Add(470, 510), Mul(468, 213), Mul(469, 281), Mul(476, 477),
-                Mul(479, 228), Add(478, 515), Mul(480, 229), Mul(481, 318), Mul(61, 467), Mul(62, 468), Mul(30, 469),
-                Mul(32, 483), Mul(10, 471), Add(108, 523), Mul(239, 486), Mul(261, 487), Mul(487, 487), Mul(488, 488),
-                Add(528, 527), Mul(30, 526), Mul(30, 476), Mul(14, 491), Mul(492, 147), Mul(61, 479), Mul(62, 480),
-                Mul(30, 481), Mul(487, 260), Mul(537, 177), Mul(263, 493), Mul(32, 526), Mul(126, 485), Mul(2, 532),
-                Mul(233, 471), Mul(17, 533), Mul(2, 501), Mul(147, 532), Mul(16, 533), Mul(503, 173), Mul(548, 272),
-                Mul(10, 504), Add(550, 183), Mul(551, 394), Mul(30, 525), Mul(260, 505), Add(554, 460), Mul(126, 484),
-                Add(13, 556), Mul(9, 506), Add(557, 558), Ln(271), Recip(271), Sign(465), Sign(509), Sqrt(294),
-                Recip(564), Sqrt(293), Recip(566), Tanh(308), Sign(310), Sign(311), Sqrt(529), Recip(571), Recip(529),
-                Recip(294), Recip(293), Cosh(308), Recip(576), Div(341, 449), Mul(14, 561), Mul(234, 579),
-                Add(59, 562), Add(59, 563), Mul(1, 565), Mul(472, 583), Mul(567, 473), Mul(30, 566), Mul(566, 566),
-                Mul(0, 566), Mul(587, 588), Mul(581, 581), Mul(466, 582), Mul(234, 561), Mul(268, 592), Mul(268, 580),
-                Mul(560, 336), Mul(567, 567), Mul(565, 565), Mul(572, 572), Mul(32, 571), Mul(18, 592), Mul(125, 568),
-                Mul(0, 565), Mul(357, 597), Mul(329, 602), Mul(597, 349), Mul(354, 603), Mul(32, 564), Mul(490, 583),
-                Mul(357, 596), Mul(596, 349), Mul(373, 609), Mul(567, 357), Mul(376, 588), Mul(597, 379), Add(59, 614),
-                Mul(596, 379), Add(59, 616), Mul(296, 602), Mul(37, 615), Mul(619, 292), Mul(382, 597), Mul(48, 617),
-                Mul(622, 292), Mul(385, 596), Mul(93, 567), Mul(625, 296), Mul(130, 566), Mul(627, 296), Mul(561, 18),
-                Mul(32, 573), Mul(268, 629), Mul(301, 574), Mul(306, 575), Add(632, 633), Mul(182, 577), Mul(635, 577),
-                Mul(574, 350), Mul(575, 366), Add(637, 638), Mul(234, 592), Add(233, 640), Mul(641, 579),
-                Mul(241, 590), Mul(643, 322), Mul(117, 591), Mul(645, 591), Mul(406, 609), Mul(270, 629),
-                Add(648, 413), Mul(9, 601), Mul(270, 600), Mul(561, 631), Add(652, 181), Mul(234, 653), Mul(329, 634),
+                Mul(37, 10), Mul(14, 14), Mul(13, 13), Mul(30, 13), Mul(10, 10), Add(58, 146), Mul(30, 12), Mul(2, 10),
+                Mul(9, 9), Mul(59, 10), Mul(28, 8), Mul(101, 12), Mul(32, 9), Add(9, 30), Add(9, 32), Mul(61, 155),
+                Mul(62, 156), Mul(9, 8), Add(57, 150), Add(30, 12), Add(12, 32), Mul(61, 161), Mul(62, 162),
+                Mul(13, 153), Mul(104, 12), Mul(9, 153), Add(8, 167), Mul(107, 13), Mul(109, 12), Mul(10, 12),
+                Mul(9, 13), Mul(12, 12), Mul(10, 16), Mul(10, 15), Mul(58, 12), Mul(30, 9), Mul(97, 17), Mul(95, 9),
+                Mul(133, 10), Mul(1, 143), Mul(136, 160), Mul(28, 144), Mul(88, 9), Mul(95, 174), Mul(101, 175),
+                Mul(101, 16), Mul(95, 175), Mul(128, 144), Mul(129, 16), Add(189, 190), Mul(97, 16), Mul(10, 143),
+                Mul(97, 15), Mul(133, 146), Add(91, 195), Mul(101, 10), Mul(197, 13), Add(0, 198), Mul(101, 171),
+                Mul(101, 172), Mul(109, 13), Mul(30, 15), Mul(55, 13), Mul(42, 144), Mul(39, 16), Add(205, 206),
+                Mul(39, 13), Neg(8), Sub(9, 57), Sub(9, 47), Sub(57, 157), Sub(28, 158), Sub(13, 159), Sub(14, 13),
+                Sub(10, 57), Sub(57, 8), Sub(8, 65), Sub(10, 65), Sub(11, 10), Sub(47, 220), Neg(221), Sub(57, 220),
+                Neg(223), Sub(12, 47), Sub(57, 12), Neg(226), Sub(57, 163), Sub(28, 164), Neg(217), Sub(8, 170),
+                Sub(16, 193), Exp(142), SinCos(11), Tanh(9), Sqrt(147), Cosh(9), Recip(238), Recip(237), Exp(151),
+                Sign(9), Exp(209), Sign(210), Sign(155), Sign(156), Sign(211), Sign(214), Sign(215), Sign(218),
+                Sign(219), Sign(222), Sign(224), Sign(161), Sign(162), Sign(225), Sign(227), Sign(230), Sign(216),
+                SinCos(8), SinCos(152), Cosh(166), Recip(264), Cosh(169), Recip(266), Add(9, 233), Mul(37, 233),
+                Mul(235, 10), Mul(235, 143), Mul(39, 233), Mul(14, 270), Mul(234, 145), Add(273, 274), Mul(14, 275),
+                Add(234, 28), Mul(239, 239), Mul(13, 269), Add(12, 279), Mul(234, 14), Mul(268, 281), Mul(240, 240),
+                Mul(283, 146), Mul(236, 278), Mul(235, 235), Mul(234, 234), Mul(9, 242), Mul(14, 243), Mul(100, 289),
+                Add(57, 244), Mul(32, 291), Mul(30, 211), Add(32, 293), Mul(30, 291), Mul(2, 276), Mul(215, 249),
+                Mul(249, 297), Mul(235, 216), Mul(235, 299), Mul(299, 299), Add(241, 301), Add(57, 302), Mul(234, 216),
+                Mul(299, 304), Mul(14, 305), Mul(37, 306), Mul(37, 300), Mul(39, 241), Add(308, 309), Mul(13, 310),
+                Mul(48, 306), Mul(48, 300), Mul(64, 241), Add(313, 314), Mul(13, 315), Mul(94, 215), Mul(220, 220),
+                Add(30, 220), Add(32, 220), Mul(61, 319), Mul(62, 320), Mul(30, 221), Add(57, 253), Mul(30, 324),
+                Mul(30, 225), Add(32, 326), Add(57, 257), Mul(30, 328), Mul(92, 242), Mul(98, 233), Mul(13, 241),
+                Add(57, 248), Mul(32, 333), Mul(8, 334), Mul(37, 241), Add(300, 336), Mul(234, 281), Mul(0, 243),
+                Mul(10, 281), Mul(10, 240), Mul(9, 261), Add(57, 342), Mul(37, 262), Mul(59, 262), Mul(233, 13),
+                Add(179, 331), Mul(0, 234), Mul(337, 304), Mul(37, 299), Mul(234, 299), Mul(40, 300), Mul(46, 241),
+                Add(352, 353), Mul(30, 300), Mul(59, 241), Add(355, 356), Mul(37, 351), Mul(37, 286), Mul(53, 241),
+                Add(359, 360), Mul(127, 306), Mul(13, 354), Mul(55, 241), Add(286, 364), Mul(48, 299), Mul(48, 351),
+                Mul(48, 286), Mul(85, 241), Add(368, 369), Mul(86, 300), Mul(87, 241), Add(371, 372), Mul(28, 300),
+                Mul(60, 241), Add(374, 375), Mul(234, 17), Mul(130, 318), Mul(304, 304), Mul(37, 379), Mul(131, 351),
+                Mul(310, 305), Mul(48, 379), Mul(132, 351), Mul(315, 305), Mul(235, 145), Mul(100, 243), Mul(30, 249),
+                Mul(388, 298), Mul(133, 235), Mul(234, 13), Add(273, 391), Mul(37, 281), Mul(240, 341), Mul(89, 262),
+                Mul(261, 261), Add(57, 396), Mul(40, 262), Mul(18, 285), Mul(105, 346), Add(400, 153), Mul(13, 401),
+                Mul(16, 347), Mul(32, 300), Mul(40, 241), Add(404, 405), Mul(2, 235), Add(271, 377), Mul(407, 408),
+                Mul(241, 191), Mul(15, 347), Mul(133, 234), Mul(412, 16), Mul(235, 232), Mul(377, 180), Mul(32, 299),
+                Mul(59, 281), Mul(417, 281), Mul(418, 281), Mul(235, 196), Mul(420, 377), Mul(134, 265), Mul(422, 265),
+                Add(199, 423), Mul(135, 346), Add(200, 425), Mul(10, 387), Mul(281, 390), Mul(129, 332), Mul(137, 267),
+                Mul(430, 267), Mul(9, 387), Mul(392, 390), Mul(180, 338), Mul(91, 235), Mul(66, 281), Mul(436, 287),
+                Add(435, 437), Mul(14, 438), Mul(392, 180), Add(439, 440), Mul(234, 441), Mul(58, 236), Mul(443, 236),
+                Mul(30, 278), Mul(203, 285), Add(234, 84), Mul(234, 447), Add(35, 448), Mul(183, 394), Mul(16, 269),
+                Mul(268, 377), Mul(28, 282), Mul(268, 14), Mul(234, 280), Mul(285, 176), Mul(59, 233), Mul(55, 233),
+                Mul(59, 346), Mul(60, 263), Mul(10, 290), Mul(28, 263), Mul(9, 260), Sub(57, 284), Sub(57, 288),
+                Neg(465), Sub(57, 244), Sub(245, 246), Sub(246, 247), Sub(244, 247), Sub(57, 245), Sub(106, 296),
+                Sub(307, 311), Sub(312, 316), Sub(57, 321), Sub(28, 322), Sub(252, 253), Sub(32, 323), Sub(57, 254),
+                Sub(254, 255), Sub(255, 256), Sub(256, 257), Sub(290, 165), Sub(57, 248), Sub(258, 250), Sub(259, 251),
+                Sub(235, 343), Sub(9, 344), Sub(177, 345), Sub(362, 363), Sub(340, 386), Sub(286, 287), Sub(184, 395),
+                Sub(154, 398), Sub(290, 402), Sub(495, 186), Sub(496, 178), Sub(497, 403), Neg(498), Sub(335, 178),
+                Sub(276, 414), Neg(427), Sub(444, 445), Sub(16, 450), Sub(342, 487), Sub(290, 334), Mul(240, 464),
+                Mul(467, 154), Add(292, 508), Add(57, 509), Mul(468, 212), Add(471, 511), Mul(469, 213), Mul(470, 294),
+                Mul(477, 478), Mul(480, 228), Add(479, 516), Mul(481, 229), Mul(482, 327), Mul(61, 468), Mul(62, 469),
+                Mul(30, 470), Mul(32, 484), Mul(10, 472), Add(108, 524), Mul(261, 487), Mul(487, 487), Mul(488, 488),
+                Add(528, 527), Mul(30, 526), Mul(30, 477), Mul(14, 491), Mul(492, 149), Mul(61, 480), Mul(62, 481),
+                Mul(30, 482), Mul(487, 260), Mul(537, 177), Mul(263, 493), Mul(32, 526), Mul(126, 486), Mul(2, 532),
+                Mul(234, 472), Mul(17, 533), Mul(2, 501), Mul(149, 532), Mul(16, 533), Mul(503, 173), Mul(548, 278),
+                Mul(10, 504), Add(550, 183), Mul(551, 394), Mul(30, 507), Mul(260, 505), Add(554, 460), Mul(126, 485),
+                Add(13, 556), Mul(9, 506), Add(557, 558), Ln(277), Sign(466), Sign(510), Sqrt(303), Recip(563),
+                Sqrt(302), Recip(565), Tanh(317), Sign(319), Sign(320), Recip(277), Sqrt(529), Recip(571), Recip(529),
+                Recip(303), Recip(302), Cosh(317), Recip(576), Div(271, 449), Mul(560, 272), Add(57, 561),
+                Add(57, 562), Mul(1, 564), Mul(473, 582), Mul(566, 474), Mul(30, 565), Mul(565, 565), Mul(0, 565),
+                Mul(586, 587), Mul(580, 580), Mul(467, 581), Mul(566, 566), Mul(564, 564), Mul(14, 570), Mul(235, 593),
+                Mul(235, 570), Mul(268, 595), Mul(268, 594), Mul(572, 572), Mul(32, 571), Mul(18, 595), Mul(125, 567),
+                Mul(0, 564), Mul(357, 592), Mul(337, 602), Mul(592, 349), Mul(354, 603), Mul(32, 563), Mul(490, 582),
+                Mul(357, 591), Mul(591, 349), Mul(373, 609), Mul(566, 357), Mul(376, 587), Mul(592, 379), Add(57, 614),
+                Mul(591, 379), Add(57, 616), Mul(305, 602), Mul(37, 615), Mul(619, 301), Mul(382, 592), Mul(48, 617),
+                Mul(622, 301), Mul(385, 591), Mul(93, 566), Mul(625, 305), Mul(130, 565), Mul(627, 305), Mul(570, 18),
+                Mul(32, 573), Mul(268, 629), Mul(310, 574), Mul(315, 575), Add(632, 633), Mul(182, 577), Mul(635, 577),
+                Mul(574, 350), Mul(575, 366), Add(637, 638), Mul(235, 595), Add(234, 640), Mul(641, 593),
+                Mul(242, 589), Mul(643, 330), Mul(117, 590), Mul(645, 590), Mul(406, 609), Mul(269, 629),
+                Add(648, 413), Mul(9, 601), Mul(269, 600), Mul(570, 631), Add(652, 181), Mul(235, 653), Mul(337, 634),
                 Add(655, 389), Mul(1, 656), Mul(639, 349), Add(389, 658), Mul(1, 659), Add(636, 660), Add(661, 432),
-                Add(662, 433), Mul(634, 296), Add(389, 664), Mul(1, 665), Add(636, 666), Add(636, 442), Mul(639, 295),
-                Mul(669, 296), Add(389, 670), Mul(1, 671), Add(668, 672), Mul(17, 592), Mul(14, 642), Mul(561, 17),
-                Mul(204, 579), Mul(560, 207), Mul(579, 393), Mul(17, 593), Mul(30, 594), Mul(37, 580), Mul(12, 642),
-                Mul(30, 580), Add(684, 456), Mul(457, 580), Mul(458, 560), Mul(268, 642), Sub(511, 512), Sub(689, 513),
-                Sub(566, 63), Neg(691), Sub(32, 564), Sub(28, 586), Sub(59, 569), Sub(569, 570), Sub(570, 251),
-                Sub(516, 517), Sub(519, 520), Sub(37, 522), Sub(525, 595), Sub(488, 526), Sub(60, 571), Sub(489, 530),
-                Sub(66, 599), Sub(233, 605), Sub(361, 606), Sub(47, 607), Sub(233, 610), Sub(370, 611), Sub(620, 380),
+                Add(662, 433), Mul(634, 305), Add(389, 664), Mul(1, 665), Add(636, 666), Add(636, 442), Mul(639, 304),
+                Mul(669, 305), Add(389, 670), Mul(1, 671), Add(668, 672), Mul(17, 595), Mul(14, 642), Mul(570, 17),
+                Mul(204, 593), Mul(560, 207), Mul(593, 393), Mul(17, 596), Mul(30, 597), Mul(37, 594), Mul(12, 642),
+                Mul(30, 594), Add(684, 456), Mul(457, 594), Mul(458, 560), Mul(268, 642), Sub(507, 579), Sub(512, 513),
+                Sub(690, 514), Sub(565, 63), Neg(692), Sub(32, 563), Sub(28, 585), Sub(57, 568), Sub(568, 569),
+                Sub(569, 252), Sub(517, 518), Sub(520, 521), Sub(37, 523), Sub(488, 526), Sub(60, 571), Sub(489, 530),
+                Sub(66, 599), Sub(234, 605), Sub(361, 606), Sub(47, 607), Sub(234, 610), Sub(370, 611), Sub(620, 380),
                 Sub(381, 621), Sub(623, 383), Sub(384, 624), Sub(534, 535), Sub(715, 536), Sub(538, 539),
                 Sub(494, 540), Sub(399, 646), Sub(601, 187), Sub(1, 541), Sub(365, 647), Sub(649, 542), Sub(106, 545),
                 Neg(654), Sub(725, 419), Sub(657, 428), Neg(663), Sub(667, 434), Sub(673, 339), Sub(674, 675),
-                Sub(731, 549), Sub(578, 676), Sub(16, 552), Sub(15, 680), Sub(332, 681), Sub(682, 208), Neg(685),
-                Sub(553, 687), Sub(594, 459), Sub(740, 170), Neg(559), Add(690, 282), Mul(32, 743), Mul(0, 693),
-                Add(745, 584), Mul(565, 746), Mul(696, 474), Add(695, 748), Mul(697, 475), Add(698, 518),
-                Add(751, 320), Mul(92, 752), Add(699, 521), Add(700, 166), Mul(703, 572), Mul(705, 598), Mul(756, 598),
+                Sub(731, 549), Sub(578, 676), Sub(16, 552), Sub(15, 680), Sub(280, 681), Sub(682, 208), Neg(685),
+                Sub(553, 687), Sub(597, 459), Sub(740, 148), Neg(559), Add(691, 295), Mul(32, 743), Mul(0, 694),
+                Add(745, 583), Mul(564, 746), Mul(697, 475), Add(696, 748), Mul(698, 476), Add(699, 519),
+                Add(751, 329), Mul(92, 752), Add(700, 522), Add(701, 168), Mul(703, 572), Mul(705, 598), Mul(756, 598),
                 Add(573, 758), Mul(706, 350), Add(760, 358), Mul(14, 761), Mul(13, 707), Mul(0, 708), Add(764, 608),
-                Mul(765, 603), Mul(709, 366), Add(767, 367), Mul(14, 768), Mul(13, 710), Mul(61, 696), Mul(62, 697),
-                Mul(14, 711), Mul(13, 712), Add(773, 774), Mul(775, 583), Add(618, 776), Mul(565, 777), Mul(14, 713),
-                Mul(13, 714), Add(779, 780), Mul(567, 781), Mul(487, 704), Mul(702, 717), Mul(703, 397), Mul(702, 704),
+                Mul(765, 603), Mul(709, 366), Add(767, 367), Mul(14, 768), Mul(13, 710), Mul(61, 697), Mul(62, 698),
+                Mul(14, 711), Mul(13, 712), Add(773, 774), Mul(775, 582), Add(618, 776), Mul(564, 777), Mul(14, 713),
+                Mul(13, 714), Add(779, 780), Mul(566, 781), Mul(487, 704), Mul(702, 717), Mul(703, 397), Mul(702, 704),
                 Mul(786, 757), Mul(704, 573), Mul(788, 718), Mul(117, 754), Mul(790, 754), Mul(487, 702),
                 Mul(792, 759), Mul(261, 756), Add(793, 794), Mul(795, 348), Add(796, 600), Mul(9, 720), Add(500, 798),
-                Mul(746, 365), Mul(701, 18), Mul(597, 747), Mul(234, 723), Mul(261, 703), Mul(757, 783), Add(804, 805),
+                Mul(746, 365), Mul(689, 18), Mul(592, 747), Mul(235, 723), Mul(261, 703), Mul(757, 783), Add(804, 805),
                 Mul(572, 806), Mul(630, 783), Add(807, 808), Mul(809, 348), Add(600, 810), Mul(615, 747), Mul(0, 756),
                 Mul(487, 813), Mul(759, 527), Add(727, 429), Add(816, 636), Add(817, 431), Add(818, 755),
-                Add(729, 231), Add(732, 446), Mul(37, 733), Mul(239, 734), Add(735, 451), Mul(234, 824), Mul(234, 736),
-                Mul(234, 737), Add(827, 393), Mul(561, 828), Mul(829, 346), Mul(13, 739), Mul(234, 741), Add(333, 832),
-                Mul(561, 833), Add(834, 688), Mul(703, 555), Mul(757, 784), Add(836, 837), Mul(572, 838),
+                Add(729, 231), Add(732, 446), Mul(37, 733), Mul(240, 734), Add(735, 451), Mul(235, 824), Mul(235, 736),
+                Mul(235, 737), Add(827, 393), Mul(570, 828), Mul(829, 346), Mul(13, 739), Mul(235, 741), Add(282, 832),
+                Mul(570, 833), Add(834, 688), Mul(703, 555), Mul(757, 784), Add(836, 837), Mul(572, 838),
                 Mul(630, 784), Add(839, 840), Mul(0, 841), Add(842, 461), Mul(572, 717), Mul(844, 757), Mul(717, 630),
                 Add(845, 846), Mul(487, 847), Mul(463, 756), Sub(749, 750), Sub(762, 763), Sub(769, 770),
                 Sub(771, 772), Sub(853, 531), Sub(785, 787), Neg(797), Sub(799, 188), Sub(811, 650), Sub(858, 192),
-                Neg(859), Sub(814, 524), Sub(726, 861), Sub(815, 756), Neg(820), Neg(821), Sub(822, 677),
+                Neg(859), Sub(814, 525), Sub(726, 861), Sub(815, 756), Neg(820), Neg(821), Sub(822, 677),
                 Sub(825, 452), Sub(826, 453), Sub(686, 831), Neg(869), Sub(843, 462), Neg(871), Sub(848, 849),
-                Add(850, 514), Add(874, 316), Mul(851, 583), Mul(567, 852), Mul(854, 753), Add(378, 878), Mul(92, 875),
-                Mul(880, 716), Mul(572, 855), Add(857, 482), Mul(234, 862), Mul(0, 863), Add(881, 202), Mul(234, 866),
-                Mul(561, 867), Mul(561, 868), Add(889, 454), Mul(234, 890), Add(891, 455), Mul(892, 579),
-                Mul(233, 873), Sub(604, 876), Sub(882, 644), Sub(896, 789), Neg(883), Sub(181, 885), Sub(201, 881),
-                Sub(887, 678), Sub(888, 893), Sub(902, 830), Sub(903, 683), Neg(904), Sub(276, 894), Add(895, 766),
-                Mul(0, 897), Mul(329, 907), Mul(565, 907), Mul(233, 899), Add(911, 546), Add(901, 679), Mul(235, 913),
-                Add(914, 823), Mul(0, 906), Sub(909, 800), Sub(912, 631), Sub(13, 916), Mul(565, 917), Add(721, 920),
-                Mul(233, 918), Sign(744), Sign(692), Add(59, 923), Add(59, 924), Mul(926, 926), Mul(92, 927),
-                Mul(694, 928), Add(585, 929), Mul(1, 930), Mul(925, 925), Mul(743, 932), Mul(612, 928), Mul(626, 927),
-                Add(782, 935), Mul(1, 936), Add(937, 628), Mul(567, 938), Add(778, 939), Mul(791, 932), Mul(124, 933),
-                Mul(940, 295), Sub(931, 589), Sub(877, 934), Sub(719, 941), Mul(567, 944), Add(747, 947), Mul(1, 945),
-                Mul(30, 946), Add(908, 950), Mul(944, 722), Mul(596, 947), Add(802, 953), Mul(954, 296), Add(955, 940),
-                Mul(329, 956), Add(957, 803), Add(958, 543), Mul(30, 948), Mul(960, 351), Mul(948, 290), Mul(234, 948),
-                Mul(416, 947), Mul(964, 609), Mul(617, 947), Add(812, 966), Mul(967, 290), Add(968, 943),
-                Mul(969, 290), Mul(948, 379), Sub(949, 613), Sub(951, 185), Sub(973, 942), Neg(974), Sub(959, 961),
-                Sub(724, 962), Sub(977, 415), Sub(970, 884), Sub(979, 922), Sub(980, 971), Mul(329, 972),
-                Add(952, 982), Mul(567, 983), Add(976, 544), Add(985, 879), Mul(233, 978), Mul(567, 972),
+                Add(850, 515), Add(874, 325), Mul(851, 582), Mul(566, 852), Mul(854, 753), Add(378, 878), Mul(92, 875),
+                Mul(880, 716), Mul(572, 855), Add(857, 483), Mul(235, 862), Mul(0, 863), Add(881, 202), Mul(235, 866),
+                Mul(570, 867), Mul(570, 868), Add(889, 454), Mul(235, 890), Add(891, 455), Mul(892, 593),
+                Mul(234, 873), Sub(604, 876), Sub(882, 644), Sub(896, 789), Neg(883), Sub(181, 885), Sub(201, 881),
+                Sub(887, 678), Sub(888, 893), Sub(902, 830), Sub(903, 683), Neg(904), Sub(289, 894), Add(895, 766),
+                Mul(0, 897), Mul(337, 907), Mul(564, 907), Mul(234, 899), Add(911, 546), Add(901, 679), Mul(233, 913),
+                Add(914, 823), Mul(0, 906), Sub(909, 800), Sub(912, 631), Sub(13, 916), Mul(564, 917), Add(721, 920),
+                Mul(234, 918), Sign(744), Sign(693), Add(57, 923), Add(57, 924), Mul(926, 926), Mul(92, 927),
+                Mul(695, 928), Add(584, 929), Mul(1, 930), Mul(925, 925), Mul(743, 932), Mul(612, 928), Mul(626, 927),
+                Add(782, 935), Mul(1, 936), Add(937, 628), Mul(566, 938), Add(778, 939), Mul(791, 932), Mul(124, 933),
+                Mul(940, 304), Sub(931, 588), Sub(877, 934), Sub(719, 941), Mul(566, 944), Add(747, 947), Mul(1, 945),
+                Mul(30, 946), Add(908, 950), Mul(944, 722), Mul(591, 947), Add(802, 953), Mul(954, 305), Add(955, 940),
+                Mul(337, 956), Add(957, 803), Add(958, 543), Mul(30, 948), Mul(960, 351), Mul(948, 299), Mul(235, 948),
+                Mul(416, 947), Mul(964, 609), Mul(617, 947), Add(812, 966), Mul(967, 299), Add(968, 943),
+                Mul(969, 299), Mul(948, 379), Sub(949, 613), Sub(951, 185), Sub(973, 942), Neg(974), Sub(959, 961),
+                Sub(724, 962), Sub(977, 415), Sub(970, 884), Sub(979, 922), Sub(980, 971), Mul(337, 972),
+                Add(952, 982), Mul(566, 983), Add(976, 544), Add(985, 879), Mul(234, 978), Mul(566, 972),
                 Add(981, 421), Sub(921, 984), Sub(990, 409), Neg(986), Sub(910, 988), Sub(989, 547), Add(991, 410),
-                Add(995, 801), Add(996, 411), Add(997, 879), Mul(993, 290), Add(994, 879), Sub(999, 963),
-                Add(1001, 965), Mul(1002, 295), Add(987, 1003), Add(1004, 651), Sub(1005, 194), Add(1006, 879),
+                Add(995, 801), Add(996, 411), Add(997, 879), Mul(993, 299), Add(994, 879), Sub(999, 963),
+                Add(1001, 965), Mul(1002, 304), Add(987, 1003), Add(1004, 651), Sub(1005, 194), Add(1006, 879),
                 Neg(1007),
             ],
             results: &[
@@ -3495,14 +3498,14 @@ pub static TAPE: qrm_core::Tape = {
         event: None,
         switching_functions: TapeFunction {
             operations: &[
-                Mul(58, 10), Mul(32, 9), Add(9, 30), Add(9, 32), Mul(61, 144), Mul(62, 145), Mul(9, 8), Add(30, 12),
-                Add(12, 32), Sub(9, 59), Sub(9, 47), Sub(59, 146), Sub(28, 147), Sub(13, 148), Sub(14, 13),
-                Sub(10, 59), Sub(59, 8), Sub(8, 65), Sub(30, 8), Neg(160), Sub(10, 65), Sub(10, 30), Sub(11, 10),
-                Sub(47, 164), Neg(165), Sub(59, 164), Neg(167), Sub(12, 47), Sub(59, 12), Neg(170), Sub(10, 66),
+                Mul(59, 10), Mul(32, 9), Add(9, 30), Add(9, 32), Mul(61, 144), Mul(62, 145), Mul(9, 8), Add(30, 12),
+                Add(12, 32), Sub(9, 57), Sub(9, 47), Sub(57, 146), Sub(28, 147), Sub(13, 148), Sub(14, 13),
+                Sub(10, 57), Sub(57, 8), Sub(8, 65), Sub(30, 8), Neg(160), Sub(10, 65), Sub(10, 30), Sub(11, 10),
+                Sub(47, 164), Neg(165), Sub(57, 164), Neg(167), Sub(12, 47), Sub(57, 12), Neg(170), Sub(10, 66),
                 Neg(158), SinCos(11), Exp(142), Sign(9), Sign(151), Sign(144), Sign(145), Sign(152), Mul(9, 177),
-                Add(59, 178), Mul(32, 183), Mul(30, 152), Add(32, 185), Mul(30, 183), Mul(175, 157), Mul(188, 188),
-                Add(176, 189), Add(30, 164), Add(32, 164), Sub(59, 182), Neg(193), Sub(59, 178), Sub(179, 180),
-                Sub(180, 181), Sub(178, 181), Sub(59, 179), Mul(195, 143), Add(184, 200), Add(59, 201), Mul(196, 153),
+                Add(57, 178), Mul(32, 183), Mul(30, 152), Add(32, 185), Mul(30, 183), Mul(175, 157), Mul(188, 188),
+                Add(176, 189), Add(30, 164), Add(32, 164), Sub(57, 182), Neg(193), Sub(57, 178), Sub(179, 180),
+                Sub(180, 181), Sub(178, 181), Sub(57, 179), Mul(195, 143), Add(184, 200), Add(57, 201), Mul(196, 153),
                 Add(199, 203), Mul(197, 154), Mul(198, 186), Sub(204, 205), Sub(207, 206), Add(208, 187), Mul(32, 209),
                 Sqrt(190), Sub(211, 63), Neg(212),
             ],
@@ -3518,7 +3521,7 @@ pub static TAPE: qrm_core::Tape = {
         },
         start: TapeFunction {
             operations: &[],
-            results: &[40, 37, 66, 59, 31, 31],
+            results: &[40, 37, 66, 57, 31, 31],
         },
         given: &[true, true, false, true, true, false],
         schedule: TapeFunction {
@@ -3526,58 +3529,58 @@ pub static TAPE: qrm_core::Tape = {
             results: &[139, 141],
         },
         kernel: TapeKernel {
-            operations: 453,
+            operations: 455,
             has_angle: &[false, false, true],
             position: TapeFunction {
                 operations: &[
-                    Mul(37, 10), Mul(10, 10), Add(57, 143), Mul(97, 10), Mul(9, 9), Mul(58, 10), Mul(97, 9),
-                    Mul(28, 8), Mul(32, 9), Add(9, 30), Add(9, 32), Mul(9, 8), Add(59, 146), Mul(95, 146), Mul(68, 11),
-                    Mul(71, 146), Add(59, 143), Add(30, 143), Add(9, 122), Mul(74, 9), Mul(95, 9), Add(21, 28),
-                    MulAdd(95, 143, 26), Mul(162, 10), Mul(2, 24), MulAdd(24, 166, 155), Mul(10, 21), Mul(21, 21),
-                    MulAdd(2, 143, 1), MulAdd(169, 170, 99), Mul(1, 24), MulAdd(75, 10, 161), Mul(57, 143),
-                    Mul(78, 143), MulAdd(9, 10, 11), Mul(146, 143), Add(30, 177), MulAdd(177, 178, 59), Add(59, 177),
-                    Cos(8), Exp(142), Cosh(9), Recip(183), Sqrt(144), Exp(147), Sign(9), Sin(149), Sign(151),
-                    Sign(152), Tanh(9), SinCos(156), Recip(193), Recip(158), PowF(159, -2.25), Sqrt(154),
-                    PowF(154, -0.6666666666666666), Sin(160), Sinh(9), Cosh(10), Sinh(10), PowF(159, -3.25),
-                    PowF(154, -1.6666666666666667), Recip(144), Ln(163), Recip(163), Cos(176), Recip(179), Recip(180),
-                    Neg(8), Sub(9, 59), Sub(189, 190), Sub(9, 47), Sub(59, 189), Sub(10, 59), Sub(59, 8), Sub(8, 65),
-                    Sub(30, 8), Neg(219), Sub(10, 65), Sub(10, 30), Sub(11, 10), Sub(47, 223), Neg(224), Sub(59, 223),
-                    Neg(226), Sub(10, 66), Sub(10, 40), Neg(217), Neg(157), Sub(9, 10), NegMulAdd(37, 188, 9),
-                    Sub(24, 59), NegMulAdd(9, 181, 234), NegMulAdd(166, 168, 148), NegMulAdd(9, 187, 59), Neg(237),
-                    NegMulAdd(62, 152, 28), NegMulAdd(61, 151, 59), NegMulAdd(30, 224, 32), NegMulAdd(69, 146, 59),
-                    NegMulAdd(77, 146, 76), NegMulAdd(174, 195, 30), Add(9, 182), Mul(37, 182), Mul(184, 184),
-                    Mul(223, 223), Add(30, 223), Add(32, 223), Mul(92, 187), Mul(61, 213), Mul(51, 217), Mul(51, 216),
-                    Add(191, 185), Mul(192, 194), Mul(194, 194), Mul(29, 196), Mul(72, 197), Mul(259, 197),
-                    Mul(73, 198), Mul(195, 195), Mul(79, 197), Mul(205, 185), Mul(10, 264), Mul(24, 216),
-                    MulAdd(266, 266, 186), Add(59, 267), Mul(24, 266), MulAdd(37, 186, 269), Mul(21, 216),
-                    Mul(266, 271), Mul(233, 233), MulAdd(235, 235, 273), Mul(102, 181), Mul(21, 235), Mul(207, 245),
-                    Mul(24, 277), MulAdd(96, 182, 165), MulAdd(98, 186, 167), MulAdd(30, 214, 32),
-                    MulAdd(240, 213, 215), Mul(48, 269), MulAdd(64, 186, 283), MulAdd(260, 197, 261),
-                    MulAdd(195, 262, 27), Mul(199, 208), Mul(287, 208), Mul(288, 208), Mul(251, 237), Mul(248, 223),
-                    Mul(1, 229), Exp(211), Sign(212), Sign(214), Sign(218), Sign(220), Sign(221), Sign(222), Sign(249),
-                    Sign(250), Sign(225), Sign(227), Sign(228), Sign(230), Sign(216), Exp(231), Cosh(232), Recip(308),
+                    Mul(37, 10), Mul(10, 10), Add(58, 143), Mul(97, 10), Mul(97, 9), Mul(9, 9), Mul(95, 147),
+                    Mul(59, 10), Mul(28, 8), Mul(32, 9), Add(9, 30), Add(9, 32), Mul(9, 8), Add(57, 147), Mul(68, 11),
+                    Mul(71, 147), Add(57, 143), Add(30, 143), Add(9, 122), Mul(74, 9), Mul(95, 9), Add(21, 28),
+                    MulAdd(95, 143, 26), Mul(162, 10), Mul(2, 24), MulAdd(24, 166, 148), Mul(10, 21), Mul(21, 21),
+                    MulAdd(2, 143, 1), MulAdd(169, 170, 99), Mul(1, 24), MulAdd(75, 10, 161), Mul(58, 143),
+                    Mul(78, 143), MulAdd(9, 10, 11), Mul(147, 143), Add(30, 177), MulAdd(177, 178, 57), Add(57, 177),
+                    Exp(142), Tanh(9), Sqrt(144), Cosh(9), Recip(184), Exp(149), Cos(8), Sign(9), Sin(150), Sign(152),
+                    Sign(153), SinCos(156), Recip(193), Recip(158), PowF(159, -2.25), Sqrt(155),
+                    PowF(155, -0.6666666666666666), Sin(160), Sinh(9), Cosh(10), Sinh(10), PowF(159, -3.25),
+                    PowF(155, -1.6666666666666667), Recip(144), Ln(163), Recip(163), Cos(176), Recip(179), Recip(180),
+                    Neg(8), Sub(9, 57), Sub(190, 191), Sub(9, 47), Sub(57, 190), Sub(10, 57), Sub(57, 8), Sub(8, 65),
+                    Sub(30, 8), Neg(219), Sub(10, 65), Sub(10, 30), Sub(11, 10), Sub(47, 223), Neg(224), Sub(57, 223),
+                    Neg(226), Sub(10, 66), Sub(10, 40), Neg(217), Neg(157), Sub(9, 10), NegMulAdd(37, 189, 9),
+                    Sub(24, 57), NegMulAdd(9, 187, 234), NegMulAdd(166, 168, 146), NegMulAdd(9, 188, 57), Neg(237),
+                    NegMulAdd(61, 152, 57), NegMulAdd(62, 153, 28), NegMulAdd(30, 224, 32), NegMulAdd(69, 147, 57),
+                    NegMulAdd(77, 147, 76), NegMulAdd(174, 195, 30), Add(9, 181), Mul(37, 181), Add(182, 183),
+                    Mul(185, 185), Mul(223, 223), Add(30, 223), Add(32, 223), Mul(92, 188), Mul(61, 213), Mul(51, 217),
+                    Mul(51, 216), Mul(192, 194), Mul(194, 194), Mul(29, 196), Mul(72, 197), Mul(259, 197),
+                    Mul(73, 198), Mul(195, 195), Mul(79, 197), Mul(205, 183), Mul(10, 264), Mul(24, 216),
+                    MulAdd(266, 266, 186), Add(57, 267), Mul(24, 266), MulAdd(37, 186, 269), Mul(21, 216),
+                    Mul(266, 271), Mul(233, 233), MulAdd(235, 235, 273), Mul(102, 187), Mul(21, 235), Mul(207, 245),
+                    Mul(24, 277), MulAdd(96, 181, 165), MulAdd(98, 186, 167), MulAdd(239, 213, 215),
+                    MulAdd(30, 214, 32), Mul(48, 269), MulAdd(64, 186, 283), MulAdd(260, 197, 261),
+                    MulAdd(195, 262, 27), Mul(199, 208), Mul(287, 208), Mul(288, 208), Mul(252, 237), Mul(249, 223),
+                    Mul(1, 229), Exp(211), Sign(212), Sign(214), Sign(218), Sign(220), Sign(221), Sign(222), Sign(250),
+                    Sign(251), Sign(225), Sign(227), Sign(228), Sign(230), Sign(216), Exp(231), Cosh(232), Recip(308),
                     Tanh(232), Sqrt(268), Recip(268), Sqrt(267), Recip(267), Sqrt(274), Recip(274), Recip(278),
-                    Sign(238), Sqrt(242), Recip(319), Sub(59, 294), Sub(190, 295), Sub(294, 295), Sub(59, 300),
+                    Sign(238), Sqrt(242), Recip(319), Sub(57, 294), Sub(191, 295), Sub(294, 295), Sub(57, 300),
                     Sub(300, 301), Sub(301, 302), Sub(302, 303), Sub(305, 296), Sub(296, 297), Sub(306, 298),
-                    Sub(298, 299), NegMulAdd(275, 235, 233), NegMulAdd(206, 245, 255), Sub(206, 247), Neg(265),
-                    NegMulAdd(239, 322, 282), NegMulAdd(281, 323, 336), NegMulAdd(62, 250, 28), NegMulAdd(61, 249, 59),
-                    Neg(258), NegMulAdd(80, 204, 263), Sub(60, 315), NegMulAdd(62, 322, 252), Sub(32, 311),
-                    Sub(63, 313), NegMulAdd(30, 313, 28), Add(59, 294), Mul(32, 347), Add(59, 303), Mul(253, 328),
-                    Add(59, 297), Mul(67, 331), Add(59, 299), Mul(312, 311), Mul(270, 354), Mul(272, 354),
+                    Sub(298, 299), NegMulAdd(275, 235, 233), NegMulAdd(206, 245, 247), Sub(206, 248), Neg(265),
+                    NegMulAdd(240, 322, 281), NegMulAdd(282, 323, 336), NegMulAdd(61, 250, 57), NegMulAdd(62, 251, 28),
+                    Neg(258), NegMulAdd(80, 204, 263), Sub(60, 315), NegMulAdd(62, 322, 253), Sub(32, 311),
+                    Sub(63, 313), NegMulAdd(30, 313, 28), Add(57, 294), Mul(32, 347), Add(57, 303), Mul(254, 328),
+                    Add(57, 297), Mul(67, 331), Add(57, 299), Mul(312, 311), Mul(270, 354), Mul(272, 354),
                     Mul(314, 313), Mul(270, 357), Mul(272, 357), Mul(316, 315), Mul(332, 360), Mul(276, 360),
-                    MulAdd(206, 246, 335), Mul(334, 317), Mul(363, 317), Add(59, 318), MulAdd(30, 347, 337),
-                    Mul(32, 367), MulAdd(254, 330, 352), MulAdd(67, 353, 369), Mul(32, 370), MulAdd(339, 325, 324),
-                    MulAdd(175, 203, 340), MulAdd(146, 341, 285), Mul(0, 342), MulAdd(150, 321, 348), Add(59, 376),
+                    MulAdd(206, 246, 335), Mul(334, 317), Mul(363, 317), Add(57, 318), MulAdd(30, 347, 337),
+                    Mul(32, 367), MulAdd(255, 330, 352), MulAdd(67, 353, 369), Mul(32, 370), MulAdd(338, 325, 324),
+                    MulAdd(175, 203, 340), MulAdd(147, 341, 285), Mul(0, 342), MulAdd(151, 321, 348), Add(57, 376),
                     Mul(92, 321), Mul(102, 376), MulAdd(30, 323, 343), Mul(138, 380), Mul(381, 367), Mul(290, 366),
                     Mul(383, 366), Mul(0, 344), Mul(0, 313), Mul(386, 313), Mul(387, 313), Mul(119, 346), Mul(92, 346),
                     NegMulAdd(145, 364, 164), NegMulAdd(236, 364, 279), NegMulAdd(171, 364, 145),
                     NegMulAdd(236, 365, 280), NegMulAdd(171, 365, 236), NegMulAdd(364, 393, 391),
                     NegMulAdd(365, 393, 392), NegMulAdd(365, 395, 394), NegMulAdd(67, 329, 350),
-                    NegMulAdd(67, 351, 399), NegMulAdd(338, 326, 372), Recip(396), Sign(368), Sign(377), Sign(345),
-                    Abs(364), Abs(365), Max(406, 407), Mul(397, 402), Add(59, 403), Mul(32, 400),
-                    MulAdd(241, 327, 401), MulAdd(30, 349, 412), Add(59, 404), Mul(378, 414), Mul(379, 414),
-                    Mul(382, 410), Mul(417, 410), Add(59, 405), Mul(389, 419), Mul(420, 419), Mul(390, 419),
-                    Mul(422, 419), NegMulAdd(397, 409, 398), Sub(59, 404), NegMulAdd(102, 425, 416), Mul(415, 426),
+                    NegMulAdd(67, 351, 399), NegMulAdd(339, 326, 372), Recip(396), Sign(368), Sign(377), Sign(345),
+                    Abs(364), Abs(365), Max(406, 407), Mul(397, 402), Add(57, 403), Mul(32, 400),
+                    MulAdd(241, 327, 401), MulAdd(30, 349, 412), Add(57, 404), Mul(378, 414), Mul(379, 414),
+                    Mul(382, 410), Mul(417, 410), Add(57, 405), Mul(389, 419), Mul(420, 419), Mul(390, 419),
+                    Mul(422, 419), NegMulAdd(397, 409, 398), Sub(57, 404), NegMulAdd(102, 425, 416), Mul(415, 426),
                     Recip(424), Mul(398, 428), Abs(429), Max(408, 430),
                 ],
                 results: &[431, 333],
@@ -3595,27 +3598,26 @@ pub static TAPE: qrm_core::Tape = {
             },
             accelerations: TapeFunction {
                 operations: &[
-                    Add(30, 12), Add(12, 32), Mul(104, 12), Mul(107, 13), Mul(14, 14), Mul(30, 12), Mul(109, 13),
-                    Mul(39, 13), Mul(13, 265), Mul(455, 455), Mul(13, 355), Mul(13, 358), Mul(21, 14), Mul(13, 182),
-                    Mul(24, 14), Mul(461, 207), Mul(452, 191), MulAdd(463, 247, 462), Mul(14, 207),
-                    MulAdd(13, 246, 12), Mul(37, 462), MulAdd(454, 206, 467), Mul(98, 13), Mul(469, 460), Mul(2, 14),
-                    Mul(30, 21), Mul(10, 461), MulAdd(472, 13, 473), Mul(0, 14), Mul(475, 293), Add(7, 188),
-                    Mul(32, 153), Add(292, 304), Mul(40, 169), MulAdd(480, 459, 172), Sub(13, 153), Sub(14, 13),
-                    Sub(12, 47), Sub(59, 12), Neg(485), NegMulAdd(13, 13, 456), NegMulAdd(14, 356, 457),
-                    NegMulAdd(14, 359, 458), NegMulAdd(461, 277, 466), NegMulAdd(471, 474, 106),
-                    NegMulAdd(453, 12, 476), Sub(12, 384), Sub(477, 427), NegMulAdd(62, 448, 28),
-                    NegMulAdd(61, 447, 59), Neg(385), Sub(388, 421), Sub(479, 411), Sub(499, 371),
-                    NegMulAdd(451, 481, 108), Mul(94, 483), Mul(264, 487), Mul(24, 490), MulAdd(460, 468, 503),
-                    Mul(40, 492), Add(494, 418), MulAdd(30, 484, 32), Mul(1, 483), Mul(509, 483),
-                    MulAdd(121, 488, 497), MulAdd(120, 489, 498), Sign(482), Sign(483), Tanh(502), Sign(447),
-                    Sign(448), Sign(484), Sign(486), Tanh(449), Tanh(450), Sub(59, 516), Sub(516, 517), Sub(517, 518),
-                    Sub(518, 519), Sub(59, 513), NegMulAdd(459, 245, 504), NegMulAdd(66, 520, 507),
-                    NegMulAdd(0, 493, 528), Sub(529, 470), NegMulAdd(32, 526, 37), Add(59, 519), Add(59, 513),
-                    MulAdd(465, 527, 505), MulAdd(12, 464, 534), MulAdd(10, 506, 530), MulAdd(361, 375, 536),
-                    MulAdd(496, 523, 522), Mul(510, 514), Mul(539, 514), MulAdd(154, 515, 291), Mul(0, 541),
-                    MulAdd(30, 521, 500), Mul(317, 535), MulAdd(393, 544, 537), NegMulAdd(495, 524, 538),
-                    NegMulAdd(13, 8, 542), NegMulAdd(478, 533, 543), MulAdd(508, 525, 546), MulAdd(30, 532, 549),
-                    Mul(92, 550), MulAdd(540, 514, 547), MulAdd(13, 531, 548), NegMulAdd(551, 413, 552), Sub(554, 553),
+                    Mul(14, 14), Mul(30, 12), Add(30, 12), Add(12, 32), Mul(104, 12), Mul(107, 13), Mul(109, 13),
+                    Mul(39, 13), Mul(13, 265), Mul(455, 455), Mul(13, 355), Mul(13, 358), Mul(21, 14), Mul(13, 181),
+                    Mul(24, 14), Mul(461, 207), Mul(37, 462), MulAdd(454, 206, 463), MulAdd(13, 246, 12), Mul(14, 207),
+                    Mul(448, 182), MulAdd(467, 248, 462), Mul(98, 13), Mul(469, 460), Mul(10, 461), Mul(30, 21),
+                    MulAdd(472, 13, 471), Mul(2, 14), Mul(0, 14), Mul(475, 293), Add(7, 189), Add(292, 304),
+                    Mul(32, 154), Mul(40, 169), MulAdd(480, 459, 172), Sub(13, 154), Sub(14, 13), Sub(12, 47),
+                    Sub(57, 12), Neg(485), NegMulAdd(13, 13, 456), NegMulAdd(14, 356, 457), NegMulAdd(14, 359, 458),
+                    NegMulAdd(461, 277, 465), NegMulAdd(474, 473, 106), NegMulAdd(453, 12, 476), Sub(477, 427),
+                    Sub(12, 384), NegMulAdd(61, 449, 57), NegMulAdd(62, 450, 28), Neg(385), Sub(388, 421),
+                    Sub(478, 411), Sub(499, 371), NegMulAdd(447, 481, 108), Mul(94, 483), Mul(264, 487),
+                    MulAdd(460, 464, 503), Mul(24, 490), Mul(40, 492), Add(493, 418), Mul(1, 483), Mul(508, 483),
+                    MulAdd(30, 484, 32), MulAdd(121, 488, 497), MulAdd(120, 489, 498), Sign(482), Sign(483), Tanh(502),
+                    Sign(449), Sign(450), Sign(484), Sign(486), Tanh(451), Tanh(452), Sub(57, 516), Sub(516, 517),
+                    Sub(517, 518), Sub(518, 519), Sub(57, 513), NegMulAdd(459, 245, 505), NegMulAdd(66, 520, 507),
+                    NegMulAdd(0, 494, 528), Sub(529, 470), NegMulAdd(32, 526, 37), Add(57, 519), Add(57, 513),
+                    MulAdd(466, 527, 504), MulAdd(12, 468, 534), MulAdd(10, 506, 530), MulAdd(361, 375, 536),
+                    MulAdd(155, 515, 291), Mul(0, 538), Mul(509, 514), Mul(540, 514), MulAdd(495, 523, 522),
+                    MulAdd(30, 521, 500), Mul(317, 535), MulAdd(393, 544, 537), NegMulAdd(13, 8, 539),
+                    NegMulAdd(496, 524, 542), NegMulAdd(479, 533, 543), MulAdd(541, 514, 546), MulAdd(510, 525, 547),
+                    MulAdd(30, 532, 550), Mul(92, 551), MulAdd(13, 531, 548), NegMulAdd(552, 413, 549), Sub(554, 553),
                     NegMulAdd(24, 491, 555), NegMulAdd(246, 470, 556), Sub(554, 492), NegMulAdd(168, 491, 558),
                     NegMulAdd(21, 501, 559), MulAdd(9, 506, 557), MulAdd(375, 362, 560), NegMulAdd(355, 511, 561),
                     NegMulAdd(358, 512, 563), NegMulAdd(356, 511, 562), NegMulAdd(359, 512, 565),
@@ -3631,30 +3633,30 @@ pub static TAPE: qrm_core::Tape = {
             },
             outputs: TapeFunction {
                 operations: &[
-                    Mul(30, 13), Add(30, 12), Add(12, 32), Mul(13, 13), Mul(10, 12), Mul(9, 13), Mul(12, 12),
+                    Mul(13, 13), Mul(30, 13), Add(30, 12), Add(12, 32), Mul(10, 12), Mul(9, 13), Mul(12, 12),
                     Add(586, 585), Mul(70, 9), Mul(47, 15), Mul(30, 587), Mul(9, 15), Mul(10, 16), Mul(68, 14),
                     Mul(594, 257), Mul(68, 17), Mul(30, 586), Mul(143, 591), Mul(10, 15), Mul(593, 258), Mul(81, 593),
-                    Add(592, 587), Mul(58, 602), Mul(84, 10), Mul(604, 586), Mul(605, 262), Mul(606, 262), Mul(21, 14),
+                    Add(592, 587), Mul(59, 602), Mul(84, 10), Mul(604, 586), Mul(605, 262), Mul(606, 262), Mul(21, 14),
                     Mul(0, 14), Mul(589, 587), Mul(610, 320), MulAdd(611, 320, 590), Mul(320, 612), Mul(216, 608),
                     Mul(266, 614), Mul(76, 14), Mul(616, 14), MulAdd(617, 256, 596), Mul(257, 618),
-                    MulAdd(12, 581, 599), MulAdd(57, 585, 597), MulAdd(586, 621, 598), Mul(10, 622), Mul(623, 209),
-                    Mul(587, 243), Mul(76, 592), Mul(626, 307), MulAdd(625, 307, 627), Mul(584, 195), Mul(30, 593),
-                    Mul(630, 195), MulAdd(629, 244, 631), Mul(587, 200), MulAdd(15, 183, 633), Mul(584, 201),
-                    MulAdd(16, 202, 635), Mul(24, 17), MulAdd(82, 584, 601), MulAdd(10, 638, 603), Mul(48, 615),
-                    Mul(24, 13), Mul(108, 608), MulAdd(40, 588, 14), Mul(609, 643), Mul(644, 293), Mul(18, 206),
-                    Sub(14, 13), Sub(12, 47), Sub(59, 12), Neg(649), Sub(15, 16), NegMulAdd(62, 583, 28),
-                    NegMulAdd(61, 582, 59), Neg(613), NegMulAdd(16, 210, 624), Neg(628), NegMulAdd(57, 12, 581),
-                    NegMulAdd(584, 373, 600), NegMulAdd(592, 285, 658), NegMulAdd(587, 374, 659), Neg(660),
-                    NegMulAdd(14, 608, 637), NegMulAdd(12, 286, 607), Neg(663), NegMulAdd(13, 270, 615),
-                    NegMulAdd(13, 284, 640), NegMulAdd(10, 608, 641), NegMulAdd(106, 667, 642), Mul(94, 647),
-                    MulAdd(30, 648, 32), Mul(1, 647), Mul(671, 647), Mul(9, 655), MulAdd(13, 657, 591),
-                    MulAdd(83, 662, 639), Mul(665, 357), MulAdd(666, 357, 423), Sign(647), Tanh(669), Sign(582),
-                    Sign(583), Sign(648), Sign(650), Sub(59, 680), Sub(680, 681), Sub(681, 682), Sub(682, 683),
-                    NegMulAdd(620, 210, 673), Neg(688), NegMulAdd(674, 310, 651), NegMulAdd(1, 677, 388), Add(59, 683),
-                    MulAdd(653, 685, 684), Mul(672, 678), Mul(694, 678), MulAdd(154, 679, 291), Mul(0, 696),
-                    Mul(690, 309), Mul(698, 309), Mul(676, 691), NegMulAdd(652, 686, 693), NegMulAdd(13, 8, 697),
-                    MulAdd(670, 687, 701), MulAdd(30, 692, 703), Mul(92, 704), MulAdd(695, 678, 702),
-                    NegMulAdd(705, 413, 706), Mul(647, 707), Neg(708),
+                    MulAdd(58, 585, 597), MulAdd(586, 620, 598), Mul(10, 621), Mul(622, 209), MulAdd(12, 582, 599),
+                    Mul(76, 592), Mul(625, 307), Mul(587, 243), MulAdd(627, 307, 626), Mul(30, 593), Mul(629, 195),
+                    Mul(581, 195), MulAdd(631, 244, 630), Mul(587, 200), MulAdd(15, 184, 633), Mul(581, 201),
+                    MulAdd(16, 202, 635), MulAdd(82, 581, 601), MulAdd(10, 637, 603), Mul(24, 17), Mul(48, 615),
+                    Mul(108, 608), Mul(24, 13), MulAdd(40, 588, 14), Mul(609, 643), Mul(644, 293), Mul(18, 206),
+                    Sub(14, 13), Sub(12, 47), Sub(57, 12), Neg(649), Sub(15, 16), NegMulAdd(61, 583, 57),
+                    NegMulAdd(62, 584, 28), Neg(613), NegMulAdd(16, 210, 623), Neg(628), NegMulAdd(58, 12, 582),
+                    NegMulAdd(581, 373, 600), NegMulAdd(592, 285, 658), NegMulAdd(587, 374, 659), Neg(660),
+                    NegMulAdd(14, 608, 639), NegMulAdd(12, 286, 607), Neg(663), NegMulAdd(13, 270, 615),
+                    NegMulAdd(13, 284, 640), NegMulAdd(10, 608, 642), NegMulAdd(106, 667, 641), Mul(94, 647),
+                    Mul(1, 647), Mul(670, 647), MulAdd(30, 648, 32), Mul(9, 655), MulAdd(13, 657, 591),
+                    MulAdd(83, 662, 638), Mul(665, 357), MulAdd(666, 357, 423), Sign(647), Tanh(669), Sign(583),
+                    Sign(584), Sign(648), Sign(650), Sub(57, 680), Sub(680, 681), Sub(681, 682), Sub(682, 683),
+                    NegMulAdd(624, 210, 673), Neg(688), NegMulAdd(674, 310, 651), NegMulAdd(1, 677, 388), Add(57, 683),
+                    MulAdd(155, 679, 291), Mul(0, 693), Mul(671, 678), Mul(695, 678), MulAdd(652, 685, 684),
+                    Mul(690, 309), Mul(698, 309), Mul(676, 691), NegMulAdd(13, 8, 694), NegMulAdd(653, 686, 697),
+                    MulAdd(696, 678, 701), MulAdd(672, 687, 702), MulAdd(30, 692, 704), Mul(92, 705),
+                    NegMulAdd(706, 413, 703), Mul(647, 707), Neg(708),
                 ],
                 results: &[
                     173, 256, 595, 619, 613, 654, 689, 656, 632, 634, 636, 699, 661, 675, 664, 289, 700, 709, 668, 645,
@@ -3665,4 +3667,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: c47cf45d3fd95f8d
+// Hash of this file and its derivation: f3ae600538101086

@@ -27,7 +27,7 @@
 // Accelerations and multipliers, from sines and cosines on:
 //       116 operations  with full matrices, as the method is written down
 //        71 operations  by the function `dynamics` and one full system
-//        56 operations  by the kernel: 17 additions, 36 multiplications, 2 divisions, 1 sine-cosine pair, 1 other function
+//        58 operations  by the kernel: 19 additions, 36 multiplications, 2 divisions, 1 sine-cosine pair, 1 other function
 //
 // Left out:
 //     2 of the 8 entries of T: zero by structure
@@ -82,7 +82,7 @@ impl<R: Scalar> Parameters<R> {
         let F = replace("F").unwrap_or(R::from_f64(40000.0));
         let tb = replace("tb").unwrap_or(R::from_f64(0.50037));
         let wb = replace("wb").unwrap_or(R::from_f64(0.0001));
-        let Fs = replace("Fs").unwrap_or(R::from_f64(0.0));
+        let Fs = replace("Fs").unwrap_or(R::zero());
         let fs = replace("fs").unwrap_or(R::from_f64(1000.0));
         Self {
             a,
@@ -677,8 +677,8 @@ pub fn velocity_residual<R: Scalar>(
     position: &Position<R>,
     qd: &[R; 2],
 ) -> [R; 1] {
-    let [q_dot, p_dot] = *qd;
     let Position { guide_p, guide_q, .. } = *position;
+    let [q_dot, p_dot] = *qd;
     [p_dot.mul_add(guide_p, q_dot * guide_q)]
 }
 
@@ -691,8 +691,8 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 1],
 ) -> [R; 2] {
-    let [guide_open] = *residuals;
     let Position { inv_guide, inv_inertia_q, momentum_p_q, p_per_q, .. } = *position;
+    let [guide_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let p_closing = guide_open * inv_guide;
@@ -716,7 +716,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 2], [R; 1]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [q_dot, p_dot] = *qd;
     let Position {
         a_y,
         guide_p,
@@ -729,6 +728,7 @@ pub fn accelerations<R: Scalar>(
         v1,
         ..
     } = *position;
+    let [q_dot, p_dot] = *qd;
 
     // Convective terms of the loops: (C_q qd)_q qd.
     let q_dot_sq = q_dot * q_dot;
@@ -789,14 +789,17 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 1 other function.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position.p_per_q.abs()
+pub fn growth_factor<R: Scalar>(_m: &Pulse<R>, position: &Position<R>) -> R {
+    let Position { p_per_q, .. } = *position;
+    p_per_q.abs()
 }
 
 impl<R: Scalar> Kernel<R, 2, 1> for Pulse<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 56;
+    const OPERATIONS: usize = 58;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 2] {
@@ -825,7 +828,7 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pulse<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -1137,17 +1140,17 @@ pub static TAPE: qrm_core::Tape = {
         dynamics: TapeFunction {
             operations: &[
                 Mul(13, 13), Mul(14, 14), Mul(46, 10), Mul(43, 10), SinCos(11), SinCos(12), Sin(53), Mul(0, 56),
-                Mul(0, 55), Mul(56, 58), Mul(55, 57), Add(62, 63), Mul(29, 64), Mul(29, 58), Mul(29, 56), Mul(52, 66),
-                Mul(30, 59), Add(68, 69), Mul(57, 52), Mul(71, 67), Mul(51, 67), Mul(32, 59), Add(73, 74), Mul(55, 51),
-                Mul(76, 66), Mul(1, 58), Mul(51, 61), Mul(1, 57), Mul(52, 80), Add(79, 81), Sub(48, 54), Neg(82),
-                Mul(10, 83), Sub(47, 85), Neg(86), Exp(87), Mul(31, 88), Mul(33, 88), Sub(70, 89), Sub(75, 90),
-                Mul(55, 91), Mul(57, 92), Sub(93, 72), Neg(95), Sub(94, 77), Neg(97),
+                Mul(1, 58), Mul(0, 55), Mul(1, 57), Mul(51, 62), Mul(52, 63), Add(64, 65), Mul(56, 58), Mul(55, 57),
+                Add(67, 68), Mul(29, 69), Mul(29, 58), Mul(29, 56), Mul(52, 71), Mul(30, 59), Add(73, 74), Mul(57, 52),
+                Mul(76, 72), Mul(51, 72), Mul(32, 59), Add(78, 79), Mul(55, 51), Mul(81, 71), Neg(66), Sub(48, 54),
+                Mul(10, 84), Sub(47, 85), Neg(86), Exp(87), Mul(31, 88), Mul(33, 88), Sub(75, 89), Sub(80, 90),
+                Mul(55, 91), Mul(57, 92), Sub(93, 77), Neg(95), Sub(94, 82), Neg(97),
             ],
-            results: &[25, 65, 65, 28, 96, 98, 60, 78, 84],
+            results: &[25, 70, 70, 28, 96, 98, 60, 61, 83],
         },
         loop_constraints: TapeFunction {
-            operations: &[SinCos(11), SinCos(12), Mul(0, 52), Mul(0, 51), Mul(1, 54), Mul(1, 53), Add(56, 58)],
-            results: &[59, 55, 57, 35],
+            operations: &[SinCos(11), SinCos(12), Mul(0, 52), Mul(1, 54), Mul(0, 51), Mul(1, 53), Add(57, 58)],
+            results: &[59, 55, 56, 35],
         },
         mass_matrix: TapeFunction {
             operations: &[SinCos(11), SinCos(12), Mul(52, 54), Mul(51, 53), Add(55, 56), Mul(29, 57)],
@@ -1162,8 +1165,8 @@ pub static TAPE: qrm_core::Tape = {
         },
         power: TapeFunction {
             operations: &[
-                Mul(46, 10), Sin(51), Sin(11), Sin(12), Mul(0, 53), Mul(13, 55), Mul(1, 54), Mul(14, 57), Add(56, 58),
-                Mul(8, 52), Sub(10, 6), Mul(43, 61), Mul(62, 61), Neg(63), Exp(64), Mul(5, 65), Sub(60, 66),
+                Mul(46, 10), Sin(11), Sin(12), Sin(51), Mul(0, 52), Mul(1, 53), Mul(13, 55), Mul(14, 56), Add(57, 58),
+                Mul(8, 54), Sub(10, 6), Mul(43, 61), Mul(62, 61), Neg(63), Exp(64), Mul(5, 65), Sub(60, 66),
                 Mul(59, 67), Neg(68),
             ],
             results: &[69],
@@ -1196,7 +1199,7 @@ pub static TAPE: qrm_core::Tape = {
             results: &[42, 34],
         },
         kernel: TapeKernel {
-            operations: 56,
+            operations: 58,
             has_angle: &[true, true],
             position: TapeFunction {
                 operations: &[
@@ -1236,4 +1239,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 70df3e4a818f8a3d
+// Hash of this file and its derivation: 0dd81396e053cf16

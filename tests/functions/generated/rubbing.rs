@@ -17,7 +17,7 @@
 //     outputs              65 additions, 71 multiplications, 3 roots, 2 sine-cosine pairs, 8 other functions
 //     dynamics             497 additions, 694 multiplications, 46 divisions, 30 roots, 2 sine-cosine pairs, 24 other functions
 //     loop_constraints     1 addition, 4 multiplications, 2 sine-cosine pairs
-//     position             43 additions, 60 multiplications, 2 divisions, 6 other functions
+//     position             45 additions, 60 multiplications, 2 divisions, 6 other functions
 //     residuals            no operations
 //     velocity_residual    1 addition, 2 multiplications
 //     correction           2 additions, 4 multiplications
@@ -27,7 +27,7 @@
 // Accelerations and multipliers, from sines and cosines on:
 //       201 operations  with full matrices, as the method is written down
 //      1319 operations  by the function `dynamics` and one full system
-//      1251 operations  by the kernel: 485 additions, 668 multiplications, 44 divisions, 30 roots, 24 other functions
+//      1255 operations  by the kernel: 489 additions, 668 multiplications, 44 divisions, 30 roots, 24 other functions
 //
 // Left out:
 //     4 of the 16 entries of T: zero by structure
@@ -1741,7 +1741,7 @@ pub struct Position<R> {
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 43 additions, 60 multiplications, 2 divisions, 6 other functions.
+/// Operations: 45 additions, 60 multiplications, 2 divisions, 6 other functions.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &Rubbing<R>,
@@ -1931,8 +1931,8 @@ pub fn velocity_residual<R: Scalar>(
     position: &Position<R>,
     qd: &[R; 2],
 ) -> [R; 1] {
-    let [phi_crank_dot, phi_rod_dot] = *qd;
     let Position { g_phi_crank, g_phi_rod, .. } = *position;
+    let [phi_crank_dot, phi_rod_dot] = *qd;
     [phi_rod_dot.mul_add(g_phi_rod, phi_crank_dot * g_phi_crank)]
 }
 
@@ -1945,7 +1945,6 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 1],
 ) -> [R; 2] {
-    let [G_open] = *residuals;
     let Position {
         inv_g,
         inv_inertia_phi_crank,
@@ -1953,6 +1952,7 @@ pub fn correction<R: Scalar>(
         phi_rod_per_phi_crank,
         ..
     } = *position;
+    let [G_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let phi_rod_closing = G_open * inv_g;
@@ -1977,9 +1977,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 2], [R; 1]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [phi_crank_dot, phi_rod_dot] = *qd;
-    let [sin_phi_crank, sin_phi_rod] = angles.sin;
-    let [cos_phi_crank, cos_phi_rod] = angles.cos;
     let Position {
         a_y,
         g_phi_crank,
@@ -2004,6 +2001,9 @@ pub fn accelerations<R: Scalar>(
         v5,
         ..
     } = *position;
+    let [phi_crank_dot, phi_rod_dot] = *qd;
+    let [sin_phi_crank, sin_phi_rod] = angles.sin;
+    let [cos_phi_crank, cos_phi_rod] = angles.cos;
 
     // Convective terms of the loops: (C_q qd)_q qd.
     let phi_crank_dot_sq = phi_crank_dot * phi_crank_dot;
@@ -2656,12 +2656,12 @@ pub fn outputs_at<R: Scalar>(
 ) -> [R; 10] {
     let p = &m.parameters;
     let k = &m.constants;
+    let Position { v18, .. } = *position;
     let [phi_crank_dot, phi_rod_dot] = *qd;
     let [phi_crank_ddot, phi_rod_ddot] = *qdd;
     let [lambda_G] = *multipliers;
     let [sin_phi_crank, sin_phi_rod] = angles.sin;
     let [cos_phi_crank, cos_phi_rod] = angles.cos;
-    let Position { v18, .. } = *position;
     let v1_2 = (cos_phi_crank * phi_crank_dot)
         .mul_add(phi_crank_dot, sin_phi_crank * phi_crank_ddot);
     let v2_2 = sin_phi_crank * phi_crank_dot;
@@ -2697,14 +2697,17 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 1 other function.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position.phi_rod_per_phi_crank.abs()
+pub fn growth_factor<R: Scalar>(_m: &Rubbing<R>, position: &Position<R>) -> R {
+    let Position { phi_rod_per_phi_crank, .. } = *position;
+    phi_rod_per_phi_crank.abs()
 }
 
 impl<R: Scalar> Kernel<R, 2, 1> for Rubbing<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 1251;
+    const OPERATIONS: usize = 1255;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 2] {
@@ -2733,7 +2736,7 @@ impl<R: Scalar> Kernel<R, 2, 1> for Rubbing<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -2807,7 +2810,7 @@ impl<R: Scalar> Equations<R, 2, 1> for Rubbing<R> {
         Start {
             q: [
                 R::from_f64(30.0) * (R::pi() / R::from_f64(180.0)),
-                R::atan2(-R::from_f64(0.05), R::from_f64(0.4) - R::from_f64(0.087)),
+                (-R::from_f64(0.05)).atan2(R::from_f64(0.4) - R::from_f64(0.087)),
             ],
             given: [true, false],
             qd: [R::from_f64(20.0), R::zero()],
@@ -3010,9 +3013,9 @@ pub static TAPE: qrm_core::Tape = {
         },
         constants: &[
             Number(0.1), Number(0.02), Number(0.15941666666666665), Number(0.35), Recip(1), Number(180.0), Pi,
-            Div(20, 21), Number(360.0), Recip(23), Number(0.0), Number(0.05), Number(0.175), Number(0.0315),
-            Number(1.7658), Number(0.0655), Number(0.09391666666666666), Number(60.0), Number(120.0), Number(240.0),
-            Number(300.0), Number(1.0), Number(1.8518518518518545e-5), Number(8.796296296296296e-5),
+            Div(20, 21), Number(360.0), Recip(23), Number(0.0), Number(0.05), Number(0.175), Number(1.0),
+            Number(0.0315), Number(0.0655), Number(0.09391666666666666), Number(1.7658), Number(60.0), Number(120.0),
+            Number(240.0), Number(300.0), Number(1.8518518518518545e-5), Number(8.796296296296296e-5),
             Number(0.00012500000000000003), Number(6.481481481481482e-5), Number(4.1666666666666665e-5),
             Number(3.24074074074074e-5), Number(0.000833333333333334), Number(0.002500000000000001),
             Number(0.013333333333333334), Number(0.009166666666666667), Number(0.0025000000000000005), Number(0.005),
@@ -3020,63 +3023,63 @@ pub static TAPE: qrm_core::Tape = {
             Number(0.4833333333333334), Number(0.08333333333333331), Number(0.06666666666666665), Number(20.0),
             Number(35.0), Number(10.0), Number(15.0), Number(3.09015), Number(0.18), Number(0.315), Number(22.563),
             Number(1e-300), Number(4.905), Number(1e-9), Number(0.03275), Number(0.04695833333333333), Number(0.13),
-            Number(12.753), Number(30.0), Div(21, 20), Number(-0.05), Number(0.4), Number(0.087), Number(0.001),
-            Number(0.5), Number(0.4905), Number(0.014), Number(0.7848), Number(1.3734), Mul(15, 17), Mul(18, 17),
+            Number(12.753), Number(0.4905), Number(0.014), Number(0.7848), Number(1.3734), Number(30.0), Div(21, 20),
+            Number(-0.05), Number(0.4), Number(0.087), Number(0.001), Number(0.5), Mul(15, 17), Mul(18, 17),
             Mul(15, 0), Mul(16, 0), Mul(18, 0), Mul(15, 81), Mul(15, 15), Mul(18, 18), Mul(18, 81), Mul(18, 82),
-            Mul(25, 83), Mul(24, 22), Mul(25, 84), Mul(16, 19), Mul(25, 85), Mul(18, 84), Mul(15, 84), Mul(70, 71),
-            Sub(73, 74), Atan2(72, 99),
+            Mul(25, 83), Mul(24, 22), Mul(25, 84), Mul(16, 19), Mul(25, 85), Mul(18, 84), Mul(15, 84), Mul(74, 75),
+            Sub(77, 78), Atan2(76, 99),
         ],
         dynamics: TapeFunction {
             operations: &[
                 Mul(5, 5), Mul(6, 6), Mul(22, 3), Mul(92, 3), Mul(94, 5), Mul(94, 6), SinCos(3), SinCos(4), Floor(104),
-                Tanh(105), Mul(26, 108), Mul(26, 107), Mul(15, 108), Mul(27, 110), Mul(27, 109), Mul(15, 107),
-                Mul(18, 110), Mul(107, 101), Mul(109, 102), Mul(15, 120), Mul(18, 121), Add(122, 123), Mul(108, 110),
-                Mul(107, 109), Add(125, 126), Mul(28, 127), Mul(28, 121), Mul(87, 108), Mul(130, 108), Mul(88, 110),
-                Mul(132, 110), Add(131, 133), Mul(86, 108), Mul(89, 110), Mul(90, 110), Mul(5, 118), Mul(18, 109),
-                Mul(6, 139), Add(138, 140), Mul(19, 141), Mul(23, 111), Mul(110, 102), Mul(28, 144), Mul(93, 112),
-                Mul(81, 124), Mul(108, 101), Mul(28, 148), Mul(28, 120), Mul(82, 124), Mul(84, 112), Mul(96, 110),
-                Mul(60, 107), Mul(61, 109), Mul(60, 108), Mul(61, 110), Mul(101, 156), Mul(102, 157), Mul(60, 120),
-                Mul(61, 121), Mul(97, 108), Mul(101, 113), Mul(102, 116), Add(163, 164), Mul(101, 114), Mul(102, 117),
-                Sub(29, 129), Neg(142), Sub(103, 143), Sub(170, 32), Sub(170, 33), Sub(20, 170), Sub(170, 34),
-                Sub(170, 35), Sub(59, 150), Neg(106), Sub(62, 160), Sub(178, 161), Sub(64, 166), Sub(180, 167),
-                Neg(124), Mul(108, 168), Mul(24, 171), Mul(24, 172), Mul(24, 173), Mul(24, 174), Mul(24, 175),
-                Mul(110, 176), Recip(134), Tanh(169), Floor(184), Floor(185), Floor(187), Floor(188), Tanh(177),
-                Mul(108, 190), Mul(135, 197), Add(30, 198), Mul(136, 197), Add(128, 200), Mul(110, 190), Mul(137, 202),
-                Add(31, 203), Add(36, 195), Mul(35, 205), Mul(37, 192), Mul(42, 205), Mul(43, 192), Mul(48, 205),
-                Mul(49, 192), Mul(54, 205), Mul(58, 205), Mul(91, 191), Mul(147, 197), Mul(95, 191), Mul(93, 196),
-                Mul(151, 202), Mul(84, 196), Mul(162, 196), Mul(0, 191), Mul(83, 191), Mul(107, 222), Mul(85, 191),
-                Mul(109, 224), Sub(192, 193), Neg(186), Sub(194, 195), Mul(32, 226), Mul(34, 228), Mul(38, 226),
+                Tanh(105), Mul(15, 108), Mul(15, 107), Mul(18, 110), Mul(18, 109), Mul(26, 108), Mul(26, 107),
+                Mul(27, 110), Mul(27, 109), Mul(107, 101), Mul(15, 121), Mul(101, 117), Mul(101, 118), Mul(102, 119),
+                Mul(102, 120), Mul(109, 102), Mul(18, 127), Add(122, 128), Mul(108, 110), Mul(107, 109), Add(130, 131),
+                Mul(29, 132), Mul(29, 127), Mul(87, 108), Mul(135, 108), Mul(88, 110), Mul(137, 110), Add(136, 138),
+                Mul(86, 108), Mul(89, 110), Mul(90, 110), Mul(5, 114), Mul(6, 116), Add(143, 144), Mul(19, 145),
+                Mul(23, 111), Mul(110, 102), Mul(29, 148), Mul(93, 112), Mul(81, 129), Mul(108, 101), Mul(29, 152),
+                Mul(29, 121), Mul(82, 129), Mul(84, 112), Mul(96, 110), Mul(60, 107), Mul(61, 109), Mul(60, 108),
+                Mul(61, 110), Mul(101, 160), Mul(102, 161), Mul(60, 121), Mul(61, 127), Mul(97, 108), Add(123, 125),
+                Neg(129), Sub(32, 134), Neg(146), Sub(103, 147), Sub(171, 33), Sub(171, 34), Sub(20, 171),
+                Sub(171, 35), Sub(171, 36), Sub(59, 154), Neg(106), Sub(62, 164), Sub(179, 165), Sub(64, 124),
+                Sub(181, 126), Mul(108, 169), Mul(24, 172), Mul(24, 173), Mul(24, 174), Mul(24, 175), Mul(24, 176),
+                Mul(110, 177), Recip(139), Tanh(170), Floor(184), Floor(185), Floor(187), Floor(188), Tanh(178),
+                Mul(108, 190), Mul(140, 197), Add(30, 198), Mul(141, 197), Add(133, 200), Mul(110, 190), Mul(142, 202),
+                Add(31, 203), Add(28, 195), Mul(36, 205), Mul(37, 192), Mul(42, 205), Mul(43, 192), Mul(48, 205),
+                Mul(49, 192), Mul(54, 205), Mul(58, 205), Mul(91, 191), Mul(151, 197), Mul(95, 191), Mul(93, 196),
+                Mul(155, 202), Mul(84, 196), Mul(166, 196), Mul(0, 191), Mul(83, 191), Mul(107, 222), Mul(85, 191),
+                Mul(109, 224), Sub(192, 193), Neg(186), Sub(194, 195), Mul(33, 226), Mul(35, 228), Mul(38, 226),
                 Add(207, 231), Mul(41, 228), Mul(44, 226), Add(209, 234), Mul(47, 228), Mul(50, 226), Mul(53, 228),
-                Mul(55, 226), Mul(57, 228), Recip(199), Floor(227), Mul(201, 241), Mul(243, 115), Mul(201, 243),
-                Mul(241, 115), Mul(241, 152), Mul(243, 152), Mul(243, 223), Mul(241, 223), Sub(119, 244),
-                Sub(204, 245), Sub(193, 242), Sub(242, 194), Sub(211, 237), Sub(225, 249), Mul(33, 253), Add(229, 257),
+                Mul(55, 226), Mul(57, 228), Recip(199), Floor(227), Mul(201, 241), Mul(243, 113), Mul(201, 243),
+                Mul(241, 113), Mul(241, 156), Mul(243, 156), Mul(243, 223), Mul(241, 223), Sub(115, 244),
+                Sub(204, 245), Sub(193, 242), Sub(242, 194), Sub(211, 237), Sub(225, 249), Mul(34, 253), Add(229, 257),
                 Mul(20, 254), Add(258, 259), Add(260, 230), Add(261, 206), Mul(39, 253), Mul(40, 254), Mul(45, 253),
                 Mul(46, 254), Mul(51, 253), Add(255, 267), Mul(52, 254), Add(268, 269), Add(270, 238), Mul(56, 253),
-                Add(239, 272), Sub(170, 262), Sub(232, 263), Sub(235, 265), Sub(271, 212), Sub(273, 240),
+                Add(239, 272), Sub(171, 262), Sub(232, 263), Sub(235, 265), Sub(271, 212), Sub(273, 240),
                 Sub(278, 213), Add(275, 264), Add(276, 266), Sub(280, 233), Sub(281, 236), Add(282, 208),
                 Mul(274, 284), Add(283, 210), Sub(285, 286), Mul(274, 287), Add(288, 277), Mul(274, 289),
-                Sub(290, 279), Sub(291, 158), Sub(292, 159), Mul(15, 291), Mul(18, 291), Sub(145, 294), Sub(296, 214),
-                Sub(149, 295), Sub(298, 216), Mul(107, 297), Add(300, 183), Add(301, 146), Mul(109, 299),
+                Sub(290, 279), Sub(291, 162), Sub(292, 163), Mul(15, 291), Mul(18, 291), Sub(149, 294), Sub(296, 214),
+                Sub(153, 295), Sub(298, 216), Mul(107, 297), Add(300, 183), Add(301, 150), Mul(109, 299),
                 Add(303, 189), Sub(302, 215), Sub(304, 217), Sub(306, 218), Mul(305, 243), Mul(241, 305),
-                Sub(307, 308), Recip(252), Mul(311, 243), Mul(251, 312), Mul(311, 251), Mul(314, 119), Mul(310, 312),
-                Mul(311, 310), Mul(119, 317), Mul(312, 248), Add(247, 319), Mul(320, 115), Mul(112, 312),
-                Mul(322, 153), Mul(312, 152), Mul(220, 312), Mul(196, 311), Mul(326, 153), Mul(312, 219),
-                Mul(311, 219), Mul(256, 312), Mul(311, 256), Mul(119, 331), Sub(246, 313), Sub(309, 316),
-                Sub(321, 323), Sub(325, 327), Sub(250, 330), Mul(333, 115), Add(338, 315), Mul(334, 115),
-                Add(340, 318), Add(124, 341), Mul(337, 115), Add(343, 332), Recip(339), Mul(345, 342), Mul(345, 335),
-                Mul(333, 347), Mul(347, 314), Add(324, 349), Mul(350, 155), Mul(333, 346), Mul(346, 314),
-                Mul(350, 157), Mul(345, 336), Mul(333, 355), Mul(355, 314), Add(329, 357), Mul(358, 155),
-                Mul(358, 157), Mul(358, 117), Mul(358, 116), Mul(350, 117), Mul(350, 116), Mul(345, 344),
-                Mul(333, 365), Mul(365, 314), Sub(320, 348), Sub(334, 352), Sub(317, 353), Sub(346, 179),
-                Sub(328, 356), Sub(346, 181), Sub(337, 366), Sub(331, 367), Neg(365), Mul(368, 154), Mul(369, 154),
-                Mul(370, 155), Add(378, 379), Add(293, 380), Mul(369, 156), Mul(370, 157), Add(382, 383),
-                Add(371, 384), Mul(381, 381), Mul(385, 385), Add(386, 387), Add(388, 63), Mul(368, 156), Mul(372, 154),
-                Mul(372, 156), Mul(372, 114), Mul(369, 114), Mul(370, 117), Add(394, 395), Mul(369, 113),
-                Mul(370, 116), Add(397, 398), Add(373, 399), Mul(400, 400), Mul(372, 113), Mul(368, 114),
-                Mul(368, 113), Mul(374, 114), Mul(375, 117), Add(405, 406), Mul(374, 113), Mul(375, 116),
-                Add(408, 409), Add(365, 410), Mul(374, 154), Mul(375, 155), Add(412, 413), Mul(374, 156),
-                Mul(375, 157), Add(415, 416), Add(365, 417), Mul(418, 418), Mul(411, 411), Sub(377, 351),
-                Sub(390, 354), Sub(391, 359), Sub(392, 360), Sub(393, 361), Sub(165, 396), Sub(402, 362),
+                Sub(307, 308), Recip(252), Mul(311, 243), Mul(251, 312), Mul(311, 251), Mul(314, 115), Mul(310, 312),
+                Mul(311, 310), Mul(115, 317), Mul(312, 248), Add(247, 319), Mul(320, 113), Mul(112, 312),
+                Mul(322, 157), Mul(312, 156), Mul(220, 312), Mul(196, 311), Mul(326, 157), Mul(312, 219),
+                Mul(311, 219), Mul(256, 312), Mul(311, 256), Mul(115, 331), Sub(246, 313), Sub(309, 316),
+                Sub(321, 323), Sub(325, 327), Sub(250, 330), Mul(333, 113), Add(338, 315), Mul(334, 113),
+                Add(340, 318), Add(129, 341), Mul(337, 113), Add(343, 332), Recip(339), Mul(345, 342), Mul(345, 335),
+                Mul(333, 347), Mul(347, 314), Add(324, 349), Mul(350, 159), Mul(333, 346), Mul(346, 314),
+                Mul(350, 161), Mul(345, 336), Mul(333, 355), Mul(355, 314), Add(329, 357), Mul(358, 159),
+                Mul(358, 161), Mul(358, 120), Mul(358, 119), Mul(350, 120), Mul(350, 119), Mul(345, 344),
+                Mul(333, 365), Mul(365, 314), Sub(320, 348), Sub(334, 352), Sub(317, 353), Sub(346, 180),
+                Sub(328, 356), Sub(346, 182), Sub(337, 366), Sub(331, 367), Neg(365), Mul(368, 158), Mul(369, 158),
+                Mul(370, 159), Add(378, 379), Add(293, 380), Mul(369, 160), Mul(370, 161), Add(382, 383),
+                Add(371, 384), Mul(381, 381), Mul(385, 385), Add(386, 387), Add(388, 63), Mul(368, 160), Mul(372, 158),
+                Mul(372, 160), Mul(372, 118), Mul(369, 118), Mul(370, 120), Add(394, 395), Mul(369, 117),
+                Mul(370, 119), Add(397, 398), Add(373, 399), Mul(400, 400), Mul(372, 117), Mul(368, 118),
+                Mul(368, 117), Mul(374, 118), Mul(375, 120), Add(405, 406), Mul(374, 117), Mul(375, 119),
+                Add(408, 409), Add(365, 410), Mul(374, 158), Mul(375, 159), Add(412, 413), Mul(374, 160),
+                Mul(375, 161), Add(415, 416), Add(365, 417), Mul(418, 418), Mul(411, 411), Sub(377, 351),
+                Sub(390, 354), Sub(391, 359), Sub(392, 360), Sub(393, 361), Sub(167, 396), Sub(402, 362),
                 Sub(403, 363), Sub(404, 364), Sub(221, 407), Sub(221, 414), Add(347, 422), Add(355, 424),
                 Mul(426, 426), Add(434, 401), Add(63, 435), Add(355, 427), Add(347, 429), Mul(421, 421), Mul(432, 432),
                 Add(439, 440), Add(63, 441), Mul(423, 423), Mul(433, 433), Add(443, 444), Add(63, 445), Mul(428, 428),
@@ -3087,9 +3090,9 @@ pub static TAPE: qrm_core::Tape = {
                 Add(477, 478), Mul(381, 475), Mul(385, 476), Add(480, 481), Mul(423, 475), Mul(433, 476),
                 Add(483, 484), Mul(426, 464), Mul(400, 464), Mul(428, 486), Mul(438, 487), Mul(425, 486),
                 Mul(437, 487), Mul(426, 486), Mul(400, 487), Add(492, 493), Mul(431, 475), Mul(418, 476),
-                Mul(430, 486), Mul(411, 487), Add(497, 498), Mul(465, 355), Mul(465, 346), Mul(465, 365), Add(36, 502),
-                Sub(36, 479), Sub(488, 489), Sub(490, 491), Sub(495, 496), Sub(36, 466), Sub(36, 469), Sub(36, 472),
-                Recip(504), Recip(508), Sqrt(508), Mul(505, 511), Add(36, 506), Mul(485, 514), Add(515, 516),
+                Mul(430, 486), Mul(411, 487), Add(497, 498), Mul(465, 355), Mul(465, 346), Mul(465, 365), Add(28, 502),
+                Sub(28, 479), Sub(488, 489), Sub(490, 491), Sub(495, 496), Sub(28, 466), Sub(28, 469), Sub(28, 472),
+                Recip(504), Recip(508), Sqrt(508), Mul(505, 511), Add(28, 506), Mul(485, 514), Add(515, 516),
                 Mul(482, 514), Mul(507, 514), Add(499, 519), Mul(511, 347), Mul(465, 521), Mul(485, 522),
                 Add(500, 523), Mul(482, 522), Add(501, 525), Mul(507, 522), Mul(468, 512), Mul(467, 528),
                 Mul(471, 512), Mul(470, 530), Mul(470, 528), Add(473, 532), Mul(467, 530), Add(474, 534),
@@ -3108,8 +3111,8 @@ pub static TAPE: qrm_core::Tape = {
                 Mul(423, 605), Mul(433, 606), Add(613, 614), Mul(587, 603), Mul(594, 603), Mul(428, 616),
                 Mul(438, 617), Mul(425, 616), Mul(437, 617), Mul(426, 616), Mul(400, 617), Add(622, 623),
                 Mul(431, 605), Mul(418, 606), Mul(430, 616), Mul(411, 617), Add(627, 628), Mul(604, 355),
-                Mul(604, 346), Mul(604, 365), Add(36, 632), Sub(36, 609), Sub(618, 619), Sub(620, 621), Sub(625, 626),
-                Add(36, 636), Recip(634), Mul(635, 639), Mul(615, 640), Add(638, 641), Mul(612, 640), Mul(637, 640),
+                Mul(604, 346), Mul(604, 365), Add(28, 632), Sub(28, 609), Sub(618, 619), Sub(620, 621), Sub(625, 626),
+                Add(28, 636), Recip(634), Mul(635, 639), Mul(615, 640), Add(638, 641), Mul(612, 640), Mul(637, 640),
                 Add(629, 644), Mul(639, 347), Mul(604, 646), Mul(615, 647), Add(630, 648), Mul(612, 647),
                 Add(631, 650), Mul(637, 647), Sub(624, 643), Sub(633, 652), Recip(642), Mul(649, 655), Mul(653, 656),
                 Add(651, 657), Mul(645, 656), Add(654, 659), Div(658, 660), Mul(645, 661), Mul(637, 661),
@@ -3125,8 +3128,8 @@ pub static TAPE: qrm_core::Tape = {
                 Mul(423, 713), Mul(433, 714), Add(721, 722), Mul(695, 711), Mul(702, 711), Mul(428, 724),
                 Mul(438, 725), Mul(425, 724), Mul(437, 725), Mul(426, 724), Mul(400, 725), Add(730, 731),
                 Mul(431, 713), Mul(418, 714), Mul(430, 724), Mul(411, 725), Add(735, 736), Mul(712, 355),
-                Mul(712, 346), Mul(712, 365), Add(36, 740), Sub(36, 717), Sub(726, 727), Sub(728, 729), Sub(733, 734),
-                Add(36, 744), Recip(742), Mul(743, 747), Mul(723, 748), Add(746, 749), Mul(720, 748), Mul(745, 748),
+                Mul(712, 346), Mul(712, 365), Add(28, 740), Sub(28, 717), Sub(726, 727), Sub(728, 729), Sub(733, 734),
+                Add(28, 744), Recip(742), Mul(743, 747), Mul(723, 748), Add(746, 749), Mul(720, 748), Mul(745, 748),
                 Add(737, 752), Mul(747, 347), Mul(712, 754), Mul(723, 755), Add(738, 756), Mul(720, 755),
                 Add(739, 758), Mul(745, 755), Sub(732, 751), Sub(741, 760), Recip(750), Mul(757, 763), Mul(761, 764),
                 Add(759, 765), Mul(753, 764), Add(762, 767), Div(766, 768), Mul(753, 769), Mul(745, 769),
@@ -3142,8 +3145,8 @@ pub static TAPE: qrm_core::Tape = {
                 Mul(423, 821), Mul(433, 822), Add(829, 830), Mul(803, 819), Mul(810, 819), Mul(428, 832),
                 Mul(438, 833), Mul(425, 832), Mul(437, 833), Mul(426, 832), Mul(400, 833), Add(838, 839),
                 Mul(431, 821), Mul(418, 822), Mul(430, 832), Mul(411, 833), Add(843, 844), Mul(820, 355),
-                Mul(820, 346), Mul(820, 365), Add(36, 848), Sub(36, 825), Sub(834, 835), Sub(836, 837), Sub(841, 842),
-                Add(36, 852), Recip(850), Mul(851, 855), Mul(831, 856), Add(854, 857), Mul(828, 856), Mul(853, 856),
+                Mul(820, 346), Mul(820, 365), Add(28, 848), Sub(28, 825), Sub(834, 835), Sub(836, 837), Sub(841, 842),
+                Add(28, 852), Recip(850), Mul(851, 855), Mul(831, 856), Add(854, 857), Mul(828, 856), Mul(853, 856),
                 Add(845, 860), Mul(855, 347), Mul(820, 862), Mul(831, 863), Add(846, 864), Mul(828, 863),
                 Add(847, 866), Mul(853, 863), Sub(840, 859), Sub(849, 868), Recip(858), Mul(865, 871), Mul(869, 872),
                 Add(867, 873), Mul(861, 872), Add(870, 875), Div(874, 876), Mul(861, 877), Mul(853, 877),
@@ -3159,8 +3162,8 @@ pub static TAPE: qrm_core::Tape = {
                 Mul(423, 929), Mul(433, 930), Add(937, 938), Mul(911, 927), Mul(918, 927), Mul(428, 940),
                 Mul(438, 941), Mul(425, 940), Mul(437, 941), Mul(426, 940), Mul(400, 941), Add(946, 947),
                 Mul(431, 929), Mul(418, 930), Mul(430, 940), Mul(411, 941), Add(951, 952), Mul(928, 355),
-                Mul(928, 346), Mul(928, 365), Add(36, 956), Sub(36, 933), Sub(942, 943), Sub(944, 945), Sub(949, 950),
-                Add(36, 960), Recip(958), Mul(959, 963), Mul(939, 964), Add(962, 965), Mul(936, 964), Mul(961, 964),
+                Mul(928, 346), Mul(928, 365), Add(28, 956), Sub(28, 933), Sub(942, 943), Sub(944, 945), Sub(949, 950),
+                Add(28, 960), Recip(958), Mul(959, 963), Mul(939, 964), Add(962, 965), Mul(936, 964), Mul(961, 964),
                 Add(953, 968), Mul(963, 347), Mul(928, 970), Mul(939, 971), Add(954, 972), Mul(936, 971),
                 Add(955, 974), Mul(961, 971), Sub(948, 967), Sub(957, 976), Recip(966), Mul(973, 979), Mul(977, 980),
                 Add(975, 981), Mul(969, 980), Add(978, 983), Div(982, 984), Mul(969, 985), Mul(961, 985),
@@ -3176,8 +3179,8 @@ pub static TAPE: qrm_core::Tape = {
                 Mul(385, 1038), Add(1042, 1043), Mul(423, 1037), Mul(433, 1038), Add(1045, 1046), Mul(1019, 1035),
                 Mul(1026, 1035), Mul(428, 1048), Mul(438, 1049), Mul(425, 1048), Mul(437, 1049), Mul(426, 1048),
                 Mul(400, 1049), Add(1054, 1055), Mul(431, 1037), Mul(418, 1038), Mul(430, 1048), Mul(411, 1049),
-                Add(1059, 1060), Mul(1036, 355), Mul(1036, 346), Mul(1036, 365), Add(36, 1064), Sub(36, 1041),
-                Sub(1050, 1051), Sub(1052, 1053), Sub(1057, 1058), Add(36, 1068), Recip(1066), Mul(1067, 1071),
+                Add(1059, 1060), Mul(1036, 355), Mul(1036, 346), Mul(1036, 365), Add(28, 1064), Sub(28, 1041),
+                Sub(1050, 1051), Sub(1052, 1053), Sub(1057, 1058), Add(28, 1068), Recip(1066), Mul(1067, 1071),
                 Mul(1047, 1072), Add(1070, 1073), Mul(1044, 1072), Mul(1069, 1072), Add(1061, 1076), Mul(1071, 347),
                 Mul(1036, 1078), Mul(1047, 1079), Add(1062, 1080), Mul(1044, 1079), Add(1063, 1082), Mul(1069, 1079),
                 Sub(1056, 1075), Sub(1065, 1084), Recip(1074), Mul(1081, 1087), Mul(1085, 1088), Add(1083, 1089),
@@ -3194,8 +3197,8 @@ pub static TAPE: qrm_core::Tape = {
                 Add(1150, 1151), Mul(423, 1145), Mul(433, 1146), Add(1153, 1154), Mul(1127, 1143), Mul(1134, 1143),
                 Mul(428, 1156), Mul(438, 1157), Mul(425, 1156), Mul(437, 1157), Mul(426, 1156), Mul(400, 1157),
                 Add(1162, 1163), Mul(431, 1145), Mul(418, 1146), Mul(430, 1156), Mul(411, 1157), Add(1167, 1168),
-                Mul(1144, 355), Mul(1144, 346), Mul(1144, 365), Add(36, 1172), Sub(36, 1149), Sub(1158, 1159),
-                Sub(1160, 1161), Sub(1165, 1166), Add(36, 1176), Recip(1174), Mul(1175, 1179), Mul(1155, 1180),
+                Mul(1144, 355), Mul(1144, 346), Mul(1144, 365), Add(28, 1172), Sub(28, 1149), Sub(1158, 1159),
+                Sub(1160, 1161), Sub(1165, 1166), Add(28, 1176), Recip(1174), Mul(1175, 1179), Mul(1155, 1180),
                 Add(1178, 1181), Mul(1152, 1180), Mul(1177, 1180), Add(1169, 1184), Mul(1179, 347), Mul(1144, 1186),
                 Mul(1155, 1187), Add(1170, 1188), Mul(1152, 1187), Add(1171, 1190), Mul(1177, 1187), Sub(1164, 1183),
                 Sub(1173, 1192), Recip(1182), Mul(1189, 1195), Mul(1193, 1196), Add(1191, 1197), Mul(1185, 1196),
@@ -3212,8 +3215,8 @@ pub static TAPE: qrm_core::Tape = {
                 Mul(1236, 1252), Mul(1243, 1252), Mul(428, 1261), Mul(438, 1262), Mul(426, 1261), Mul(400, 1262),
                 Add(1265, 1266), Mul(423, 1253), Mul(433, 1254), Add(1268, 1269), Mul(425, 1261), Mul(437, 1262),
                 Mul(1248, 355), Mul(431, 1253), Mul(418, 1254), Mul(430, 1261), Mul(411, 1262), Add(1276, 1277),
-                Mul(1248, 346), Mul(1248, 365), Add(36, 1280), Sub(36, 1260), Sub(1263, 1264), Sub(1271, 1272),
-                Sub(1274, 1275), Add(36, 1284), Recip(1282), Mul(1287, 347), Mul(1248, 1288), Mul(1283, 1287),
+                Mul(1248, 346), Mul(1248, 365), Add(28, 1280), Sub(28, 1260), Sub(1263, 1264), Sub(1271, 1272),
+                Sub(1274, 1275), Add(28, 1284), Recip(1282), Mul(1287, 347), Mul(1248, 1288), Mul(1283, 1287),
                 Mul(1257, 1290), Mul(1270, 1290), Add(1286, 1292), Mul(1270, 1289), Add(1273, 1294), Mul(1285, 1290),
                 Add(1278, 1296), Mul(1257, 1289), Add(1279, 1298), Mul(1285, 1289), Sub(1267, 1291), Sub(1281, 1300),
                 Recip(1293), Mul(1295, 1303), Mul(1301, 1304), Add(1299, 1305), Mul(1297, 1304), Add(1302, 1307),
@@ -3228,24 +3231,24 @@ pub static TAPE: qrm_core::Tape = {
                 Sqrt(1354), Abs(1355), Sub(1322, 1356), Sub(1318, 1357), Sub(1309, 1358), Abs(1359), Abs(1360),
                 Abs(1361), Add(63, 1356), Add(1365, 1357), Add(1366, 1358), Mul(65, 1367), Sub(1368, 1362),
                 Sub(1368, 1363), Sub(1368, 1364), Sqrt(1369), Sqrt(1370), Sqrt(1371), Add(560, 1372), Add(1375, 1373),
-                Add(1376, 1374), Mul(63, 1377), Add(1309, 1378), Mul(1379, 222), Add(1322, 1378), Mul(1381, 152),
+                Add(1376, 1374), Mul(63, 1377), Add(1309, 1378), Mul(1379, 222), Add(1322, 1378), Mul(1381, 156),
                 Mul(1379, 224), Add(1318, 1378), Mul(1384, 219), Sub(296, 1380), Sub(298, 1383), Mul(107, 1386),
                 Add(183, 1388), Add(1389, 1382), Mul(109, 1387), Add(189, 1391), Neg(1390), Sub(1392, 1385), Neg(1394),
             ],
-            results: &[30, 128, 128, 31, 1393, 1395, 115, 119, 182],
+            results: &[30, 133, 133, 31, 1393, 1395, 113, 115, 168],
         },
         loop_constraints: TapeFunction {
             operations: &[SinCos(3), SinCos(4), Mul(15, 102), Mul(15, 101), Mul(18, 104), Mul(18, 103), Add(106, 108)],
             results: &[109, 105, 107, 25],
         },
         mass_matrix: TapeFunction {
-            operations: &[SinCos(3), SinCos(4), Mul(102, 104), Mul(101, 103), Add(105, 106), Mul(28, 107)],
+            operations: &[SinCos(3), SinCos(4), Mul(102, 104), Mul(101, 103), Add(105, 106), Mul(29, 107)],
             results: &[30, 108, 108, 31],
         },
         energy: TapeFunction {
             operations: &[
                 Mul(6, 6), Mul(66, 5), Mul(67, 101), SinCos(3), SinCos(4), Mul(105, 107), Mul(104, 106), Add(108, 109),
-                Mul(28, 110), Mul(6, 111), Add(112, 102), Mul(5, 113), Add(114, 103), Mul(29, 104), Mul(59, 106),
+                Mul(29, 110), Mul(6, 111), Add(112, 102), Mul(5, 113), Add(114, 103), Mul(32, 104), Mul(59, 106),
                 Add(116, 117),
             ],
             results: &[115, 118],
@@ -3253,20 +3256,20 @@ pub static TAPE: qrm_core::Tape = {
         power: TapeFunction {
             operations: &[
                 Mul(5, 5), Mul(6, 6), Mul(22, 3), Mul(92, 3), Mul(94, 5), Mul(94, 6), Add(64, 9), SinCos(3), SinCos(4),
-                Floor(104), Tanh(105), Mul(15, 108), Mul(108, 101), Mul(110, 102), Mul(5, 114), Mul(18, 110),
-                Mul(6, 118), Add(117, 119), Mul(19, 120), Mul(23, 112), Mul(111, 102), Mul(109, 101), Mul(108, 7),
+                Floor(104), Tanh(105), Mul(15, 108), Mul(18, 110), Mul(108, 101), Mul(110, 102), Mul(5, 114),
+                Mul(6, 115), Add(118, 119), Mul(19, 120), Mul(23, 112), Mul(111, 102), Mul(109, 101), Mul(108, 7),
                 Add(124, 125), Mul(110, 8), Add(123, 127), Mul(60, 126), Mul(61, 128), Mul(109, 7), Mul(111, 8),
-                Mul(26, 126), Mul(27, 128), Mul(5, 113), Neg(121), Sub(103, 122), Sub(137, 32), Sub(137, 33),
-                Sub(20, 137), Sub(137, 34), Sub(137, 35), Neg(106), Neg(9), Neg(129), Sub(131, 115), Sub(132, 116),
+                Mul(26, 126), Mul(27, 128), Mul(5, 113), Neg(121), Sub(103, 122), Sub(137, 33), Sub(137, 34),
+                Sub(20, 137), Sub(137, 35), Sub(137, 36), Neg(106), Neg(9), Neg(129), Sub(131, 116), Sub(132, 117),
                 Mul(24, 138), Mul(24, 139), Mul(24, 140), Mul(24, 141), Mul(24, 142), Mul(60, 146), Add(62, 153),
                 Mul(61, 147), Add(9, 155), Add(154, 156), Mul(26, 146), Add(107, 158), Mul(27, 147), Add(159, 160),
                 Mul(157, 157), Mul(161, 161), Tanh(136), Floor(148), Floor(149), Floor(151), Floor(152), Tanh(143),
-                Abs(144), Add(36, 168), Mul(35, 171), Mul(37, 165), Mul(42, 171), Mul(43, 165), Mul(48, 171),
+                Abs(144), Add(28, 168), Mul(36, 171), Mul(37, 165), Mul(42, 171), Mul(43, 165), Mul(48, 171),
                 Mul(49, 165), Mul(54, 171), Mul(58, 171), Mul(0, 164), Mul(170, 180), Mul(6, 169), Sub(165, 166),
-                Neg(150), Sub(167, 168), Sub(181, 133), Sub(186, 134), Mul(32, 183), Mul(34, 185), Mul(38, 183),
+                Neg(150), Sub(167, 168), Sub(181, 133), Sub(186, 134), Mul(33, 183), Mul(35, 185), Mul(38, 183),
                 Add(173, 190), Mul(41, 185), Mul(44, 183), Add(175, 193), Mul(47, 185), Mul(50, 183), Mul(53, 185),
                 Mul(55, 183), Mul(57, 185), Mul(187, 187), Add(200, 163), Floor(184), Sqrt(201), Sub(166, 202),
-                Sub(202, 167), Sub(177, 196), Mul(33, 204), Add(188, 207), Mul(20, 205), Add(208, 209), Add(210, 189),
+                Sub(202, 167), Sub(177, 196), Mul(34, 204), Add(188, 207), Mul(20, 205), Add(208, 209), Add(210, 189),
                 Add(211, 172), Mul(39, 204), Mul(40, 205), Mul(45, 204), Mul(46, 205), Mul(51, 204), Add(206, 217),
                 Mul(52, 205), Add(218, 219), Add(220, 197), Mul(56, 204), Add(198, 222), Mul(182, 203), Sub(137, 212),
                 Sub(191, 213), Sub(194, 215), Sub(221, 178), Sub(223, 199), Sub(229, 179), Add(226, 214),
@@ -3280,20 +3283,20 @@ pub static TAPE: qrm_core::Tape = {
         outputs: TapeFunction {
             operations: &[
                 Mul(5, 5), Mul(6, 6), Mul(22, 3), Mul(92, 3), Add(64, 9), SinCos(3), SinCos(4), Floor(104),
-                Mul(15, 106), Mul(106, 101), Mul(108, 102), Mul(5, 111), Mul(18, 108), Mul(6, 115), Add(114, 116),
+                Mul(15, 106), Mul(18, 108), Mul(106, 101), Mul(108, 102), Mul(5, 111), Mul(6, 112), Add(115, 116),
                 Mul(19, 117), Mul(23, 110), Mul(109, 102), Mul(107, 101), Mul(106, 7), Add(121, 122), Mul(108, 8),
                 Add(120, 124), Mul(60, 123), Mul(61, 125), Mul(107, 7), Mul(109, 8), Mul(26, 123), Mul(27, 125),
-                Mul(68, 123), Neg(118), Sub(103, 119), Sub(134, 32), Sub(134, 33), Sub(20, 134), Sub(134, 34),
-                Sub(134, 35), Neg(9), Neg(126), Sub(128, 112), Sub(129, 113), Neg(132), Mul(24, 135), Mul(24, 136),
+                Mul(68, 123), Neg(118), Sub(103, 119), Sub(134, 33), Sub(134, 34), Sub(20, 134), Sub(134, 35),
+                Sub(134, 36), Neg(9), Neg(126), Sub(128, 113), Sub(129, 114), Neg(132), Mul(24, 135), Mul(24, 136),
                 Mul(24, 137), Mul(24, 138), Mul(24, 139), Mul(60, 142), Add(62, 150), Mul(61, 143), Add(9, 152),
                 Add(151, 153), Mul(26, 142), Add(105, 155), Mul(27, 143), Add(156, 157), Mul(154, 154), Mul(158, 158),
                 Mul(68, 142), Add(69, 161), Add(162, 153), Mul(163, 163), Tanh(133), Floor(145), Floor(146),
-                Floor(148), Floor(149), Abs(140), Add(36, 169), Mul(35, 171), Mul(37, 166), Mul(42, 171), Mul(43, 166),
+                Floor(148), Floor(149), Abs(140), Add(28, 169), Mul(36, 171), Mul(37, 166), Mul(42, 171), Mul(43, 166),
                 Mul(48, 171), Mul(49, 166), Mul(54, 171), Mul(58, 171), Mul(0, 165), Mul(170, 180), Sub(166, 167),
-                Neg(147), Sub(168, 169), Sub(181, 130), Sub(185, 131), Mul(32, 182), Mul(34, 184), Mul(38, 182),
+                Neg(147), Sub(168, 169), Sub(181, 130), Sub(185, 131), Mul(33, 182), Mul(35, 184), Mul(38, 182),
                 Add(173, 189), Mul(41, 184), Mul(44, 182), Add(175, 192), Mul(47, 184), Mul(50, 182), Mul(53, 184),
                 Mul(55, 182), Mul(57, 184), Mul(186, 186), Add(199, 160), Floor(183), Sqrt(200), Sub(167, 201),
-                Sub(201, 168), Sub(177, 195), Mul(33, 203), Add(187, 206), Mul(20, 204), Add(207, 208), Add(209, 188),
+                Sub(201, 168), Sub(177, 195), Mul(34, 203), Add(187, 206), Mul(20, 204), Add(207, 208), Add(209, 188),
                 Add(210, 172), Mul(39, 203), Mul(40, 204), Mul(45, 203), Mul(46, 204), Mul(51, 203), Add(205, 216),
                 Mul(52, 204), Add(217, 218), Add(219, 196), Mul(56, 203), Add(197, 221), Sub(134, 211), Sub(190, 212),
                 Sub(193, 214), Sub(220, 178), Sub(222, 198), Sub(227, 179), Add(224, 213), Add(225, 215),
@@ -3313,8 +3316,8 @@ pub static TAPE: qrm_core::Tape = {
         linear_in_time: 0,
         tanh_arguments: TapeFunction {
             operations: &[
-                Mul(94, 5), Mul(94, 6), SinCos(3), SinCos(4), Mul(15, 103), Mul(5, 107), Mul(18, 105), Mul(6, 109),
-                Add(108, 110), Mul(19, 111), Neg(112), Neg(102),
+                Mul(94, 5), Mul(94, 6), SinCos(3), SinCos(4), Mul(15, 103), Mul(18, 105), Mul(5, 107), Mul(6, 108),
+                Add(109, 110), Mul(19, 111), Neg(112), Neg(102),
             ],
             results: &[113, 101, 114],
         },
@@ -3325,29 +3328,29 @@ pub static TAPE: qrm_core::Tape = {
         given: &[true, false, true, false],
         schedule: TapeFunction {
             operations: &[],
-            results: &[75, 76],
+            results: &[79, 80],
         },
         kernel: TapeKernel {
-            operations: 1251,
+            operations: 1255,
             has_angle: &[true, true],
             position: TapeFunction {
                 operations: &[
                     Mul(22, 3), Mul(92, 3), Mul(15, 10), Mul(18, 11), Add(103, 104), Mul(15, 12), Mul(18, 13),
-                    Mul(12, 13), MulAdd(10, 11, 108), Mul(28, 109), Mul(26, 12), Mul(26, 10), Mul(27, 13), Mul(27, 11),
-                    Mul(60, 10), Mul(61, 11), Mul(60, 12), Mul(61, 13), Mul(77, 12), Mul(78, 11), Mul(78, 10),
+                    Mul(12, 13), MulAdd(10, 11, 108), Mul(29, 109), Mul(26, 12), Mul(26, 10), Mul(27, 13), Mul(27, 11),
+                    Mul(60, 10), Mul(61, 11), Mul(60, 12), Mul(61, 13), Mul(70, 12), Mul(71, 11), Mul(71, 10),
                     Floor(102), Recip(107), Mul(106, 123), NegMulAdd(110, 124, 30), NegMulAdd(31, 124, 110),
-                    NegMulAdd(124, 126, 125), NegMulAdd(23, 122, 101), Sub(128, 32), Sub(128, 33), Sub(20, 128),
-                    Sub(128, 34), Sub(128, 35), Mul(24, 129), Mul(24, 130), Mul(24, 131), Mul(24, 132), Mul(24, 133),
-                    Recip(127), Floor(134), Floor(135), Floor(137), Floor(138), Abs(124), Add(36, 143), Mul(37, 140),
-                    Mul(43, 140), Mul(49, 140), Sub(140, 141), Neg(136), Sub(142, 143), NegMulAdd(50, 149, 148),
-                    Mul(32, 149), MulAdd(38, 149, 146), MulAdd(44, 149, 147), Mul(55, 149), Floor(150), Sub(141, 157),
-                    Sub(157, 142), NegMulAdd(39, 158, 154), NegMulAdd(45, 158, 155), MulAdd(33, 158, 153),
-                    MulAdd(20, 159, 162), MulAdd(34, 151, 163), MulAdd(35, 145, 164), MulAdd(40, 159, 160),
-                    MulAdd(46, 159, 161), MulAdd(51, 158, 152), MulAdd(52, 159, 168), MulAdd(53, 151, 169),
-                    MulAdd(56, 158, 156), Sub(128, 165), NegMulAdd(41, 151, 166), NegMulAdd(47, 151, 167),
-                    NegMulAdd(54, 145, 170), NegMulAdd(57, 151, 171), NegMulAdd(58, 145, 176), Neg(177),
-                    MulAdd(42, 145, 173), MulAdd(48, 145, 174), Neg(180), MulAdd(172, 179, 181), MulAdd(172, 182, 175),
-                    MulAdd(172, 183, 178),
+                    NegMulAdd(124, 126, 125), NegMulAdd(23, 122, 101), Sub(128, 33), Sub(128, 34), Sub(20, 128),
+                    Sub(128, 35), Sub(128, 36), Mul(24, 129), Mul(24, 130), Mul(24, 131), Mul(24, 132), Mul(24, 133),
+                    Recip(127), Floor(134), Floor(135), Floor(137), Floor(138), Abs(124), Add(28, 143), Mul(49, 140),
+                    Mul(43, 140), Mul(37, 140), Sub(140, 141), Neg(136), Sub(142, 143), NegMulAdd(50, 149, 146),
+                    Mul(33, 149), Mul(55, 149), MulAdd(44, 149, 147), MulAdd(38, 149, 148), Floor(150), Sub(141, 157),
+                    Sub(157, 142), NegMulAdd(45, 158, 155), NegMulAdd(39, 158, 156), MulAdd(34, 158, 153),
+                    MulAdd(20, 159, 162), MulAdd(35, 151, 163), MulAdd(36, 145, 164), MulAdd(56, 158, 154),
+                    MulAdd(51, 158, 152), MulAdd(52, 159, 167), MulAdd(53, 151, 168), MulAdd(46, 159, 160),
+                    MulAdd(40, 159, 161), Sub(128, 165), NegMulAdd(57, 151, 166), NegMulAdd(58, 145, 173), Neg(174),
+                    NegMulAdd(54, 145, 169), NegMulAdd(47, 151, 170), NegMulAdd(41, 151, 171), MulAdd(48, 145, 177),
+                    MulAdd(42, 145, 178), Neg(179), MulAdd(172, 180, 181), MulAdd(172, 182, 176),
+                    MulAdd(172, 183, 175),
                 ],
                 results: &[144, 105],
             },
@@ -3364,8 +3367,8 @@ pub static TAPE: qrm_core::Tape = {
                     Mul(5, 5), Mul(6, 6), Mul(94, 5), Mul(94, 6), Mul(192, 103), MulAdd(193, 104, 196), Mul(192, 111),
                     MulAdd(193, 113, 198), Mul(13, 193), Mul(200, 121), Mul(12, 192), Mul(202, 120), Mul(197, 123),
                     Mul(5, 103), MulAdd(6, 104, 205), Mul(19, 206), Mul(83, 10), Neg(195), Sub(184, 199),
-                    NegMulAdd(192, 112, 64), NegMulAdd(193, 114, 211), NegMulAdd(193, 120, 79),
-                    NegMulAdd(192, 121, 80), Neg(207), NegMulAdd(192, 117, 184), NegMulAdd(193, 118, 216),
+                    NegMulAdd(192, 112, 64), NegMulAdd(193, 114, 211), NegMulAdd(193, 120, 72),
+                    NegMulAdd(192, 121, 73), Neg(207), NegMulAdd(192, 117, 184), NegMulAdd(193, 118, 216),
                     NegMulAdd(192, 115, 62), NegMulAdd(193, 116, 218), Tanh(194), Tanh(209), Tanh(215), Mul(84, 220),
                     Mul(84, 221), MulAdd(12, 213, 201), Add(119, 225), MulAdd(106, 212, 226), MulAdd(13, 214, 203),
                     MulAdd(107, 212, 228), Mul(223, 139), Mul(124, 230), Mul(110, 230), Mul(124, 224), Mul(233, 139),
@@ -3388,19 +3391,19 @@ pub static TAPE: qrm_core::Tape = {
                     MulAdd(298, 298, 310), Add(63, 311), Sqrt(300), Sqrt(302), Abs(287), Sqrt(304), Sqrt(306),
                     Abs(288), Sqrt(309), Sqrt(312), NegMulAdd(110, 289, 250), NegMulAdd(116, 290, 293),
                     NegMulAdd(118, 290, 294), Sub(219, 323), NegMulAdd(114, 290, 296), Sub(199, 325),
-                    NegMulAdd(113, 290, 297), Sub(212, 327), Sub(36, 313), Sub(36, 317), Neg(292),
+                    NegMulAdd(113, 290, 297), Sub(212, 327), Sub(28, 313), Sub(28, 317), Neg(292),
                     MulAdd(31, 290, 321), Mul(123, 332), Add(217, 322), Mul(334, 334), Mul(326, 326), Sign(333),
-                    Recip(329), Sqrt(329), Abs(331), Mul(263, 337), Mul(264, 337), MulAdd(292, 337, 36), Mul(333, 337),
+                    Recip(329), Sqrt(329), Abs(331), Mul(263, 337), Mul(264, 337), MulAdd(292, 337, 28), Mul(333, 337),
                     Mul(314, 338), Mul(315, 338), MulAdd(316, 346, 318), MulAdd(319, 345, 320), Sub(324, 333),
-                    Sub(328, 333), NegMulAdd(316, 345, 330), Sub(36, 340), NegMulAdd(319, 346, 352),
+                    Sub(328, 333), NegMulAdd(316, 345, 330), Sub(28, 340), NegMulAdd(319, 346, 352),
                     MulAdd(349, 349, 335), Add(63, 354), MulAdd(350, 350, 336), Add(63, 356), Sqrt(355), Recip(358),
                     Sqrt(357), Recip(360), Recip(351), Sqrt(351), Mul(334, 359), Mul(349, 359), Mul(254, 364),
                     MulAdd(279, 365, 366), Mul(326, 361), Mul(350, 361), Mul(258, 368), Mul(255, 364),
                     MulAdd(280, 365, 371), Mul(259, 368), Mul(278, 364), MulAdd(295, 365, 374), Mul(283, 368),
                     Mul(334, 364), MulAdd(349, 365, 377), Mul(326, 368), MulAdd(350, 369, 379), Mul(347, 362),
-                    Add(339, 363), Sub(36, 367), NegMulAdd(284, 369, 370), NegMulAdd(285, 369, 373),
+                    Add(339, 363), Sub(28, 367), NegMulAdd(284, 369, 370), NegMulAdd(285, 369, 373),
                     NegMulAdd(298, 369, 376), NegMulAdd(348, 381, 353), Recip(383), Sqrt(387), Mul(384, 388),
-                    Mul(341, 388), Add(36, 385), MulAdd(372, 390, 392), MulAdd(372, 391, 342), MulAdd(375, 390, 386),
+                    Mul(341, 388), Add(28, 385), MulAdd(372, 390, 392), MulAdd(372, 391, 342), MulAdd(375, 390, 386),
                     MulAdd(375, 391, 343), Add(382, 389), NegMulAdd(378, 390, 380), NegMulAdd(378, 391, 344),
                     Recip(393), Mul(394, 400), NegMulAdd(395, 401, 396), NegMulAdd(398, 401, 399), Recip(402),
                     Mul(403, 404), MulAdd(375, 405, 378), Mul(278, 405), Mul(295, 405), Mul(283, 405), Mul(298, 405),
@@ -3412,11 +3415,11 @@ pub static TAPE: qrm_core::Tape = {
                     Sqrt(424), Recip(434), Sign(433), Mul(418, 435), Mul(421, 435), Mul(254, 437),
                     MulAdd(279, 438, 439), Mul(432, 432), MulAdd(429, 429, 441), Add(63, 442), Mul(263, 436),
                     Mul(255, 437), MulAdd(280, 438, 445), Mul(264, 436), Mul(278, 437), MulAdd(295, 438, 448),
-                    MulAdd(292, 436, 36), Mul(334, 437), MulAdd(349, 438, 451), Mul(333, 436), Sub(36, 440),
+                    MulAdd(292, 436, 28), Mul(334, 437), MulAdd(349, 438, 451), Mul(333, 436), Sub(28, 440),
                     Recip(454), Sqrt(443), Recip(456), Mul(432, 457), Mul(429, 457), Mul(258, 458), Mul(444, 455),
                     Mul(259, 458), MulAdd(446, 461, 447), Mul(283, 458), MulAdd(449, 461, 450), Mul(326, 458),
                     MulAdd(350, 459, 466), NegMulAdd(284, 459, 460), NegMulAdd(285, 459, 462),
-                    NegMulAdd(298, 459, 464), NegMulAdd(452, 461, 453), Mul(468, 455), Add(36, 469),
+                    NegMulAdd(298, 459, 464), NegMulAdd(452, 461, 453), Mul(468, 455), Add(28, 469),
                     MulAdd(446, 472, 473), MulAdd(449, 472, 470), NegMulAdd(452, 472, 467), Recip(474), Mul(463, 477),
                     NegMulAdd(475, 478, 465), NegMulAdd(476, 478, 471), Recip(479), Mul(480, 481),
                     MulAdd(449, 482, 452), Mul(278, 482), Mul(295, 482), Mul(283, 482), Mul(298, 482), Mul(292, 482),
@@ -3428,11 +3431,11 @@ pub static TAPE: qrm_core::Tape = {
                     Sqrt(501), Recip(511), Sign(510), Mul(495, 512), Mul(498, 512), Mul(254, 514),
                     MulAdd(279, 515, 516), Mul(509, 509), MulAdd(506, 506, 518), Add(63, 519), Mul(263, 513),
                     Mul(255, 514), MulAdd(280, 515, 522), Mul(264, 513), Mul(278, 514), MulAdd(295, 515, 525),
-                    MulAdd(292, 513, 36), Mul(334, 514), MulAdd(349, 515, 528), Mul(333, 513), Sub(36, 517),
+                    MulAdd(292, 513, 28), Mul(334, 514), MulAdd(349, 515, 528), Mul(333, 513), Sub(28, 517),
                     Recip(531), Sqrt(520), Recip(533), Mul(509, 534), Mul(506, 534), Mul(258, 535), Mul(521, 532),
                     Mul(259, 535), MulAdd(523, 538, 524), Mul(283, 535), MulAdd(526, 538, 527), Mul(326, 535),
                     MulAdd(350, 536, 543), NegMulAdd(284, 536, 537), NegMulAdd(285, 536, 539),
-                    NegMulAdd(298, 536, 541), NegMulAdd(529, 538, 530), Mul(545, 532), Add(36, 546),
+                    NegMulAdd(298, 536, 541), NegMulAdd(529, 538, 530), Mul(545, 532), Add(28, 546),
                     MulAdd(523, 549, 550), MulAdd(526, 549, 547), NegMulAdd(529, 549, 544), Recip(551), Mul(540, 554),
                     NegMulAdd(552, 555, 542), NegMulAdd(553, 555, 548), Recip(556), Mul(557, 558),
                     MulAdd(526, 559, 529), Mul(278, 559), Mul(295, 559), Mul(283, 559), Mul(298, 559), Mul(292, 559),
@@ -3444,11 +3447,11 @@ pub static TAPE: qrm_core::Tape = {
                     Sqrt(578), Recip(588), Sign(587), Mul(572, 589), Mul(575, 589), Mul(254, 591),
                     MulAdd(279, 592, 593), Mul(586, 586), MulAdd(583, 583, 595), Add(63, 596), Mul(263, 590),
                     Mul(255, 591), MulAdd(280, 592, 599), Mul(264, 590), Mul(278, 591), MulAdd(295, 592, 602),
-                    MulAdd(292, 590, 36), Mul(334, 591), MulAdd(349, 592, 605), Mul(333, 590), Sub(36, 594),
+                    MulAdd(292, 590, 28), Mul(334, 591), MulAdd(349, 592, 605), Mul(333, 590), Sub(28, 594),
                     Recip(608), Sqrt(597), Recip(610), Mul(586, 611), Mul(583, 611), Mul(258, 612), Mul(598, 609),
                     Mul(259, 612), MulAdd(600, 615, 601), Mul(283, 612), MulAdd(603, 615, 604), Mul(326, 612),
                     MulAdd(350, 613, 620), NegMulAdd(284, 613, 614), NegMulAdd(285, 613, 616),
-                    NegMulAdd(298, 613, 618), NegMulAdd(606, 615, 607), Mul(622, 609), Add(36, 623),
+                    NegMulAdd(298, 613, 618), NegMulAdd(606, 615, 607), Mul(622, 609), Add(28, 623),
                     MulAdd(600, 626, 627), MulAdd(603, 626, 624), NegMulAdd(606, 626, 621), Recip(628), Mul(617, 631),
                     NegMulAdd(629, 632, 619), NegMulAdd(630, 632, 625), Recip(633), Mul(634, 635),
                     MulAdd(603, 636, 606), Mul(278, 636), Mul(295, 636), Mul(283, 636), Mul(298, 636), Mul(292, 636),
@@ -3460,11 +3463,11 @@ pub static TAPE: qrm_core::Tape = {
                     Sqrt(655), Recip(665), Sign(664), Mul(649, 666), Mul(652, 666), Mul(254, 668),
                     MulAdd(279, 669, 670), Mul(663, 663), MulAdd(660, 660, 672), Add(63, 673), Mul(263, 667),
                     Mul(255, 668), MulAdd(280, 669, 676), Mul(264, 667), Mul(278, 668), MulAdd(295, 669, 679),
-                    MulAdd(292, 667, 36), Mul(334, 668), MulAdd(349, 669, 682), Mul(333, 667), Sub(36, 671),
+                    MulAdd(292, 667, 28), Mul(334, 668), MulAdd(349, 669, 682), Mul(333, 667), Sub(28, 671),
                     Recip(685), Sqrt(674), Recip(687), Mul(663, 688), Mul(660, 688), Mul(258, 689), Mul(675, 686),
                     Mul(259, 689), MulAdd(677, 692, 678), Mul(283, 689), MulAdd(680, 692, 681), Mul(326, 689),
                     MulAdd(350, 690, 697), NegMulAdd(284, 690, 691), NegMulAdd(285, 690, 693),
-                    NegMulAdd(298, 690, 695), NegMulAdd(683, 692, 684), Mul(699, 686), Add(36, 700),
+                    NegMulAdd(298, 690, 695), NegMulAdd(683, 692, 684), Mul(699, 686), Add(28, 700),
                     MulAdd(677, 703, 704), MulAdd(680, 703, 701), NegMulAdd(683, 703, 698), Recip(705), Mul(694, 708),
                     NegMulAdd(706, 709, 696), NegMulAdd(707, 709, 702), Recip(710), Mul(711, 712),
                     MulAdd(680, 713, 683), Mul(278, 713), Mul(295, 713), Mul(283, 713), Mul(298, 713), Mul(292, 713),
@@ -3476,11 +3479,11 @@ pub static TAPE: qrm_core::Tape = {
                     Sqrt(732), Recip(742), Sign(741), Mul(726, 743), Mul(729, 743), Mul(254, 745),
                     MulAdd(279, 746, 747), Mul(740, 740), MulAdd(737, 737, 749), Add(63, 750), Mul(263, 744),
                     Mul(255, 745), MulAdd(280, 746, 753), Mul(264, 744), Mul(278, 745), MulAdd(295, 746, 756),
-                    MulAdd(292, 744, 36), Mul(334, 745), MulAdd(349, 746, 759), Mul(333, 744), Sub(36, 748),
+                    MulAdd(292, 744, 28), Mul(334, 745), MulAdd(349, 746, 759), Mul(333, 744), Sub(28, 748),
                     Recip(762), Sqrt(751), Recip(764), Mul(740, 765), Mul(737, 765), Mul(258, 766), Mul(752, 763),
                     Mul(259, 766), MulAdd(754, 769, 755), Mul(283, 766), MulAdd(757, 769, 758), Mul(326, 766),
                     MulAdd(350, 767, 774), NegMulAdd(284, 767, 768), NegMulAdd(285, 767, 770),
-                    NegMulAdd(298, 767, 772), NegMulAdd(760, 769, 761), Mul(776, 763), Add(36, 777),
+                    NegMulAdd(298, 767, 772), NegMulAdd(760, 769, 761), Mul(776, 763), Add(28, 777),
                     MulAdd(754, 780, 781), MulAdd(757, 780, 778), NegMulAdd(760, 780, 775), Recip(782), Mul(771, 785),
                     NegMulAdd(783, 786, 773), NegMulAdd(784, 786, 779), Recip(787), Mul(788, 789),
                     MulAdd(757, 790, 760), Mul(278, 790), Mul(295, 790), Mul(283, 790), Mul(298, 790), Mul(292, 790),
@@ -3492,11 +3495,11 @@ pub static TAPE: qrm_core::Tape = {
                     Sqrt(809), Recip(819), Sign(818), Mul(803, 820), Mul(806, 820), Mul(254, 822),
                     MulAdd(279, 823, 824), Mul(817, 817), MulAdd(814, 814, 826), Add(63, 827), Mul(263, 821),
                     Mul(255, 822), MulAdd(280, 823, 830), Mul(264, 821), Mul(278, 822), MulAdd(295, 823, 833),
-                    MulAdd(292, 821, 36), Mul(334, 822), MulAdd(349, 823, 836), Mul(333, 821), Sub(36, 825),
+                    MulAdd(292, 821, 28), Mul(334, 822), MulAdd(349, 823, 836), Mul(333, 821), Sub(28, 825),
                     Recip(839), Sqrt(828), Recip(841), Mul(817, 842), Mul(814, 842), Mul(258, 843), Mul(829, 840),
                     Mul(259, 843), MulAdd(831, 846, 832), Mul(283, 843), MulAdd(834, 846, 835), Mul(326, 843),
                     MulAdd(350, 844, 851), NegMulAdd(284, 844, 845), NegMulAdd(285, 844, 847),
-                    NegMulAdd(298, 844, 849), NegMulAdd(837, 846, 838), Mul(853, 840), Add(36, 854),
+                    NegMulAdd(298, 844, 849), NegMulAdd(837, 846, 838), Mul(853, 840), Add(28, 854),
                     MulAdd(831, 857, 858), MulAdd(834, 857, 855), NegMulAdd(837, 857, 852), Recip(859), Mul(848, 862),
                     NegMulAdd(860, 863, 850), NegMulAdd(861, 863, 856), Recip(864), Mul(865, 866),
                     MulAdd(834, 867, 837), Mul(278, 867), Mul(295, 867), Mul(283, 867), Mul(298, 867), Mul(292, 867),
@@ -3508,11 +3511,11 @@ pub static TAPE: qrm_core::Tape = {
                     Sqrt(886), Recip(896), Sign(895), Mul(880, 897), Mul(883, 897), Mul(254, 899),
                     MulAdd(279, 900, 901), Mul(894, 894), MulAdd(891, 891, 903), Add(63, 904), Mul(263, 898),
                     Mul(255, 899), MulAdd(280, 900, 907), Mul(264, 898), Mul(278, 899), MulAdd(295, 900, 910),
-                    MulAdd(292, 898, 36), Mul(334, 899), MulAdd(349, 900, 913), Mul(333, 898), Sub(36, 902),
+                    MulAdd(292, 898, 28), Mul(334, 899), MulAdd(349, 900, 913), Mul(333, 898), Sub(28, 902),
                     Recip(916), Sqrt(905), Recip(918), Mul(894, 919), Mul(891, 919), Mul(258, 920), Mul(906, 917),
                     Mul(259, 920), MulAdd(908, 923, 909), Mul(283, 920), MulAdd(911, 923, 912), Mul(326, 920),
                     MulAdd(350, 921, 928), NegMulAdd(284, 921, 922), NegMulAdd(285, 921, 924),
-                    NegMulAdd(298, 921, 926), NegMulAdd(914, 923, 915), Mul(930, 917), Add(36, 931),
+                    NegMulAdd(298, 921, 926), NegMulAdd(914, 923, 915), Mul(930, 917), Add(28, 931),
                     MulAdd(908, 934, 935), MulAdd(911, 934, 932), NegMulAdd(914, 934, 929), Recip(936), Mul(925, 939),
                     NegMulAdd(937, 940, 927), NegMulAdd(938, 940, 933), Recip(941), Mul(942, 943),
                     MulAdd(911, 944, 914), Mul(278, 944), Mul(295, 944), Mul(283, 944), Mul(298, 944), Mul(292, 944),
@@ -3539,8 +3542,8 @@ pub static TAPE: qrm_core::Tape = {
             },
             outputs: TapeFunction {
                 operations: &[
-                    Add(64, 9), Mul(12, 5), Mul(10, 7), MulAdd(1017, 5, 1018), Mul(10, 5), Mul(11, 6), Mul(15, 1020),
-                    MulAdd(18, 1021, 1022), Mul(19, 1023), Mul(13, 6), Mul(11, 8), MulAdd(1025, 6, 1026), Mul(12, 7),
+                    Add(64, 9), Mul(10, 7), Mul(12, 5), MulAdd(1018, 5, 1017), Mul(10, 5), Mul(11, 6), Mul(15, 1020),
+                    MulAdd(18, 1021, 1022), Mul(19, 1023), Mul(11, 8), Mul(13, 6), MulAdd(1026, 6, 1025), Mul(12, 7),
                     Mul(13, 8), Neg(9), Neg(1024), NegMulAdd(61, 1027, 184), NegMulAdd(5, 1020, 1028),
                     NegMulAdd(6, 1021, 1029), MulAdd(61, 1034, 9), Add(69, 1035), MulAdd(68, 1033, 1036),
                     Add(62, 1035), MulAdd(60, 1033, 1038), MulAdd(26, 1033, 1016), MulAdd(27, 1034, 1040),
@@ -3555,4 +3558,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 4839a0584bb3e28f
+// Hash of this file and its derivation: d9a0dec23ed910bc

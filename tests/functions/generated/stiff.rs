@@ -19,13 +19,13 @@
 //     residuals           no operations
 //     velocity_residual   no operations
 //     correction          no operations
-//     accelerations       21 additions, 26 multiplications
+//     accelerations       22 additions, 26 multiplications
 //     outputs_at          no operations
 //
 // Accelerations and multipliers, from sines and cosines on:
 //       214 operations  with full matrices, as the method is written down
 //        67 operations  by the function `dynamics` and one full system
-//        78 operations  by the kernel: 31 additions, 44 multiplications, 3 divisions
+//        80 operations  by the kernel: 33 additions, 44 multiplications, 3 divisions
 //
 // Left out:
 //     2 of the 15 entries of T, 2 of the 9 entries of Mbar: zero by structure
@@ -628,7 +628,7 @@ pub fn correction<R: Scalar>(
 
 /// `qdd`, and the multipliers.
 ///
-/// Operations: 21 additions, 26 multiplications.
+/// Operations: 22 additions, 26 multiplications.
 #[inline(always)]
 pub fn accelerations<R: Scalar>(
     m: &Stiff<R>,
@@ -639,8 +639,6 @@ pub fn accelerations<R: Scalar>(
     _angles: &Angles<R, 3>,
 ) -> ([R; 3], [R; 0]) {
     let k = &m.constants;
-    let [_, q1, q2] = *q;
-    let [p_dot, q1_dot, q2_dot] = *qd;
     let Position {
         inv_inertia_p,
         inv_inertia_q1,
@@ -656,6 +654,8 @@ pub fn accelerations<R: Scalar>(
         v4,
         ..
     } = *position;
+    let [_, q1, q2] = *q;
+    let [p_dot, q1_dot, q2_dot] = *qd;
 
     // The reduced forces fbar.
     let q2_q2_dot = q2 * q2_dot;
@@ -708,14 +708,17 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 3 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position.loss_q1.abs().max(position.loss_q2.abs())
+pub fn growth_factor<R: Scalar>(_m: &Stiff<R>, position: &Position<R>) -> R {
+    let Position { loss_q1, loss_q2, .. } = *position;
+    loss_q1.abs().max(loss_q2.abs())
 }
 
 impl<R: Scalar> Kernel<R, 3, 0> for Stiff<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 78;
+    const OPERATIONS: usize = 80;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 3] {
@@ -744,7 +747,7 @@ impl<R: Scalar> Kernel<R, 3, 0> for Stiff<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -810,9 +813,9 @@ impl<R: Scalar> Equations<R, 3, 0> for Stiff<R> {
 
     fn start(&self) -> Start<R, 3> {
         Start {
-            q: [R::from_f64(0.0), R::from_f64(0.0), R::from_f64(0.0)],
+            q: [R::zero(), R::zero(), R::zero()],
             given: [true, true, true],
-            qd: [R::from_f64(1.0), R::from_f64(0.0), R::from_f64(0.0)],
+            qd: [R::from_f64(1.0), R::zero(), R::zero()],
             given_rates: [true, true, true],
         }
     }
@@ -968,19 +971,19 @@ pub static TAPE: qrm_core::Tape = {
         constants: &[
             Mul(0, 0), Number(1.25), Number(0.5), Number(0.01), Number(2.5), Number(1.5), Number(0.3333333333333333),
             Number(1.3333333333333333), Number(0.005), Number(0.625), Number(0.6666666666666666), Number(2.0),
-            Number(0.25), Number(0.0), Number(4.0), Number(3.0), Number(1.0), Number(1e-6), Number(0.001), Mul(0, 19),
+            Number(0.25), Number(1.0), Number(0.0), Number(4.0), Number(3.0), Number(1e-6), Number(0.001), Mul(0, 19),
             Mul(0, 20), Mul(0, 37), Add(21, 39), Mul(0, 22), Mul(0, 23), Mul(1, 24), Mul(25, 1), Mul(18, 27),
             Add(26, 45), Mul(1, 28), Mul(18, 19), Add(21, 48), Mul(0, 29), Mul(0, 30),
         ],
         dynamics: TapeFunction {
             operations: &[
-                Mul(19, 4), Mul(23, 5), Mul(23, 4), Add(42, 54), Add(41, 52), Mul(4, 56), Add(40, 57), Mul(5, 5),
-                Mul(29, 59), Add(58, 60), Mul(22, 4), Add(41, 62), Mul(7, 63), Mul(32, 5), Mul(65, 8), Add(64, 66),
-                Mul(6, 67), Add(52, 37), Mul(6, 69), Mul(33, 8), Add(70, 71), Mul(6, 72), Mul(43, 5), Add(73, 74),
-                Mul(44, 4), Mul(6, 6), Mul(29, 77), Mul(43, 4), Mul(33, 6), Mul(7, 80), Neg(53), Neg(68), Sub(75, 76),
+                Mul(23, 5), Mul(23, 4), Add(42, 53), Mul(19, 4), Add(41, 55), Mul(4, 56), Add(40, 57), Mul(5, 5),
+                Mul(29, 59), Add(58, 60), Mul(22, 4), Add(41, 62), Mul(7, 63), Mul(33, 5), Mul(65, 8), Add(64, 66),
+                Mul(6, 67), Add(55, 37), Mul(6, 69), Mul(34, 8), Add(70, 71), Mul(6, 72), Mul(43, 5), Add(73, 74),
+                Mul(44, 4), Mul(6, 6), Mul(29, 77), Mul(43, 4), Mul(34, 6), Mul(7, 80), Neg(52), Neg(68), Sub(75, 76),
                 Sub(44, 78), Mul(5, 85), Sub(86, 79), Add(87, 81), Neg(88),
             ],
-            results: &[61, 82, 55, 82, 19, 31, 55, 31, 29, 83, 84, 89],
+            results: &[61, 82, 54, 82, 19, 32, 54, 32, 29, 83, 84, 89],
         },
         loop_constraints: TapeFunction {
             operations: &[],
@@ -988,10 +991,10 @@ pub static TAPE: qrm_core::Tape = {
         },
         mass_matrix: TapeFunction {
             operations: &[
-                Mul(19, 4), Mul(23, 5), Mul(23, 4), Add(42, 54), Add(41, 52), Mul(4, 56), Add(40, 57), Mul(5, 5),
-                Mul(29, 59), Add(58, 60), Neg(53),
+                Mul(23, 5), Mul(23, 4), Add(42, 53), Mul(19, 4), Add(41, 55), Mul(4, 56), Add(40, 57), Mul(5, 5),
+                Mul(29, 59), Add(58, 60), Neg(52),
             ],
-            results: &[61, 62, 55, 62, 19, 31, 55, 31, 29],
+            results: &[61, 62, 54, 62, 19, 32, 54, 32, 29],
         },
         energy: TapeFunction {
             operations: &[
@@ -1004,7 +1007,7 @@ pub static TAPE: qrm_core::Tape = {
         },
         power: TapeFunction {
             operations: &[],
-            results: &[31],
+            results: &[32],
         },
         outputs: TapeFunction {
             operations: &[],
@@ -1012,13 +1015,13 @@ pub static TAPE: qrm_core::Tape = {
         },
         linearization: Some(TapeFunction {
             operations: &[
-                Mul(22, 4), Add(41, 52), Mul(7, 53), Mul(32, 5), Mul(55, 8), Add(54, 56), Mul(33, 8), Mul(6, 6),
-                Mul(29, 59), Mul(33, 6), Mul(23, 9), Mul(6, 53), Mul(5, 6), Mul(32, 64), Mul(22, 6), Mul(66, 7),
-                Mul(53, 9), Add(67, 68), Mul(23, 11), Add(69, 70), Mul(5, 9), Mul(6, 8), Add(72, 73), Mul(32, 74),
-                Mul(23, 10), Mul(19, 59), Add(43, 62), Add(58, 63), Mul(33, 7), Sub(44, 60), Sub(75, 76), Sub(44, 77),
-                Neg(78), Sub(43, 62), Neg(85), Neg(79), Neg(61), Sub(65, 80), Neg(89),
+                Mul(5, 6), Mul(22, 4), Add(41, 53), Mul(7, 54), Mul(33, 5), Mul(56, 8), Add(55, 57), Mul(34, 8),
+                Mul(6, 6), Mul(29, 60), Mul(34, 6), Mul(23, 9), Mul(6, 54), Mul(33, 52), Mul(22, 6), Mul(66, 7),
+                Mul(54, 9), Add(67, 68), Mul(23, 11), Add(69, 70), Mul(5, 9), Mul(6, 8), Add(72, 73), Mul(33, 74),
+                Mul(23, 10), Mul(19, 60), Add(43, 63), Add(59, 64), Mul(34, 7), Sub(44, 61), Sub(75, 76), Sub(44, 77),
+                Neg(78), Sub(43, 63), Neg(85), Neg(79), Neg(62), Sub(65, 80), Neg(89),
             ],
-            results: &[31, 71, 82, 31, 83, 84, 31, 86, 81, 57, 63, 65, 87, 31, 88, 90, 61, 31, 31, 31, 31],
+            results: &[32, 71, 82, 32, 83, 84, 32, 86, 81, 58, 64, 65, 87, 32, 88, 90, 62, 32, 32, 32, 32],
         }),
         event: None,
         switching_functions: TapeFunction {
@@ -1032,7 +1035,7 @@ pub static TAPE: qrm_core::Tape = {
         },
         start: TapeFunction {
             operations: &[],
-            results: &[31, 31, 31, 34, 31, 31],
+            results: &[32, 32, 32, 31, 32, 32],
         },
         given: &[true, true, true, true, true, true],
         schedule: TapeFunction {
@@ -1040,15 +1043,15 @@ pub static TAPE: qrm_core::Tape = {
             results: &[35, 36],
         },
         kernel: TapeKernel {
-            operations: 78,
+            operations: 80,
             has_angle: &[true, false, false],
             position: TapeFunction {
                 operations: &[
-                    Mul(23, 5), MulAdd(19, 4, 41), Mul(29, 5), MulAdd(54, 5, 49), MulAdd(4, 53, 55), MulAdd(23, 4, 42),
-                    Add(0, 4), MulAdd(20, 4, 38), MulAdd(30, 4, 51), Mul(1, 4), Mul(1, 5), Sub(5, 4), Mul(43, 63),
-                    Recip(56), Mul(52, 65), Mul(57, 65), Mul(57, 66), NegMulAdd(52, 66, 19), NegMulAdd(57, 67, 29),
-                    Recip(69), Mul(19, 71), Mul(68, 71), NegMulAdd(68, 73, 70), Recip(74), Abs(72), Mul(29, 75),
-                    Abs(77), Max(76, 78),
+                    Add(0, 4), Mul(23, 5), Mul(29, 5), MulAdd(54, 5, 49), MulAdd(19, 4, 41), MulAdd(4, 56, 55),
+                    MulAdd(23, 4, 42), MulAdd(20, 4, 38), MulAdd(30, 4, 51), Mul(1, 4), Mul(1, 5), Sub(5, 4),
+                    Mul(43, 63), Recip(57), Mul(53, 65), Mul(58, 65), Mul(58, 66), NegMulAdd(53, 66, 19),
+                    NegMulAdd(58, 67, 29), Recip(69), Mul(19, 71), Mul(68, 71), NegMulAdd(68, 73, 70), Recip(74),
+                    Abs(72), Mul(29, 75), Abs(77), Max(76, 78),
                 ],
                 results: &[79],
             },
@@ -1058,15 +1061,15 @@ pub static TAPE: qrm_core::Tape = {
             },
             correction: TapeFunction {
                 operations: &[],
-                results: &[31, 31, 31],
+                results: &[32, 32, 32],
             },
             accelerations: TapeFunction {
                 operations: &[
-                    Mul(5, 6), Mul(5, 8), Mul(29, 81), MulAdd(7, 59, 82), MulAdd(4, 7, 81), Mul(50, 7),
-                    MulAdd(29, 84, 85), Mul(6, 86), MulAdd(6, 83, 87), MulAdd(6, 60, 8), Mul(29, 8), MulAdd(6, 58, 90),
-                    Mul(88, 65), Sub(64, 61), Sub(7, 80), NegMulAdd(29, 7, 80), Neg(62), Sub(96, 64),
-                    MulAdd(6, 91, 93), MulAdd(6, 89, 98), MulAdd(6, 95, 97), NegMulAdd(6, 94, 100),
-                    NegMulAdd(88, 66, 99), MulAdd(88, 67, 101), Mul(102, 71), NegMulAdd(102, 73, 103), Mul(105, 75),
+                    Mul(29, 8), Mul(5, 6), Mul(5, 8), Mul(50, 7), MulAdd(4, 7, 82), MulAdd(29, 84, 83), Mul(6, 85),
+                    Mul(29, 82), MulAdd(7, 59, 87), MulAdd(6, 88, 86), MulAdd(6, 52, 80), MulAdd(6, 60, 8),
+                    Mul(89, 65), Sub(7, 81), Sub(64, 61), Neg(62), Sub(95, 64), NegMulAdd(29, 7, 81),
+                    MulAdd(6, 90, 94), MulAdd(6, 91, 98), MulAdd(6, 97, 96), NegMulAdd(6, 93, 100),
+                    NegMulAdd(89, 66, 99), MulAdd(89, 67, 101), Mul(102, 71), NegMulAdd(102, 73, 103), Mul(105, 75),
                     MulAdd(67, 106, 92), NegMulAdd(73, 106, 104), NegMulAdd(66, 108, 107), Neg(109),
                 ],
                 results: &[110, 108, 106],
@@ -1083,4 +1086,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 0be3cd2f655f2455
+// Hash of this file and its derivation: 3f5e368a3a398daf

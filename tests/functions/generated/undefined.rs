@@ -400,8 +400,10 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: no operations.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(_position: &Position<R>) -> R {
+pub fn growth_factor<R: Scalar>(_m: &Undefined<R>, _position: &Position<R>) -> R {
     R::zero()
 }
 
@@ -436,7 +438,7 @@ impl<R: Scalar> Kernel<R, 1, 0> for Undefined<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -509,7 +511,7 @@ impl<R: Scalar> Equations<R, 1, 0> for Undefined<R> {
 
     fn start(&self) -> Start<R, 1> {
         Start {
-            q: [R::from_f64(0.0)],
+            q: [R::zero()],
             given: [true],
             qd: [R::from_f64(1.0)],
             given_rates: [true],
@@ -742,4 +744,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: aa20d59c033f5f9d
+// Hash of this file and its derivation: 058a384ab99fbc3f

@@ -21,13 +21,13 @@
 //     residuals            no operations
 //     velocity_residual    10 additions, 12 multiplications
 //     correction           14 additions, 19 multiplications
-//     accelerations        59 additions, 78 multiplications
+//     accelerations        61 additions, 78 multiplications
 //     outputs_at           6 additions, 8 multiplications
 //
 // Accelerations and multipliers, from sines and cosines on:
 //      1709 operations  with full matrices, as the method is written down
 //       740 operations  by the function `dynamics` and one full system
-//       233 operations  by the kernel: 82 additions, 144 multiplications, 6 divisions, 1 root, 1 sine-cosine pair
+//       238 operations  by the kernel: 87 additions, 144 multiplications, 6 divisions, 1 root, 1 sine-cosine pair
 //
 // Left out:
 //     56 of the 75 entries of T, 16 of the 25 entries of Mbar, 8 of the 20 entries of C_q: zero by structure
@@ -1345,8 +1345,8 @@ pub fn velocity_residual<R: Scalar>(
     position: &Position<R>,
     qd: &[R; 5],
 ) -> [R; 4] {
-    let [c_dot, p_dot, r_dot, u_dot, v_dot] = *qd;
     let Position { a_x, a_y, b2_y, d_y, e_cos_v1, v10, v11, v5, v6, v7, v8, v9, .. } = *position;
+    let [c_dot, p_dot, r_dot, u_dot, v_dot] = *qd;
     [
         -r_dot.neg_mul_add(b2_y, p_dot.mul_add(v7, c_dot * a_y)),
         r_dot.neg_mul_add(v6, p_dot.mul_add(v5, c_dot * a_x)),
@@ -1364,7 +1364,6 @@ pub fn correction<R: Scalar>(
     position: &Position<R>,
     residuals: &[R; 4],
 ) -> [R; 5] {
-    let [bx_open, by_open, ex_open, ey_open] = *residuals;
     let Position {
         bx_r_share,
         d_y,
@@ -1387,6 +1386,7 @@ pub fn correction<R: Scalar>(
         v_per_c,
         ..
     } = *position;
+    let [bx_open, by_open, ex_open, ey_open] = *residuals;
 
     // The correction: no motion that the loops allow is part of it.
     let p_closing = bx_open * inv_bx;
@@ -1414,7 +1414,7 @@ pub fn correction<R: Scalar>(
 
 /// `qdd`, and the multipliers.
 ///
-/// Operations: 59 additions, 78 multiplications.
+/// Operations: 61 additions, 78 multiplications.
 #[inline(always)]
 pub fn accelerations<R: Scalar>(
     m: &Watt<R>,
@@ -1426,9 +1426,6 @@ pub fn accelerations<R: Scalar>(
 ) -> ([R; 5], [R; 4]) {
     let p = &m.parameters;
     let k = &m.constants;
-    let [c_dot, p_dot, r_dot, u_dot, v_dot] = *qd;
-    let [_, _, _, sin_u, _] = angles.sin;
-    let [cos_c, cos_p_, _, cos_u, _] = angles.cos;
     let Position {
         a_x,
         a_y,
@@ -1473,6 +1470,9 @@ pub fn accelerations<R: Scalar>(
         v_per_c,
         ..
     } = *position;
+    let [c_dot, p_dot, r_dot, u_dot, v_dot] = *qd;
+    let [_, _, _, sin_u, _] = angles.sin;
+    let [cos_c, cos_p_, _, cos_u, _] = angles.cos;
 
     // Rates of the lengths.
     let s_dot = u_dot.neg_mul_add(s_r, r_dot * s_r);
@@ -1585,12 +1585,12 @@ pub fn outputs_at<R: Scalar>(
     angles: &Angles<R, 5>,
 ) -> [R; 4] {
     let p = &m.parameters;
+    let Position { k17_v, .. } = *position;
     let [c_dot, p_dot, _, _, _] = *qd;
     let [c_ddot, p_ddot, _, _, _] = *qdd;
     let [_, _, lambda_ex, lambda_ey] = *multipliers;
     let [sin_c, sin_p_, _, _, _] = angles.sin;
     let [cos_c, cos_p_, _, _, _] = angles.cos;
-    let Position { k17_v, .. } = *position;
     [
         k17_v,
         -lambda_ex,
@@ -1605,25 +1605,39 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: 19 other functions.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
-    position
-        .p_per_c_2
+pub fn growth_factor<R: Scalar>(_m: &Watt<R>, position: &Position<R>) -> R {
+    let Position {
+        bx_over_by_r,
+        by_over_bx_p,
+        ex_over_by_r,
+        ex_over_ey_v,
+        ey_over_by_r,
+        ey_over_ex_u,
+        p_per_c_2,
+        r_per_c,
+        u_per_c_2,
+        v_per_c,
+        ..
+    } = *position;
+    p_per_c_2
         .abs()
-        .max(position.r_per_c.abs())
-        .max(position.u_per_c_2.abs())
-        .max(position.v_per_c.abs())
-        .max(position.by_over_bx_p.abs())
-        .max(position.bx_over_by_r.abs())
-        .max(position.ex_over_by_r.abs())
-        .max(position.ey_over_by_r.abs())
-        .max(position.ey_over_ex_u.abs())
-        .max(position.ex_over_ey_v.abs())
+        .max(r_per_c.abs())
+        .max(u_per_c_2.abs())
+        .max(v_per_c.abs())
+        .max(by_over_bx_p.abs())
+        .max(bx_over_by_r.abs())
+        .max(ex_over_by_r.abs())
+        .max(ey_over_by_r.abs())
+        .max(ey_over_ex_u.abs())
+        .max(ex_over_ey_v.abs())
 }
 
 impl<R: Scalar> Kernel<R, 5, 4> for Watt<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 233;
+    const OPERATIONS: usize = 238;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 5] {
@@ -1652,7 +1666,7 @@ impl<R: Scalar> Kernel<R, 5, 4> for Watt<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -1738,7 +1752,7 @@ impl<R: Scalar> Equations<R, 5, 4> for Watt<R> {
     fn start(&self) -> Start<R, 5> {
         Start {
             q: [
-                R::from_f64(0.0),
+                R::zero(),
                 R::from_f64(0.9),
                 R::from_f64(1.8),
                 R::from_f64(0.3),
@@ -2081,44 +2095,44 @@ pub static TAPE: qrm_core::Tape = {
             operations: &[
                 Mul(21, 21), Mul(22, 22), Mul(23, 23), Mul(24, 24), Mul(25, 25), Mul(143, 183), Mul(138, 21),
                 SinCos(16), SinCos(17), SinCos(18), SinCos(19), SinCos(20), Mul(1, 189), Mul(1, 188), Mul(115, 193),
-                Mul(115, 192), Mul(189, 181), Mul(188, 181), Mul(191, 182), Mul(190, 182), Mul(195, 184),
-                Mul(194, 184), Mul(3, 193), Mul(3, 192), Mul(5, 197), Mul(5, 196), Mul(189, 191), Mul(188, 190),
-                Add(212, 213), Mul(127, 214), Mul(127, 205), Mul(127, 188), Mul(217, 204), Mul(127, 203),
-                Mul(127, 190), Mul(220, 202), Mul(117, 207), Mul(117, 206), Mul(144, 207), Mul(73, 194), Mul(144, 206),
-                Mul(145, 197), Mul(2, 190), Mul(2, 191), Mul(4, 194), Mul(4, 195), Mul(1, 202), Mul(2, 204),
-                Add(232, 233), Mul(183, 208), Mul(1, 203), Mul(2, 205), Add(236, 237), Mul(183, 209), Mul(4, 206),
-                Mul(185, 210), Mul(4, 207), Mul(185, 211), Sub(18, 7), Sub(23, 24), Sub(137, 216), Sub(139, 219),
-                Neg(227), Neg(199), Neg(228), Neg(208), Neg(230), Neg(210), Sub(234, 235), Neg(254), Sub(238, 239),
-                Neg(256), Mul(189, 246), Mul(191, 247), Add(259, 221), Sub(14, 258), Sub(261, 218), Sub(262, 187),
-                Neg(260), SinCos(244), Mul(116, 266), Add(200, 267), Mul(116, 265), Add(201, 269), Mul(6, 266),
-                Mul(6, 265), Mul(183, 271), Mul(183, 272), Mul(266, 195), Mul(265, 194), Add(275, 276), Mul(132, 277),
-                Mul(141, 277), Add(72, 279), Mul(266, 194), Mul(265, 195), Mul(266, 266), Mul(265, 265), Add(283, 284),
-                Mul(69, 285), Add(130, 286), Mul(270, 270), Mul(268, 268), Add(288, 289), Mul(55, 290), Add(287, 291),
-                Add(274, 222), Mul(71, 293), Mul(270, 183), Mul(140, 295), Mul(71, 265), Add(273, 223), Mul(297, 298),
-                Mul(265, 186), Add(300, 224), Mul(73, 301), Mul(266, 186), Add(303, 226), Mul(225, 304), Add(273, 240),
-                Add(274, 242), Sub(281, 282), Sub(70, 294), Sub(65, 296), Sub(142, 302), Neg(272), Sub(306, 241),
-                Neg(313), Sub(307, 243), Neg(315), Mul(266, 309), Mul(268, 310), Add(317, 318), Add(319, 299),
-                Mul(195, 311), Sqrt(280), Div(308, 322), Mul(245, 323), Mul(66, 324), Sub(92, 322), Mul(12, 326),
-                Sub(327, 325), Mul(58, 328), Mul(329, 323), Add(330, 321), Add(331, 305), Sub(320, 330), Neg(333),
-                Neg(332),
+                Mul(115, 192), Mul(189, 181), Mul(188, 181), Mul(1, 202), Mul(191, 182), Mul(1, 203), Mul(190, 182),
+                Mul(195, 184), Mul(117, 208), Mul(194, 184), Mul(117, 210), Mul(2, 191), Mul(3, 193), Mul(3, 192),
+                Mul(2, 190), Mul(4, 194), Mul(5, 196), Mul(4, 195), Mul(5, 197), Mul(2, 205), Add(204, 220),
+                Mul(183, 213), Mul(2, 207), Add(206, 223), Mul(183, 214), Mul(4, 208), Mul(185, 219), Mul(4, 210),
+                Mul(185, 217), Mul(189, 191), Mul(188, 190), Add(230, 231), Mul(127, 232), Mul(127, 207),
+                Mul(127, 188), Mul(235, 205), Mul(127, 203), Mul(127, 190), Mul(238, 202), Mul(144, 210), Mul(73, 194),
+                Mul(144, 208), Mul(145, 197), Sub(18, 7), Neg(199), Neg(215), Neg(213), Neg(216), Neg(219),
+                Sub(221, 222), Neg(250), Sub(224, 225), Neg(252), Sub(23, 24), Sub(137, 234), Sub(139, 237), Neg(243),
+                Mul(189, 255), Mul(191, 256), Add(259, 239), Sub(14, 258), Sub(261, 236), Sub(262, 187), Neg(260),
+                SinCos(244), Mul(6, 266), Mul(6, 265), Mul(116, 266), Add(200, 269), Mul(116, 265), Add(201, 271),
+                Mul(272, 183), Mul(183, 267), Add(274, 209), Mul(183, 268), Add(276, 211), Add(274, 226),
+                Add(276, 228), Mul(266, 195), Mul(265, 194), Add(280, 281), Mul(132, 282), Mul(266, 266),
+                Mul(265, 265), Add(284, 285), Mul(69, 286), Add(130, 287), Mul(272, 272), Mul(270, 270), Add(289, 290),
+                Mul(55, 291), Add(288, 292), Mul(141, 282), Add(72, 294), Mul(266, 194), Mul(265, 195), Mul(71, 277),
+                Mul(140, 273), Mul(71, 265), Mul(300, 275), Mul(265, 186), Add(302, 240), Mul(73, 303), Mul(266, 186),
+                Add(305, 242), Mul(241, 306), Neg(268), Sub(278, 227), Neg(309), Sub(279, 229), Neg(311),
+                Sub(296, 297), Sub(70, 298), Sub(65, 299), Sub(142, 304), Mul(266, 314), Mul(270, 315), Add(317, 318),
+                Add(319, 301), Mul(195, 316), Sqrt(295), Div(313, 322), Mul(254, 323), Mul(66, 324), Sub(92, 322),
+                Mul(12, 326), Sub(327, 325), Mul(58, 328), Mul(329, 323), Add(330, 321), Add(331, 307), Sub(320, 330),
+                Neg(333), Neg(332),
             ],
             results: &[
-                126, 215, 103, 103, 103, 215, 128, 103, 103, 103, 103, 103, 292, 278, 103, 103, 103, 278, 133, 103,
-                103, 103, 103, 103, 134, 263, 264, 334, 335, 248, 249, 250, 209, 103, 103, 198, 229, 251, 103, 103,
-                103, 103, 312, 252, 211, 103, 103, 271, 231, 253, 255, 257, 314, 316,
+                126, 233, 103, 103, 103, 233, 128, 103, 103, 103, 103, 103, 293, 283, 103, 103, 103, 283, 133, 103,
+                103, 103, 103, 103, 134, 263, 264, 334, 335, 257, 245, 246, 214, 103, 103, 198, 212, 247, 103, 103,
+                103, 103, 308, 248, 217, 103, 103, 267, 218, 249, 251, 253, 310, 312,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(16), SinCos(17), SinCos(18), SinCos(19), SinCos(20), Mul(1, 182), Mul(1, 181), Mul(3, 186),
-                Mul(3, 185), Mul(5, 190), Mul(5, 189), Mul(2, 183), Mul(2, 184), Mul(4, 187), Mul(4, 188),
-                Add(191, 198), Add(0, 193), Add(192, 197), Add(9, 196), Sub(18, 7), Neg(192), Neg(197), Neg(193),
-                Neg(199), Neg(195), Sub(201, 202), Sub(203, 194), SinCos(205), Mul(6, 214), Mul(6, 213), Add(216, 199),
-                Add(215, 179), Add(218, 200), Neg(216), Sub(219, 195), Sub(217, 204),
+                SinCos(16), SinCos(17), SinCos(18), SinCos(19), SinCos(20), Mul(1, 182), Mul(1, 181), Mul(2, 184),
+                Add(191, 193), Mul(3, 186), Add(0, 195), Mul(3, 185), Mul(2, 183), Add(192, 198), Mul(4, 187),
+                Mul(5, 189), Add(9, 201), Mul(4, 188), Mul(5, 190), Sub(18, 7), Neg(192), Sub(194, 196), Sub(199, 197),
+                Neg(198), Neg(195), Neg(200), Neg(204), SinCos(205), Mul(6, 214), Mul(6, 213), Add(216, 200),
+                Add(215, 179), Add(218, 203), Neg(216), Sub(219, 204), Sub(217, 202),
             ],
             results: &[
-                211, 212, 221, 222, 206, 207, 194, 103, 103, 191, 198, 208, 103, 103, 103, 103, 220, 209, 196, 103,
-                103, 215, 200, 210, 103, 103, 103, 103,
+                207, 208, 221, 222, 206, 209, 197, 103, 103, 191, 193, 210, 103, 103, 103, 103, 220, 211, 201, 103,
+                103, 215, 203, 212, 103, 103, 103, 103,
             ],
         },
         mass_matrix: TapeFunction {
@@ -2137,17 +2151,17 @@ pub static TAPE: qrm_core::Tape = {
         energy: TapeFunction {
             operations: &[
                 Mul(22, 22), Mul(24, 24), Mul(25, 25), Mul(161, 21), Mul(162, 181), Mul(163, 182), Mul(164, 183),
-                SinCos(16), SinCos(17), SinCos(18), SinCos(19), Sin(20), Mul(1, 188), Mul(115, 192), Mul(189, 191),
-                Mul(188, 190), Add(199, 200), Mul(127, 201), Mul(22, 202), Add(203, 184), Mul(21, 204), Mul(165, 188),
-                Mul(114, 190), Add(197, 207), Mul(77, 208), Add(206, 209), Mul(117, 194), Mul(124, 196), Add(9, 212),
-                Mul(79, 213), Sub(18, 7), SinCos(215), Mul(116, 216), Add(198, 218), Mul(6, 216), Mul(217, 195),
-                Mul(216, 194), Add(221, 222), Mul(132, 223), Mul(141, 223), Add(72, 225), Mul(193, 217), Mul(192, 216),
-                Add(227, 228), Mul(157, 229), Add(155, 230), Mul(23, 231), Mul(24, 224), Add(232, 233), Mul(23, 234),
-                Add(235, 205), Add(236, 185), Add(237, 186), Add(238, 187), Mul(65, 219), Add(210, 240), Add(220, 211),
-                Mul(78, 242), Add(241, 243), Add(244, 214), Sqrt(226), Sub(92, 246), Mul(166, 247), Mul(248, 247),
+                SinCos(16), SinCos(17), SinCos(18), SinCos(19), Sin(20), Mul(1, 188), Mul(114, 190), Add(197, 198),
+                Mul(115, 192), Mul(117, 194), Mul(189, 191), Mul(188, 190), Add(202, 203), Mul(127, 204), Mul(22, 205),
+                Add(206, 184), Mul(21, 207), Mul(165, 188), Mul(77, 199), Add(209, 210), Mul(124, 196), Add(9, 212),
+                Mul(79, 213), Sub(18, 7), SinCos(215), Mul(6, 216), Mul(116, 216), Add(200, 219), Add(218, 201),
+                Mul(217, 195), Mul(216, 194), Add(222, 223), Mul(132, 224), Mul(141, 224), Add(72, 226), Mul(193, 217),
+                Mul(192, 216), Add(228, 229), Mul(157, 230), Add(155, 231), Mul(23, 232), Mul(24, 225), Add(233, 234),
+                Mul(23, 235), Add(236, 208), Add(237, 185), Add(238, 186), Add(239, 187), Mul(65, 220), Add(211, 241),
+                Mul(78, 221), Add(242, 243), Add(244, 214), Sqrt(227), Sub(92, 246), Mul(166, 247), Mul(248, 247),
                 Add(245, 249),
             ],
-            results: &[239, 250],
+            results: &[240, 250],
         },
         power: TapeFunction {
             operations: &[
@@ -2187,7 +2201,7 @@ pub static TAPE: qrm_core::Tape = {
             results: &[112, 96],
         },
         kernel: TapeKernel {
-            operations: 233,
+            operations: 238,
             has_angle: &[true, true, true, true, true],
             position: TapeFunction {
                 operations: &[
@@ -2198,8 +2212,8 @@ pub static TAPE: qrm_core::Tape = {
                     Sub(192, 9), Sub(208, 193), SinCos(204), Recip(187), Recip(192), Mul(6, 211), Mul(6, 210),
                     Mul(211, 211), Mul(43, 211), MulAdd(38, 210, 217), MulAdd(141, 218, 72), Mul(38, 211),
                     Mul(43, 210), Add(205, 183), Add(207, 214), Add(209, 215), MulAdd(116, 211, 197),
-                    MulAdd(116, 210, 198), Mul(226, 226), MulAdd(225, 225, 227), MulAdd(210, 210, 216),
-                    MulAdd(83, 229, 130), MulAdd(55, 228, 230), Mul(168, 218), Mul(186, 212), Mul(193, 213),
+                    MulAdd(116, 210, 198), MulAdd(210, 210, 216), MulAdd(83, 227, 130), Mul(226, 226),
+                    MulAdd(225, 225, 229), MulAdd(55, 230, 228), Mul(168, 218), Mul(186, 212), Mul(193, 213),
                     Mul(185, 212), Mul(213, 215), Mul(183, 212), Mul(189, 213), MulAdd(177, 211, 203), Sub(220, 221),
                     Sub(222, 184), NegMulAdd(183, 233, 184), NegMulAdd(189, 234, 190), NegMulAdd(183, 235, 182),
                     Sqrt(219), Recip(219), Recip(242), Recip(243), Abs(237), Abs(238), Mul(246, 245), Mul(58, 240),
@@ -2207,9 +2221,9 @@ pub static TAPE: qrm_core::Tape = {
                     Mul(214, 247), Mul(193, 248), Mul(254, 231), Mul(232, 254), Abs(254), Abs(257), Abs(258), Abs(259),
                     Abs(260), NegMulAdd(189, 255, 256), NegMulAdd(233, 254, 235), NegMulAdd(196, 269, 171),
                     NegMulAdd(172, 269, 196), NegMulAdd(269, 271, 270), Sub(92, 245), Mul(248, 268), Mul(175, 274),
-                    MulAdd(274, 275, 272), Mul(12, 273), Abs(269), Max(278, 263), Abs(274), NegMulAdd(234, 274, 255),
+                    MulAdd(274, 275, 272), Mul(12, 273), Abs(269), Abs(274), Max(278, 263), NegMulAdd(234, 274, 255),
                     NegMulAdd(232, 281, 261), NegMulAdd(173, 281, 262), MulAdd(254, 282, 276),
-                    NegMulAdd(281, 283, 284), Recip(285), Abs(281), Max(279, 287), Max(288, 280), Max(289, 249),
+                    NegMulAdd(281, 283, 284), Recip(285), Abs(281), Max(280, 287), Max(288, 279), Max(289, 249),
                     Max(290, 264), Max(291, 265), Max(292, 266), Max(293, 250), Max(294, 267),
                 ],
                 results: &[295, 241, 206, 223, 224],
@@ -2236,10 +2250,10 @@ pub static TAPE: qrm_core::Tape = {
                 operations: &[
                     Mul(21, 21), Mul(22, 22), Mul(23, 23), Mul(24, 24), Mul(25, 25), Mul(23, 253), Mul(330, 182),
                     MulAdd(331, 183, 336), Mul(330, 185), MulAdd(331, 187, 338), Mul(333, 189), Mul(333, 192),
-                    MulAdd(331, 202, 180), Mul(41, 331), Mul(343, 201), Mul(40, 330), Mul(345, 202), Mul(168, 333),
+                    Mul(41, 331), Mul(342, 201), MulAdd(331, 202, 180), Mul(40, 330), Mul(345, 202), Mul(168, 333),
                     Mul(168, 332), Mul(348, 220), NegMulAdd(24, 253, 335), NegMulAdd(332, 184, 337),
                     NegMulAdd(332, 186, 339), NegMulAdd(190, 334, 340), NegMulAdd(193, 334, 341), Sub(14, 200),
-                    NegMulAdd(138, 21, 355), NegMulAdd(40, 342, 344), Sub(356, 357), NegMulAdd(330, 201, 139),
+                    NegMulAdd(138, 21, 355), NegMulAdd(40, 344, 343), Sub(356, 357), NegMulAdd(330, 201, 139),
                     Neg(277), NegMulAdd(38, 347, 70), NegMulAdd(348, 210, 178), MulAdd(332, 214, 353),
                     MulAdd(332, 215, 354), MulAdd(41, 359, 346), MulAdd(13, 350, 360), Mul(253, 366), Mul(361, 211),
                     MulAdd(347, 221, 368), Add(239, 369), Add(370, 367), MulAdd(43, 362, 349), Mul(351, 212),
@@ -2265,8 +2279,8 @@ pub static TAPE: qrm_core::Tape = {
             },
             outputs: TapeFunction {
                 operations: &[
-                    Mul(41, 22), Mul(36, 27), MulAdd(418, 22, 419), Mul(40, 21), Mul(35, 26), MulAdd(421, 21, 422),
-                    Mul(1, 423), MulAdd(2, 420, 424), Neg(33), Neg(34), Neg(425),
+                    Mul(35, 26), Mul(40, 21), MulAdd(419, 21, 418), Mul(1, 420), Mul(36, 27), Mul(41, 22),
+                    MulAdd(423, 22, 422), MulAdd(2, 424, 421), Neg(33), Neg(34), Neg(425),
                 ],
                 results: &[181, 426, 427, 428],
             },
@@ -2274,4 +2288,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 6e70986bcd0a6b92
+// Hash of this file and its derivation: 63bdcbaefa0d51b3

@@ -441,8 +441,10 @@ pub fn outputs_at<R: Scalar>(
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
+///
+/// Operations: no operations.
 #[inline(always)]
-pub fn growth_factor<R: Scalar>(_position: &Position<R>) -> R {
+pub fn growth_factor<R: Scalar>(_m: &Weightless<R>, _position: &Position<R>) -> R {
     R::zero()
 }
 
@@ -477,7 +479,7 @@ impl<R: Scalar> Kernel<R, 1, 0> for Weightless<R> {
 
     #[inline(always)]
     fn growth_factor(&self, position: &Position<R>) -> R {
-        growth_factor(position)
+        growth_factor(self, position)
     }
 
     #[inline(always)]
@@ -699,12 +701,12 @@ pub static TAPE: qrm_core::Tape = {
             results: &[23, 24, 25],
         },
         constants: &[
-            Mul(0, 0), Mul(1, 9), Number(0.0), Number(0.5), Number(0.25), Number(0.125), Number(0.1), Number(0.001),
-            Number(1.0), Mul(13, 10), Add(2, 18), Mul(12, 2), Mul(14, 10), Add(20, 21),
+            Mul(0, 0), Mul(1, 9), Number(0.5), Number(0.25), Number(0.125), Number(1.0), Number(0.0), Number(0.1),
+            Number(0.001), Mul(12, 10), Add(2, 18), Mul(11, 2), Mul(13, 10), Add(20, 21),
         ],
         dynamics: TapeFunction {
             operations: &[],
-            results: &[19, 11],
+            results: &[19, 15],
         },
         loop_constraints: TapeFunction {
             operations: &[],
@@ -716,11 +718,11 @@ pub static TAPE: qrm_core::Tape = {
         },
         energy: TapeFunction {
             operations: &[Mul(5, 5), Mul(22, 23)],
-            results: &[24, 11],
+            results: &[24, 15],
         },
         power: TapeFunction {
             operations: &[],
-            results: &[11],
+            results: &[15],
         },
         outputs: TapeFunction {
             operations: &[],
@@ -728,7 +730,7 @@ pub static TAPE: qrm_core::Tape = {
         },
         linearization: Some(TapeFunction {
             operations: &[],
-            results: &[11, 11, 11],
+            results: &[15, 15, 15],
         }),
         event: None,
         switching_functions: TapeFunction {
@@ -742,19 +744,19 @@ pub static TAPE: qrm_core::Tape = {
         },
         start: TapeFunction {
             operations: &[],
-            results: &[15, 12],
+            results: &[16, 11],
         },
         given: &[true, true],
         schedule: TapeFunction {
             operations: &[],
-            results: &[16, 17],
+            results: &[17, 14],
         },
         kernel: TapeKernel {
             operations: 0,
             has_angle: &[true],
             position: TapeFunction {
                 operations: &[],
-                results: &[11],
+                results: &[15],
             },
             velocity_residual: TapeFunction {
                 operations: &[],
@@ -762,11 +764,11 @@ pub static TAPE: qrm_core::Tape = {
             },
             correction: TapeFunction {
                 operations: &[],
-                results: &[11],
+                results: &[15],
             },
             accelerations: TapeFunction {
                 operations: &[],
-                results: &[11],
+                results: &[15],
             },
             multipliers: TapeFunction {
                 operations: &[],
@@ -780,4 +782,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 09c527a998808737
+// Hash of this file and its derivation: eb2ae7f46a579602

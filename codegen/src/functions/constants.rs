@@ -1,24 +1,25 @@
-//! Values that depend on parameters alone: their names, their struct, their formulae.
+//! Values that depend on parameters alone: their names and their formulae.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
-
-use proc_macro2::{Ident, TokenStream};
-use quote::quote;
 
 use super::Writer;
 use super::body::Body;
 use super::layout::Plan;
 use super::naming::{power_name, untaken};
-use super::plain::ident;
+use super::scene_formula;
 use crate::graph::{Id, Op, Signed};
+use crate::tape::{Function, Part, Shape};
 use crate::term::Symbol;
 
 /// Constants whose formula makes a longer name are numbered.
 const LONGEST_NAME: usize = 34;
 
 impl Writer<'_> {
-    /// Values that keep their size during a run and are not just parameters get a field each.
-    pub(super) fn name_constants(&mut self) {
+    /// Adds the functions of what depends on parameters alone: parameters that others follow, and constants. Values that
+    /// keep their size during a run and are not just parameters get a field each.
+    pub(super) fn add_constants(&mut self) {
+        let parameters = scene_formula::parameters(self.scene, &mut self.tape.borrow_mut());
+        self.add(parameters);
         let mut roots: Vec<Id> = self.layout.plans.iter().flat_map(Plan::values).map(|root| root.id).collect();
         roots.extend(self.layout.kernel.values().map(|root| root.id));
         let mut fields: BTreeSet<Id> = BTreeSet::new();
@@ -35,17 +36,33 @@ impl Writer<'_> {
         }
         let mut taken = HashSet::new();
         let mut unnamed = 0;
+        let mut names = Vec::new();
         for id in fields {
             let wish = self.constant_name(id).unwrap_or_else(|| {
                 unnamed += 1;
                 format!("k{unnamed}")
             });
             let name = untaken(wish, &mut taken);
-            let field = ident(&name);
-            self.outside.insert(id, quote!(k.#field));
-            self.hints.insert(id, name);
-            self.constants.push((field, id));
+            self.hints.insert(id, name.clone());
+            names.push((name, id));
         }
+        if names.is_empty() {
+            return;
+        }
+        let roots: Vec<Signed> = names.iter().map(|(_, id)| Signed { negative: false, id: *id }).collect();
+        let constant = self.graph.reachable(roots.iter().map(|r| r.id)).into_iter();
+        let hints: HashMap<Id, String> = constant.filter_map(|id| Some((id, self.constant_name(id)?))).collect();
+        let taken = HashSet::from(["p".to_owned()]);
+        let mut body = Body::new((self.graph, &self.tape), &self.outside, &hints, &HashSet::new(), taken, &roots);
+        let values: Vec<u32> = roots.iter().map(|root| body.root(*root)).collect();
+        let statements = body.finish();
+        let part = |((name, id), value): (&(String, Id), &u32)| {
+            let doc = format!("`{}`", self.formula(*id));
+            Part { name: name.clone(), doc, values: Shape::Scalar(*value) }
+        };
+        let parts = names.iter().zip(&values).map(part).collect();
+        self.add(Function { name: "constants", statements, parts, ..Default::default() });
+        self.outside.extend(names.iter().zip(values).map(|((_, id), value)| (*id, value)));
     }
 
     /// A constant is called after its formula, if that makes a name that can still be read.
@@ -99,48 +116,6 @@ impl Writer<'_> {
             }
         }
         counts.into_iter().map(|((_, id), times)| (id, times)).collect()
-    }
-
-    /// The struct of the constants, and how they are computed.
-    pub(super) fn constants(&self) -> TokenStream {
-        if self.constants.is_empty() {
-            return TokenStream::new();
-        }
-        let parameters: HashMap<Id, TokenStream> = self
-            .outside
-            .iter()
-            .filter(|(id, _)| self.graph.op(**id).is_leaf())
-            .map(|(id, t)| (*id, t.clone()))
-            .collect();
-        let roots: Vec<Signed> = self.constants.iter().map(|(_, id)| Signed { negative: false, id: *id }).collect();
-        let constant = self.graph.reachable(roots.iter().map(|r| r.id)).into_iter();
-        let hints: HashMap<Id, String> = constant.filter_map(|id| Some((id, self.constant_name(id)?))).collect();
-        let mut body =
-            Body::new(self.graph, &parameters, &hints, &HashSet::new(), HashSet::from(["p".to_owned()]), &roots);
-        let values: Vec<TokenStream> = roots.iter().map(|root| body.root(*root)).collect();
-        let (statements, _) = body.finish();
-        let field = |((name, _), value): (&(Ident, Id), &TokenStream)| match *name == value.to_string() {
-            true => quote!(#name),
-            false => quote!(#name: #value),
-        };
-        let fields = self.constants.iter().zip(&values).map(field);
-        let names: Vec<&Ident> = self.constants.iter().map(|(name, _)| name).collect();
-        let docs = self.constants.iter().map(|(_, id)| format!(" `{}`", self.formula(*id)));
-        quote! {
-            /// Values that depend on parameters alone, computed once.
-            #[derive(Clone, Copy, Debug)]
-            pub struct Constants<R = f64> {
-                #(#[doc = #docs] pub #names: R,)*
-            }
-
-            impl<R: Scalar> Constants<R> {
-                #[inline(always)]
-                fn new(p: &Parameters<R>) -> Self {
-                    #(#statements)*
-                    Self { #(#fields),* }
-                }
-            }
-        }
     }
 
     /// A constant's formula in the notation of scenes.

@@ -9,10 +9,10 @@ use qrm_core::{DoubleDouble, Scalar};
 use quote::ToTokens;
 use syn::{BinOp, Expr, ExprLit, FnArg, ItemFn, Lit, Member, Pat, Stmt, UnOp};
 
-pub(crate) use module::GeneratedModule;
+pub(super) use module::GeneratedModule;
 
 /// A number that generated functions can be run on.
-pub(crate) trait Number: Scalar + PartialEq + Debug {
+pub(super) trait Number: Scalar + PartialEq + Debug {
     /// The number that a literal means in the scene: a decimal, whatever a double makes of it.
     fn literal(digits: &str) -> Option<Self>;
 
@@ -38,7 +38,7 @@ impl Number for DoubleDouble {
 
 /// A value in a running function.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Value<N> {
+pub(super) enum Value<N> {
     Number(N),
     Truth(bool),
     /// A closure that gives nothing, and what it gives.
@@ -48,28 +48,16 @@ pub(crate) enum Value<N> {
 }
 
 impl<N: Number> Value<N> {
-    pub(crate) fn list(numbers: &[f64]) -> Self {
+    pub(super) fn list(numbers: &[f64]) -> Self {
         Self::List(numbers.iter().map(|&n| Self::Number(N::from_f64(n))).collect())
     }
 
-    pub(crate) fn numbers_of(numbers: &[N]) -> Self {
-        Self::List(numbers.iter().map(|&number| Self::Number(number)).collect())
-    }
-
-    pub(crate) fn fields<const K: usize>(fields: [(&str, Self); K]) -> Self {
+    pub(super) fn fields<const K: usize>(fields: [(&str, Self); K]) -> Self {
         Self::Fields(fields.map(|(name, value)| (name.to_owned(), value)).into())
     }
 
-    /// All numbers inside, those of fields too, in no order.
-    pub(crate) fn all_numbers(&self) -> Vec<N> {
-        match self {
-            Self::Fields(fields) => fields.values().flat_map(Self::all_numbers).collect(),
-            other => other.numbers(),
-        }
-    }
-
     /// The truths in a list.
-    pub(crate) fn truths(&self) -> Vec<bool> {
+    pub(super) fn truths(&self) -> Vec<bool> {
         match self {
             Self::Truth(truth) => vec![*truth],
             Self::List(items) => items.iter().flat_map(Self::truths).collect(),
@@ -78,7 +66,7 @@ impl<N: Number> Value<N> {
     }
 
     /// All numbers inside, fields left out.
-    pub(crate) fn numbers(&self) -> Vec<N> {
+    pub(super) fn numbers(&self) -> Vec<N> {
         match self {
             Self::Number(n) => vec![*n],
             Self::Truth(_) | Self::Nothing | Self::Fields(_) => Vec::new(),
@@ -86,17 +74,10 @@ impl<N: Number> Value<N> {
         }
     }
 
-    pub(crate) fn field(&self, name: &str) -> Result<&Self, String> {
+    pub(super) fn field(&self, name: &str) -> Result<&Self, String> {
         match self {
             Self::Fields(fields) => fields.get(name).ok_or_else(|| format!("no field `{name}`")),
             _ => Err(format!("`{name}` asked of something without fields")),
-        }
-    }
-
-    pub(crate) fn items(&self) -> Result<Vec<Self>, String> {
-        match self {
-            Self::List(items) => Ok(items.clone()),
-            other => Err(format!("{other:?} is not a list")),
         }
     }
 
@@ -109,12 +90,12 @@ impl<N: Number> Value<N> {
 }
 
 /// Runs a function with these arguments, in their order.
-pub(crate) fn run<N: Number>(function: &ItemFn, arguments: &[Value<N>]) -> Result<Value<N>, String> {
+pub(super) fn run<N: Number>(function: &ItemFn, arguments: &[Value<N>]) -> Result<Value<N>, String> {
     run_block(&function.sig, &function.block, arguments)
 }
 
 /// Runs the body of a function or method.
-pub(crate) fn run_block<N: Number>(
+pub(super) fn run_block<N: Number>(
     signature: &syn::Signature,
     block: &syn::Block,
     arguments: &[Value<N>],

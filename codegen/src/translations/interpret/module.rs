@@ -2,21 +2,20 @@
 
 use std::collections::HashMap;
 
-use qrm_scene::scene::Scene;
 use syn::{ImplItem, Item};
 
 use super::{Number, Value, run, run_block};
 
 /// The functions of a module, ready to be run.
-pub(crate) struct GeneratedModule<'f> {
-    pub(crate) functions: HashMap<String, &'f syn::ItemFn>,
-    pub(crate) methods: HashMap<String, &'f syn::ImplItemFn>,
+pub(in super::super) struct GeneratedModule<'f> {
+    pub(in super::super) functions: HashMap<String, &'f syn::ItemFn>,
+    pub(in super::super) methods: HashMap<String, &'f syn::ImplItemFn>,
     /// The coordinates of `inverse_dynamics`.
-    pub(crate) actuated: Vec<usize>,
+    pub(in super::super) actuated: Vec<usize>,
 }
 
 impl<'f> GeneratedModule<'f> {
-    pub(crate) fn new(file: &'f syn::File) -> Result<Self, String> {
+    pub(in super::super) fn new(file: &'f syn::File) -> Result<Self, String> {
         let mut generated = Self { functions: HashMap::new(), methods: HashMap::new(), actuated: Vec::new() };
         for item in &file.items {
             match item {
@@ -53,36 +52,12 @@ impl<'f> GeneratedModule<'f> {
         Ok(generated)
     }
 
-    /// The mechanism with these parameters.
-    pub(crate) fn model<N: Number>(&self, scene: &Scene, parameters: &[f64]) -> Result<Value<N>, String> {
-        let parameters: Vec<N> = parameters.iter().map(|&value| N::from_f64(value)).collect();
-        self.model_of(scene, &parameters)
-    }
-
-    pub(crate) fn model_of<N: Number>(&self, scene: &Scene, parameters: &[N]) -> Result<Value<N>, String> {
-        let kept = scene.parameters.iter().zip(parameters).filter(|(p, _)| !p.left_out);
-        let field =
-            |(p, value): (&qrm_scene::scene::Parameter, &N)| (crate::emit::field_name(&p.name), Value::Number(*value));
-        let parameters = Value::Fields(kept.map(field).collect());
-        let mut fields = HashMap::from([("parameters".to_owned(), parameters.clone())]);
-        if self.methods.contains_key("Constants::new") {
-            fields.insert("constants".to_owned(), self.method("Constants::new", &[parameters])?);
-        }
-        Ok(Value::Fields(fields))
-    }
-
-    pub(crate) fn value<N: Number>(&self, name: &str, arguments: &[Value<N>]) -> Result<Value<N>, String> {
+    pub(in super::super) fn value<N: Number>(&self, name: &str, arguments: &[Value<N>]) -> Result<Value<N>, String> {
         let function = self.functions.get(name).ok_or_else(|| format!("no function `{name}` was generated"))?;
         run(function, arguments).map_err(|e| format!("generated `{name}`: {e}"))
     }
 
-    pub(crate) fn call<N: Number>(&self, name: &str, arguments: &[Value<N>]) -> Result<Vec<N>, String> {
-        let (name, part) = name.split_once('.').unwrap_or((name, ""));
-        let value = self.value(name, arguments)?;
-        Ok(if part.is_empty() { value.numbers() } else { value.field(part)?.numbers() })
-    }
-
-    pub(crate) fn method<N: Number>(&self, name: &str, arguments: &[Value<N>]) -> Result<Value<N>, String> {
+    pub(in super::super) fn method<N: Number>(&self, name: &str, arguments: &[Value<N>]) -> Result<Value<N>, String> {
         let method = self.methods.get(name).ok_or_else(|| format!("no method `{name}` was generated"))?;
         run_block(&method.sig, &method.block, arguments).map_err(|e| format!("generated `{name}`: {e}"))
     }

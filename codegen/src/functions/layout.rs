@@ -8,45 +8,9 @@ use crate::graph::{Graph, Id, Op, Signed};
 use crate::kernel::Kernel;
 use crate::lower::Lowering;
 use crate::share::share_pairs;
+use crate::tape::{Argument, Shape};
 use crate::term::{Equations, Named, Symbol, Term};
 use qrm_scene::scene::Scene;
-
-/// A function's argument.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Argument {
-    Time,
-    Coordinates,
-    Rates,
-    Accelerations,
-    Multipliers,
-    Residuals,
-}
-
-/// Values arranged for a function's result.
-#[derive(Clone, Debug)]
-pub(super) enum Shape<T> {
-    Scalar(T),
-    Vector(Vec<T>),
-    Matrix(Vec<Vec<T>>),
-}
-
-impl<T> Shape<T> {
-    pub(super) fn values(&self) -> Vec<&T> {
-        match self {
-            Self::Scalar(value) => vec![value],
-            Self::Vector(values) => values.iter().collect(),
-            Self::Matrix(rows) => rows.iter().flatten().collect(),
-        }
-    }
-
-    fn map<U>(&self, f: &mut impl FnMut(&T) -> U) -> Shape<U> {
-        match self {
-            Self::Scalar(value) => Shape::Scalar(f(value)),
-            Self::Vector(values) => Shape::Vector(values.iter().map(f).collect()),
-            Self::Matrix(rows) => Shape::Matrix(rows.iter().map(|row| row.iter().map(&mut *f).collect()).collect()),
-        }
-    }
-}
 
 /// A function to write.
 #[derive(Clone, Debug)]
@@ -176,7 +140,7 @@ fn inverse_dynamics(scene: &Scene, equations: &Equations, graph: &mut Graph) -> 
 }
 
 /// The arguments of the power of loads and drives in a scene.
-pub(super) fn power_arguments(scene: &Scene) -> &'static [Argument] {
+fn power_arguments(scene: &Scene) -> &'static [Argument] {
     use Argument::{Accelerations, Coordinates, Multipliers, Rates, Time};
     match (scene.is_driven(), scene.normal_forces().is_empty()) {
         (false, true) => &[Time, Coordinates, Rates],

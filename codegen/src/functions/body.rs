@@ -1,78 +1,37 @@
 //! Straight-line function bodies: sines and cosines first, then named intermediate values, then the result.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
-use proc_macro2::TokenStream;
-use quote::{format_ident, quote};
-
-use super::naming::{power_name, untaken};
-use super::piece::{Piece, literal};
-use super::plain::method;
-use crate::graph::{Graph, Id, Op, Signed};
-use crate::term::Symbol;
+use qrm_core::Operation;
 use qrm_scene::function::Function;
 
-/// How many operations of each kind a function takes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Operations {
-    /// Additions, subtractions and changes of sign that stand by themselves.
-    pub additions: usize,
-    /// Multiplications.
-    pub multiplications: usize,
-    /// Divisions.
-    pub divisions: usize,
-    /// Square roots.
-    pub roots: usize,
-    /// Pairs of a sine and a cosine.
-    pub sines: usize,
-    /// Other functions.
-    pub others: usize,
-}
-
-impl Operations {
-    /// All of them but sines and cosines.
-    pub fn sum(&self) -> usize {
-        self.additions + self.multiplications + self.divisions + self.roots + self.others
-    }
-}
-
-impl std::fmt::Display for Operations {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let counts = [
-            (self.additions, "additions"),
-            (self.multiplications, "multiplications"),
-            (self.divisions, "divisions"),
-            (self.roots, "roots"),
-            (self.sines, "sine-cosine pairs"),
-            (self.others, "other functions"),
-        ];
-        let said: Vec<String> = counts
-            .iter()
-            .filter(|(count, _)| *count > 0)
-            .map(|(count, what)| format!("{count} {}", if *count == 1 { &what[..what.len() - 1] } else { what }))
-            .collect();
-        f.write_str(&if said.is_empty() { "no operations".to_owned() } else { said.join(", ") })
-    }
-}
+use super::naming::{power_name, untaken};
+use super::scene_formula::call;
+use crate::graph::{Graph, Id, Op, Signed};
+use crate::tape::{Statement, Tape};
+use crate::term::Symbol;
 
 /// Sums of more than twice so many terms are made in parts, which need not wait for each other.
 const CHAIN: usize = 8;
 
-/// Writes the statements of one function.
+/// Makes the statements of one function.
 pub(super) struct Body<'g> {
     graph: &'g Graph,
-    /// Names of values that stand outside the function: inputs, parameters, precomputed constants.
-    outside: &'g HashMap<Id, TokenStream>,
+    tape: &'g RefCell<Tape>,
+    /// Values that stand outside the function: inputs, parameters, precomputed constants.
+    outside: &'g HashMap<Id, u32>,
     uses: HashMap<Id, usize>,
     /// The sine and the cosine of each angle, as far as the function needs them.
     angles: BTreeMap<Id, [Option<Id>; 2]>,
     hints: &'g HashMap<Id, String>,
     taken: HashSet<String>,
     names: HashMap<Id, String>,
-    statements: Vec<TokenStream>,
+    /// The values that have a name.
+    values: HashMap<Id, u32>,
+    statements: Vec<Statement>,
     /// The comment of the next statement.
     comment: Option<&'static str>,
-    operations: Operations,
     unnamed: usize,
     /// After how much work each value is there, if that decides the order of operations.
     depths: Option<&'g [u32]>,
@@ -82,14 +41,14 @@ impl<'g> Body<'g> {
     /// The body that computes `roots`. Values that have a name outside are not computed; `named` ones get a
     /// statement of their own even if they serve only once.
     pub(super) fn new(
-        graph: &'g Graph,
-        outside: &'g HashMap<Id, TokenStream>,
+        (graph, tape): (&'g Graph, &'g RefCell<Tape>),
+        outside: &'g HashMap<Id, u32>,
         hints: &'g HashMap<Id, String>,
         named: &HashSet<Id>,
         taken: HashSet<String>,
         roots: &[Signed],
     ) -> Self {
-        let mut body = Self::begin(graph, outside, hints, taken, roots, None);
+        let mut body = Self::begin((graph, tape), outside, hints, taken, roots, None);
         body.define_all(roots, named);
         body
     }
@@ -97,8 +56,8 @@ impl<'g> Body<'g> {
     /// A body in which nothing is defined yet. With the `depths` of values, products and sums are joined, the deepest
     /// last.
     pub(super) fn begin(
-        graph: &'g Graph,
-        outside: &'g HashMap<Id, TokenStream>,
+        (graph, tape): (&'g Graph, &'g RefCell<Tape>),
+        outside: &'g HashMap<Id, u32>,
         hints: &'g HashMap<Id, String>,
         taken: HashSet<String>,
         roots: &[Signed],
@@ -106,15 +65,16 @@ impl<'g> Body<'g> {
     ) -> Self {
         let mut body = Self {
             graph,
+            tape,
             outside,
             uses: HashMap::new(),
             angles: BTreeMap::new(),
             hints,
             taken,
             names: HashMap::new(),
+            values: HashMap::new(),
             statements: Vec::new(),
             comment: None,
-            operations: Operations::default(),
             unnamed: 0,
             depths,
         };
@@ -145,7 +105,7 @@ impl<'g> Body<'g> {
             self.define_pair(angle);
         }
         for id in needed {
-            if self.names.contains_key(&id) || graph.op(id).is_leaf() {
+            if self.values.contains_key(&id) || graph.op(id).is_leaf() {
                 continue;
             }
             if let Some(angle) = self.angle(id) {
@@ -158,20 +118,23 @@ impl<'g> Body<'g> {
 
     /// Defines a value under a name, under which `input` stands for it from now on.
     pub(super) fn define_local(&mut self, value: Id, input: Id, name: &str, named: &HashSet<Id>) {
-        if let Some(outside) = self.outside.get(&value) {
-            self.names.insert(input, outside.to_string());
+        if let Some(&outside) = self.outside.get(&value) {
+            self.values.insert(input, outside);
+            let name = || self.tape.borrow().names.get(&outside).cloned();
+            let hint = self.hints.get(&value).cloned().or_else(name);
+            self.names.extend(hint.map(|hint| (input, hint)));
             return;
         }
         let only: Vec<Signed> =
             self.graph.op(value).operands().iter().map(|&id| Signed { negative: false, id }).collect();
         self.define_all(&only, named);
-        if !self.names.contains_key(&value) {
-            let computed = self.compute(value).tokens;
-            let name = format_ident!("{}", self.name(value, Some(name.to_owned())));
-            self.push(quote!(let #name = #computed;));
+        if !self.values.contains_key(&value) {
+            let computed = self.compute(value);
+            let name = self.name(value, Some(name.to_owned()));
+            self.push(computed, vec![name], &[value]);
         }
-        let name = self.names[&value].clone();
-        self.names.insert(input, name);
+        self.values.insert(input, self.values[&value]);
+        self.names.insert(input, self.names[&value].clone());
     }
 
     /// Gives the next statement a line of comment.
@@ -184,11 +147,16 @@ impl<'g> Body<'g> {
         self.comment = None;
     }
 
-    /// Adds a statement. The printer keeps documentation alone; `generate` makes comments of it.
-    fn push(&mut self, statement: TokenStream) {
-        let comment = self.comment.take().map(|text| format!(" {text}"));
-        let comment = comment.iter();
-        self.statements.push(quote!(#(#[doc = #comment])* #statement));
+    /// Adds a statement that names a value, or a pair of a sine and a cosine.
+    fn push(&mut self, value: u32, names: Vec<String>, ids: &[Id]) {
+        for (id, value) in ids.iter().zip(value..) {
+            self.values.insert(*id, value);
+        }
+        self.statements.push(Statement { comment: self.comment.take(), value, names });
+    }
+
+    fn operation(&self, operation: Operation) -> u32 {
+        self.tape.borrow_mut().operation(operation)
     }
 
     /// The name of a value that has been defined.
@@ -201,7 +169,7 @@ impl<'g> Body<'g> {
         let mut needed = BTreeSet::new();
         let mut pending: Vec<Id> = roots.iter().map(|r| r.id).collect();
         while let Some(id) = pending.pop() {
-            if !self.outside.contains_key(&id) && !self.names.contains_key(&id) && needed.insert(id) {
+            if !self.outside.contains_key(&id) && !self.values.contains_key(&id) && needed.insert(id) {
                 pending.extend(self.graph.op(id).operands());
             }
         }
@@ -216,35 +184,35 @@ impl<'g> Body<'g> {
         }
     }
 
-    /// Defines sine and cosine of an angle by one call.
+    /// Defines sine and cosine of an angle by one operation.
     fn define_pair(&mut self, angle: Id) {
         let pair = self.angles[&angle];
-        self.operations.sines += 1;
         let value = self.value(angle);
         let hint = self.hint(angle);
         let names = [("sin", pair[0]), ("cos", pair[1])].map(|(what, id)| {
-            let name = self.name(id?, hint.as_ref().map(|angle| format!("{what}_{angle}")));
-            Some(format_ident!("{name}"))
+            let id = id?;
+            Some((id, self.name(id, hint.as_ref().map(|angle| format!("{what}_{angle}")))))
         });
-        let call = |what: &str| value.call(what, &TokenStream::new()).tokens;
-        self.push(match names {
-            [Some(sine), Some(cosine)] => {
-                let call = call("sin_cos");
-                quote!(let (#sine, #cosine) = #call;)
+        match names {
+            [Some((sine, sine_name)), Some((cosine, cosine_name))] => {
+                let value = self.operation(Operation::SinCos(value));
+                self.push(value, vec![sine_name, cosine_name], &[sine, cosine]);
             }
             [sine, cosine] => {
-                let call = call(if sine.is_some() { "sin" } else { "cos" });
-                let name = sine.or(cosine);
-                quote!(let #name = #call;)
+                let operation = if sine.is_some() { Operation::Sin } else { Operation::Cos };
+                let value = self.operation(operation(value));
+                if let Some((id, name)) = sine.or(cosine) {
+                    self.push(value, vec![name], &[id]);
+                }
             }
-        });
+        }
     }
 
     fn define(&mut self, id: Id) {
-        let value = self.compute(id).tokens;
+        let value = self.compute(id);
         let hint = self.hint(id);
-        let name = format_ident!("{}", self.name(id, hint));
-        self.push(quote!(let #name = #value;));
+        let name = self.name(id, hint);
+        self.push(value, vec![name], &[id]);
     }
 
     /// A name that says what a value is, if a short one can.
@@ -283,71 +251,43 @@ impl<'g> Body<'g> {
         name
     }
 
-    /// The value, by name if it has one.
-    pub(super) fn value(&mut self, id: Id) -> Piece {
-        if let Some(tokens) = self.outside.get(&id) {
-            return Piece::whole(tokens.clone());
-        }
-        match self.names.get(&id) {
-            Some(name) => {
-                let name = format_ident!("{name}");
-                Piece::whole(quote!(#name))
-            }
-            None => self.compute(id),
-        }
-    }
-
-    /// Whether a value is always zero.
-    pub(super) fn is_zero(&self, value: Signed) -> bool {
-        *self.graph.op(value.id) == Op::Number(0)
+    /// The value, computed if it has no name.
+    pub(super) fn value(&mut self, id: Id) -> u32 {
+        let known = self.outside.get(&id).or_else(|| self.values.get(&id));
+        known.copied().unwrap_or_else(|| self.compute(id))
     }
 
     /// The value of a root.
-    pub(super) fn root(&mut self, root: Signed) -> TokenStream {
+    pub(super) fn root(&mut self, root: Signed) -> u32 {
         let value = self.value(root.id);
-        if root.negative {
-            self.operations.additions += 1;
-            value.negate().tokens
-        } else {
-            value.tokens
-        }
+        if root.negative { self.tape.borrow_mut().negative(value) } else { value }
     }
 
-    fn compute(&mut self, id: Id) -> Piece {
+    fn compute(&mut self, id: Id) -> u32 {
         let graph = self.graph;
         match graph.op(id) {
-            Op::Number(bits) if *bits == 0 => Piece::whole(quote!(R::zero())),
-            Op::Number(bits) => {
-                let number = literal(f64::from_bits(*bits));
-                Piece::whole(quote!(R::from_f64(#number)))
-            }
-            Op::Input(Symbol::Pi) => Piece::whole(quote!(R::pi())),
-            Op::Input(symbol) => unreachable!("{symbol:?} has a name outside"),
+            Op::Number(bits) => self.tape.borrow_mut().number(f64::from_bits(*bits)),
+            Op::Input(Symbol::Pi) => self.operation(Operation::Pi),
+            Op::Input(symbol) => unreachable!("{symbol:?} stands outside"),
             Op::Sum(terms) => self.sum(terms),
             Op::Product(factors) => self.product(factors),
             Op::Reciprocal(a) => {
-                self.operations.divisions += 1;
-                self.value(*a).call("recip", &TokenStream::new())
+                let value = self.value(*a);
+                self.operation(Operation::Recip(value))
             }
             Op::Power(a, exponent) => {
-                self.operations.others += 1;
-                let value = f64::from_bits(*exponent);
-                let (size, sign) = (literal(value.abs()), (value < 0.0).then(|| quote!(-)));
-                self.value(*a).call("powf", &quote!(#sign #size))
+                let value = self.value(*a);
+                self.operation(Operation::PowF(value, f64::from_bits(*exponent)))
             }
             Op::Call(function, a) => {
-                if *function == Function::Sqrt {
-                    self.operations.roots += 1;
-                } else {
-                    self.operations.others += 1;
-                }
-                self.value(*a).call(method(*function), &TokenStream::new())
+                let value = self.value(*a);
+                self.operation(call(*function, &[value]))
             }
         }
     }
 
     /// A sum, a positive term first where there is one.
-    fn sum(&mut self, terms: &[Signed]) -> Piece {
+    fn sum(&mut self, terms: &[Signed]) -> u32 {
         if let Some(depths) = self.depths {
             return self.joined_sum(terms, depths);
         }
@@ -355,56 +295,52 @@ impl<'g> Body<'g> {
         if let Some(first) = ordered.iter().position(|t| !t.negative) {
             let first = ordered.remove(first);
             ordered.insert(0, first);
-        } else {
-            self.operations.additions += 1;
         }
-        self.operations.additions += ordered.len() - 1;
-        let first = self.value(ordered[0].id);
-        let mut sum = if ordered[0].negative { first.negate() } else { first };
+        let mut sum = self.root(ordered[0]);
         for term in &ordered[1..] {
-            let value = self.value(term.id);
-            sum = if term.negative { sum.subtract(&value) } else { sum.add(&value) };
+            sum = self.added(sum, *term);
         }
         sum
     }
 
+    /// A sum and another term.
+    fn added(&mut self, sum: u32, term: Signed) -> u32 {
+        let value = self.value(term.id);
+        self.operation(if term.negative { Operation::Sub(sum, value) } else { Operation::Add(sum, value) })
+    }
+
     /// A sum whose products are added as they are made, the deepest last.
-    fn joined_sum(&mut self, terms: &[Signed], depths: &[u32]) -> Piece {
+    fn joined_sum(&mut self, terms: &[Signed], depths: &[u32]) -> u32 {
         let is_product = |body: &Self, id: Id| {
             matches!(body.graph.op(id), Op::Product(_))
-                && !body.names.contains_key(&id)
+                && !body.values.contains_key(&id)
                 && !body.outside.contains_key(&id)
         };
         let mut ordered = terms.to_vec();
         ordered.sort_by_key(|term| (is_product(self, term.id), depths[term.id]));
         if ordered.len() > 2 * CHAIN {
-            self.operations.additions += ordered.len().div_ceil(CHAIN) - 1;
-            let parts: Vec<Piece> = ordered.chunks(CHAIN).map(|part| self.joined_sum(part, depths)).collect();
-            let mut parts = parts.into_iter();
-            let first = parts.next().unwrap_or_else(|| Piece::whole(quote!(R::zero())));
-            return parts.fold(first, |sum, part| sum.add(&part));
+            let parts: Vec<u32> = ordered.chunks(CHAIN).map(|part| self.joined_sum(part, depths)).collect();
+            let sum = parts.into_iter().reduce(|sum, part| self.operation(Operation::Add(sum, part)));
+            return sum.unwrap_or_else(|| unreachable!("a long sum has parts"));
         }
         let first = ordered.iter().position(|t| !t.negative && (ordered.len() == 1 || !is_product(self, t.id)));
         let first = first.or_else(|| ordered.iter().position(|t| !is_product(self, t.id)));
         let first = first.or_else(|| ordered.iter().position(|t| !t.negative)).unwrap_or(0);
         let first = ordered.remove(first);
-        self.operations.additions += ordered.len() + usize::from(first.negative && ordered.is_empty());
-        let value = self.value(first.id);
-        let mut sum = if first.negative { value.negate() } else { value };
+        let mut sum = self.root(first);
         for term in ordered {
             let graph = self.graph;
             sum = match graph.op(term.id) {
                 Op::Product(factors) if is_product(self, term.id) => {
                     let factors = self.by_depth(factors);
-                    self.operations.multiplications += 1;
                     let last = self.value(factors[factors.len() - 1]);
                     let others = self.product(&factors[..factors.len() - 1]);
-                    others.multiply_add(&last, term.negative, &sum)
+                    self.operation(match term.negative {
+                        true => Operation::NegMulAdd(others, last, sum),
+                        false => Operation::MulAdd(others, last, sum),
+                    })
                 }
-                _ => {
-                    let value = self.value(term.id);
-                    if term.negative { sum.subtract(&value) } else { sum.add(&value) }
-                }
+                _ => self.added(sum, term),
             };
         }
         sum
@@ -419,43 +355,39 @@ impl<'g> Body<'g> {
     }
 
     /// A product; reciprocals that serve only here become divisions.
-    fn product(&mut self, factors: &[Id]) -> Piece {
+    fn product(&mut self, factors: &[Id]) -> u32 {
         let graph = self.graph;
         let factors = &self.by_depth(factors)[..];
         let divisor = |body: &Self, id: Id| match graph.op(id) {
             // A kernel keeps them apart: they need not wait for the other factors.
             Op::Reciprocal(a)
-                if body.depths.is_none() && !body.names.contains_key(&id) && !body.outside.contains_key(&id) =>
+                if body.depths.is_none() && !body.values.contains_key(&id) && !body.outside.contains_key(&id) =>
             {
                 Some(*a)
             }
             _ => None,
         };
-        let mut product: Option<Piece> = None;
+        let mut product: Option<u32> = None;
         for &factor in factors {
             if divisor(self, factor).is_some() {
                 continue;
             }
             let value = self.value(factor);
-            self.operations.multiplications += usize::from(product.is_some());
-            product = Some(product.map_or_else(|| value.clone(), |p| p.multiply(&value)));
+            product = Some(product.map_or(value, |product| self.operation(Operation::Mul(product, value))));
         }
         for &factor in factors {
             let Some(divisor) = divisor(self, factor) else { continue };
             let value = self.value(divisor);
-            self.operations.divisions += 1;
-            product = Some(product.map_or_else(|| value.call("recip", &TokenStream::new()), |p| p.divide(&value)));
+            product = Some(match product {
+                Some(product) => self.operation(Operation::Div(product, value)),
+                None => self.operation(Operation::Recip(value)),
+            });
         }
         product.unwrap_or_else(|| unreachable!("a product has factors"))
     }
 
-    /// Whether the function needs a value, one that stands outside included.
-    pub(super) fn needs(&self, id: Id) -> bool {
-        self.uses.contains_key(&id)
-    }
-
-    /// The statements written so far and what they cost.
-    pub(super) fn finish(self) -> (Vec<TokenStream>, Operations) {
-        (self.statements, self.operations)
+    /// The statements so far.
+    pub(super) fn finish(self) -> Vec<Statement> {
+        self.statements
     }
 }

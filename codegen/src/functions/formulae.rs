@@ -1,7 +1,7 @@
 //! What a function computes, as formulae for its documentation.
 
-use super::layout::Shape;
 use crate::formula::Writer;
+use crate::tape::Shape;
 use crate::term::Term;
 
 /// Longer formulae are better read in the derivation.

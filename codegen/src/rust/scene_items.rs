@@ -1,30 +1,30 @@
 //! What a generated module holds beside the functions: parameters, description, the link to simulators.
 
-use proc_macro2::{Literal, TokenStream};
+use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
+use super::function::Printer;
 use super::own_struct::own_struct;
-use super::plain::{Plain, ident};
-use qrm_scene::lexer::Comparison;
-use qrm_scene::names::{module_name, struct_name};
-use qrm_scene::scene::{Coordinate, Parameter, Quantity, Scene, Start, Value};
+use crate::identifier::ident;
+use qrm_scene::names::module_name;
+use qrm_scene::scene::{Coordinate, Parameter, Scene, Start};
 
 /// The parts of a module beside its functions.
 pub(super) struct Items {
     pub(super) parameters: TokenStream,
     /// The struct that is the mechanism.
     pub(super) mechanism: TokenStream,
-    /// What simulators use.
-    pub(super) link: TokenStream,
+    /// The entry for simulators.
+    pub(super) generated: TokenStream,
     pub(super) description: TokenStream,
 }
 
-pub(super) fn items(scene: &Scene, has_constants: bool, source: &str) -> Items {
+pub(super) fn items(printer: &Printer, source: &str) -> Items {
     Items {
-        parameters: parameters(scene),
-        mechanism: own_struct(scene, has_constants, source),
-        link: link(scene),
-        description: description(scene, source),
+        parameters: parameters(printer),
+        mechanism: own_struct(printer.scene, printer.tape.function("constants").is_some(), source),
+        generated: generated(printer),
+        description: description(printer.scene, source),
     }
 }
 
@@ -32,11 +32,11 @@ fn kept(scene: &Scene) -> impl Iterator<Item = &Parameter> {
     scene.parameters.iter().filter(|p| !p.left_out)
 }
 
-fn parameters(scene: &Scene) -> TokenStream {
-    let plain = Plain { scene, parameters: TokenStream::new(), number: quote!(R) };
+fn parameters(printer: &Printer) -> TokenStream {
+    let scene = printer.scene;
     let names: Vec<_> = kept(scene).map(|p| ident(&p.name)).collect();
     let texts: Vec<&str> = kept(scene).map(|p| p.name.as_str()).collect();
-    let values: Vec<TokenStream> = kept(scene).map(|p| plain.tokens(&p.formula)).collect();
+    let values = printer.tape.function("parameters").map(|function| printer.parameters(function)).unwrap_or_default();
     let docs = kept(scene).map(|p| {
         let unit = if p.unit.is_empty() { String::new() } else { format!(" ({})", p.unit) };
         format!(" {}{unit}", if p.doc.is_empty() { &p.name } else { &p.doc })
@@ -80,9 +80,8 @@ fn parameters(scene: &Scene) -> TokenStream {
 }
 
 /// The method that gives the derivatives by the state, in scenes that have them.
-pub(super) fn linearization(scene: &Scene) -> TokenStream {
-    let n = Literal::usize_unsuffixed(scene.coordinates.len());
-    let m = Literal::usize_unsuffixed(scene.constraints.len());
+pub(super) fn linearization(printer: &Printer) -> TokenStream {
+    let [n, m] = printer.sizes();
     quote! {
         fn linearization(
             &self,
@@ -98,10 +97,9 @@ pub(super) fn linearization(scene: &Scene) -> TokenStream {
 }
 
 /// The entry of the mechanism, on any number.
-fn link(scene: &Scene) -> TokenStream {
-    let own = format_ident!("{}", struct_name(&scene.name));
-    let (n, m) = (scene.coordinates.len(), scene.constraints.len());
-    let (n, m) = (Literal::usize_unsuffixed(n), Literal::usize_unsuffixed(m));
+fn generated(printer: &Printer) -> TokenStream {
+    let (scene, own) = (printer.scene, &printer.own);
+    let [n, m] = printer.sizes();
     let has_linearization = scene.run.stiff.then(|| {
         quote!(
             const HAS_LINEARIZATION: bool = true;
@@ -138,85 +136,58 @@ pub(super) fn time_argument(is_needed: bool) -> (proc_macro2::Ident, TokenStream
     if is_needed { (format_ident!("t"), quote!(t,)) } else { (format_ident!("_t"), quote!()) }
 }
 
-/// Binds `p` if any of the formulae needs it.
-fn with_parameters(values: &[&Value], body: TokenStream) -> TokenStream {
-    let is_parameter = |q: &Quantity| matches!(q, Quantity::Parameter(_));
-    let binding = values.iter().any(|v| v.names().any(is_parameter)).then(|| quote!(let p = &self.parameters;));
-    quote!(#binding #body)
-}
-
 /// The method that gives the start of the motion.
-pub(super) fn start(scene: &Scene) -> TokenStream {
-    let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
-    let mut formulae = Vec::new();
-    let mut values = |start: fn(&Coordinate) -> &Start| -> (Vec<TokenStream>, Vec<bool>) {
-        let each = scene.coordinates.iter().map(|coordinate| match start(coordinate) {
-            Start::Given(value) | Start::Guess(value) => {
-                formulae.push(value);
-                (plain.tokens(value), matches!(start(coordinate), Start::Given(_)))
-            }
-            Start::Free => (quote!(R::zero()), false),
-        });
-        each.unzip()
+pub(super) fn start(printer: &Printer) -> TokenStream {
+    let Some(function) = printer.tape.function("start") else { return TokenStream::new() };
+    let printed = printer.body(function, &quote!(self));
+    let (statements, parts) = (&printed.statements, &printed.parts);
+    let given = |start: fn(&Coordinate) -> &Start| {
+        let coordinates = printer.scene.coordinates.iter();
+        let given = coordinates.map(|coordinate| matches!(start(coordinate), Start::Given(_)));
+        quote!([#(#given),*])
     };
-    let (q, given) = values(|c| &c.position);
-    let (qd, given_rates) = values(|c| &c.rate);
-    let body = with_parameters(
-        &formulae,
-        quote! {
-            Start { q: [#(#q),*], given: [#(#given),*], qd: [#(#qd),*], given_rates: [#(#given_rates),*] }
-        },
-    );
-    let n = Literal::usize_unsuffixed(scene.coordinates.len());
+    let (given, given_rates) = (given(|c| &c.position), given(|c| &c.rate));
+    let (q, qd) = (&parts[0], &parts[1]);
+    let [n, _] = printer.sizes();
     quote! {
         fn start(&self) -> Start<R, #n> {
-            #body
+            #statements
+            Start { q: #q, given: #given, qd: #qd, given_rates: #given_rates }
         }
     }
 }
 
 /// The method that gives step and end of the motion.
-pub(super) fn schedule(scene: &Scene) -> TokenStream {
-    let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
-    let formulae = [&scene.run.step, &scene.run.end_time];
-    let [step, end_time] = formulae.map(|formula| plain.tokens(formula));
-    let body = with_parameters(&formulae, quote!(Schedule { step: #step, end_time: #end_time }));
+pub(super) fn schedule(printer: &Printer) -> TokenStream {
+    let Some(function) = printer.tape.function("schedule") else { return TokenStream::new() };
+    let printed = printer.body(function, &quote!(self));
+    let statements = &printed.statements;
+    let (step, end_time) = (&printed.parts[0], &printed.parts[1]);
     quote! {
         fn schedule(&self) -> Schedule<R> {
-            #body
+            #statements
+            Schedule { step: #step, end_time: #end_time }
         }
     }
 }
 
 /// The method that gives the value of the stop condition.
-pub(super) fn event(scene: &Scene) -> TokenStream {
-    let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
-    let n = Literal::usize_unsuffixed(scene.coordinates.len());
-    let Some(condition) = &scene.run.until else {
+pub(super) fn event(printer: &Printer) -> TokenStream {
+    let Some(function) = printer.tape.function("event") else {
+        let [n, _] = printer.sizes();
         return quote! {
             fn event(&self, _t: R, _q: &[R; #n], _qd: &[R; #n]) -> Option<R> {
                 None
             }
         };
     };
-    let points = plain.points(&condition.difference);
-    let difference = plain.tokens(&condition.difference);
-    let rising = match condition.comparison {
-        Comparison::GreaterOrEqual => quote!(#difference),
-        Comparison::LessOrEqual => quote!(-(#difference)),
-    };
-    let quantities = plain.quantities(&condition.difference);
-    let uses = |test: fn(&Quantity) -> bool| quantities.iter().any(test);
-    let argument = |name: &str, is_used: bool| format_ident!("{}{name}", if is_used { "" } else { "_" });
-    let t = argument("t", uses(|q| *q == Quantity::Time));
-    let q = argument("q", uses(|q| matches!(q, Quantity::Coordinate(_))));
-    let qd = argument("qd", uses(|q| matches!(q, Quantity::Rate(_))));
-    let p = uses(|q| matches!(q, Quantity::Parameter(_))).then(|| quote!(let p = &self.parameters;));
+    let printed = printer.body(function, &quote!(self));
+    let (statements, rising) = (&printed.statements, &printed.parts[0]);
+    let arguments = function.arguments.iter().map(|argument| printer.argument(*argument, function, &printed.used));
     quote! {
         #[inline(always)]
-        fn event(&self, #t: R, #q: &[R; #n], #qd: &[R; #n]) -> Option<R> {
-            #p
-            #(#points)*
+        fn event(&self, #(#arguments),*) -> Option<R> {
+            #statements
             Some(#rising)
         }
     }

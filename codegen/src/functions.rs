@@ -1,0 +1,198 @@
+//! A scene's functions as a tape: which there are, of what, under which names.
+
+mod body;
+mod constants;
+mod formulae;
+mod inverse;
+mod kernel;
+mod layout;
+mod naming;
+mod scene_formula;
+
+use std::cell::RefCell;
+use std::collections::{HashMap, HashSet};
+
+use crate::identifier::ident;
+use qrm_scene::scene::Scene;
+
+use crate::graph::{Graph, Id, Op, Signed};
+use crate::tape::{Argument, Function, Part, Tape};
+use crate::term::{Equations, Symbol};
+use body::Body;
+use layout::{Layout, Plan};
+
+/// The functions of a scene.
+pub fn tape(scene: &Scene, equations: &Equations) -> Tape {
+    let layout = Layout::new(scene, equations);
+    let writer = Writer::new(scene, &layout);
+    for plan in &layout.plans {
+        let function = writer.function(plan);
+        writer.add(function);
+    }
+    kernel::Emitter::new(&writer, &layout.kernel, true).add_functions();
+    if let Some(inverse) = &layout.inverse {
+        inverse::add_inverse_dynamics(&writer, inverse);
+    }
+    let mut tape = writer.tape.into_inner();
+    let start = scene_formula::start(scene, &mut tape);
+    let schedule = scene_formula::schedule(scene, &mut tape);
+    let event = scene_formula::event(scene, &mut tape);
+    tape.functions.extend([start, schedule].into_iter().chain(event));
+    tape
+}
+
+/// Names of arguments and of the two halves of a mechanism.
+const RESERVED: [&str; 11] =
+    ["p", "k", "q", "qd", "qdd", "m", "multipliers", "rows", "angles", "position", "residuals"];
+
+/// Names that no value of a function may have: those above, and that of time.
+fn reserved() -> HashSet<String> {
+    RESERVED.into_iter().chain(["t"]).map(str::to_owned).collect()
+}
+
+/// Makes the functions of a scene.
+struct Writer<'a> {
+    scene: &'a Scene,
+    layout: &'a Layout,
+    graph: &'a Graph,
+    tape: RefCell<Tape>,
+    /// Inputs and precomputed constants.
+    outside: HashMap<Id, u32>,
+    hints: HashMap<Id, String>,
+    /// Coordinates of points, and sines and cosines of sums of coordinates.
+    named_values: HashSet<Id>,
+    /// The names of arguments.
+    argument_names: HashSet<String>,
+}
+
+impl<'a> Writer<'a> {
+    fn new(scene: &'a Scene, layout: &'a Layout) -> Self {
+        let graph = &layout.graph;
+        let parameters = scene.parameters.iter().filter(|p| !p.left_out).count();
+        let mut writer = Self {
+            scene,
+            layout,
+            graph,
+            tape: RefCell::new(Tape::new(parameters, scene.coordinates.len(), scene.constraints.len())),
+            outside: HashMap::new(),
+            hints: HashMap::new(),
+            named_values: HashSet::new(),
+            argument_names: HashSet::new(),
+        };
+        writer.name_inputs();
+        for (id, op) in graph.ops().iter().enumerate() {
+            let Op::Input(symbol) = op else { continue };
+            let hint = match *symbol {
+                // Its name is given where it is computed.
+                Symbol::Local(_) => continue,
+                Symbol::Parameter(i) => scene.parameters[i].name.to_lowercase(),
+                Symbol::Pi => {
+                    writer.hints.insert(id, "pi".to_owned());
+                    continue;
+                }
+                _ => writer.tape.borrow().names[&writer.input(*symbol)].clone(),
+            };
+            writer.hints.insert(id, hint);
+            let input = writer.input(*symbol);
+            writer.outside.insert(id, input);
+        }
+        writer.add_constants();
+        let is_new = |value: &Signed| !graph.is_constant(value.id) && !graph.op(value.id).is_leaf() && !value.negative;
+        for (name, value) in layout.named_values.iter().filter(|(_, value)| is_new(value)) {
+            writer.hints.entry(value.id).or_insert_with(|| name.clone());
+            writer.named_values.insert(value.id);
+        }
+        for (name, value) in layout.names.iter().filter(|(_, value)| is_new(value)) {
+            writer.hints.entry(value.id).or_insert_with(|| name.clone());
+        }
+        writer
+    }
+
+    /// The input that a symbol stands for.
+    fn input(&self, symbol: Symbol) -> u32 {
+        let tape = self.tape.borrow();
+        let at = |argument, i: usize| tape.input(argument) + crate::tape::place(i);
+        match symbol {
+            Symbol::Parameter(i) => {
+                crate::tape::place(self.scene.parameters[..i].iter().filter(|p| !p.left_out).count())
+            }
+            Symbol::Time => at(Argument::Time, 0),
+            Symbol::Coordinate(i) => at(Argument::Coordinates, i),
+            Symbol::Rate(i) => at(Argument::Rates, i),
+            Symbol::Acceleration(i) => at(Argument::Accelerations, i),
+            Symbol::Multiplier(i) => at(Argument::Multipliers, i),
+            Symbol::Residual(i) => at(Argument::Residuals, i),
+            other => unreachable!("{other:?} is no input of a function"),
+        }
+    }
+
+    /// Names parameters, arguments, and sines and cosines.
+    fn name_inputs(&mut self) {
+        let scene = self.scene;
+        let mut tape = self.tape.borrow_mut();
+        for (input, parameter) in (0..).zip(scene.parameters.iter().filter(|p| !p.left_out)) {
+            tape.names.insert(input, parameter.name.clone());
+        }
+        let coordinates = |of: fn(&str) -> String| scene.coordinates.iter().map(move |c| of(&c.name));
+        let constraints = |of: fn(&str) -> String| scene.constraints.iter().map(move |c| of(&c.name));
+        let wishes = [
+            (Argument::Time, vec!["t".to_owned()]),
+            (Argument::Coordinates, coordinates(str::to_owned).collect()),
+            (Argument::Rates, coordinates(|name| format!("{name}_dot")).collect()),
+            (Argument::Accelerations, coordinates(|name| format!("{name}_ddot")).collect()),
+            (Argument::Multipliers, constraints(|name| format!("lambda_{name}")).collect()),
+            (Argument::Residuals, constraints(|name| format!("{name}_open")).collect()),
+        ];
+        for (argument, wishes) in wishes {
+            for (input, wish) in (tape.input(argument)..).zip(wishes) {
+                let name = self.argument_name(&wish);
+                self.argument_names.insert(name.clone());
+                tape.names.insert(input, name);
+            }
+        }
+        for i in 0..scene.coordinates.len() {
+            let angle = tape.names[&(tape.input(Argument::Coordinates) + crate::tape::place(i))].clone();
+            let (sine, n) = (tape.sine(i), crate::tape::place(scene.coordinates.len()));
+            tape.names.insert(sine, format!("sin_{angle}"));
+            tape.names.insert(sine + n, format!("cos_{angle}"));
+        }
+    }
+
+    fn argument_name(&self, wish: &str) -> String {
+        let name = ident(wish).to_string();
+        // The arguments and the two halves of a mechanism are in the same scope, and a raw identifier cannot be part of
+        // a longer name.
+        let mut name = name.strip_prefix("r#").map_or(name.clone(), |word| format!("{word}_"));
+        while RESERVED.contains(&name.as_str()) || self.argument_names.contains(&name) {
+            name.push('_');
+        }
+        name
+    }
+
+    /// Adds a function to the tape.
+    fn add(&self, function: Function) {
+        self.tape.borrow_mut().functions.push(function);
+    }
+
+    fn function(&self, plan: &Plan<Signed>) -> Function {
+        let roots: Vec<Signed> = plan.values().copied().collect();
+        let mut taken = reserved();
+        taken.extend(self.argument_names.iter().cloned());
+        let graph = (self.graph, &self.tape);
+        let mut body = Body::new(graph, &self.outside, &self.hints, &self.named_values, taken, &roots);
+        let parts = plan.parts.iter().map(|(name, shape)| {
+            let values = shape.map(&mut |root| body.root(*root));
+            Part { name: (*name).to_owned(), doc: String::new(), values }
+        });
+        let parts = parts.collect();
+        Function {
+            name: plan.name,
+            doc: plan.doc.clone(),
+            aliases: plan.aliases,
+            arguments: plan.arguments.to_vec(),
+            statements: body.finish(),
+            parts,
+            structure: plan.structure,
+        }
+    }
+}
