@@ -108,7 +108,7 @@ macro_rules! generated {
 
 /// The dynamics by the tape, for any kind of number.
 fn by_tape<R: Scalar + 'static>() -> impl Fn() -> R {
-    let evaluator = RefCell::new((TapeEvaluator::new(&quick_return::TAPE), [R::zero(); 20]));
+    let evaluator = RefCell::new((TapeEvaluator::new(quick_return::TAPE.tape()), [R::zero(); 20]));
     move || {
         let (evaluator, results) = &mut *evaluator.borrow_mut();
         evaluator.dynamics(R::zero(), &opaque(Q).map(R::from_f64), &opaque(QD).map(R::from_f64), results);

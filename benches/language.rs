@@ -11,15 +11,26 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use qrm_core::Model;
+use qrm_language::Code;
 use qrm_model::quick_return::QuickReturn;
+use qrm_scene::resolve;
 
 /// Whole runs of which a program gives the median.
 const RUNS: &str = "60";
 const FLAGS: [&str; 2] = ["-O3", "-march=native"];
 
 fn main() -> ExitCode {
-    let code = Model::of::<QuickReturn, 3, 2>().description.code;
-    let files = match qrm_language::parse("quick-return", code).and_then(|program| qrm_language::c(&program)) {
+    let model = Model::of::<QuickReturn, 3, 2>();
+    let source = model.description.source;
+    let (scene, _) = match resolve::read("scenes/quick-return.toml", source) {
+        Ok(read) => read,
+        Err(e) => {
+            eprintln!("{e}");
+            return ExitCode::FAILURE;
+        }
+    };
+    let code = Code { path: "scenes/quick-return.toml", scene: &scene, source, tape: model.named_tape() };
+    let files = match qrm_language::c(&code.program()) {
         Ok(files) => files,
         Err(e) => {
             eprintln!("error: {e}");

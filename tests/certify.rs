@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 use std::time::{Duration, Instant};
 
 use crate::common::{Table, model, qrm};
-use qrm_core::{Interval, Model};
+use qrm_core::{Interval, Model, StoredTape};
 use qrm_sim::analysis::{
     Enclosure, EnclosureEnd, NoSeries, NotEnclosed, Reason, ReferenceState, enclose, reference_states,
 };
@@ -167,7 +167,8 @@ fn a_corner_ends_what_is_proved() {
 fn friction_in_joints_is_refused() {
     let of = model("quick-return");
     let description = Box::leak(Box::new(qrm_core::Description { friction: &["slot"], ..*of.description }));
-    let reason = enclose(&Model::interpreted(description, of.tape), &|_| None, EnclosureEnd::Time(1.0), &|| false);
+    let tape = Box::leak(Box::new(StoredTape::from(of.named_tape().clone())));
+    let reason = enclose(&Model::interpreted(description, tape), &|_| None, EnclosureEnd::Time(1.0), &|| false);
     assert_eq!(reason.expect_err("it is found by iteration").reason, Reason::Friction);
 }
 

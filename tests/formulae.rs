@@ -12,12 +12,9 @@ const MULTIPLIERS: [f64; 2] = [120.0, -310.0];
 
 /// The lines `name  formula` in the documentation of a function.
 fn documented(function: &str) -> Vec<(String, String)> {
-    let code = model("quick-return").description.code;
-    let place = code.find(&format!("pub fn {function}<")).expect("a function of this name");
-    let start = code[..place].rfind("\n\n").expect("an empty line before it");
-    let documentation = &code[start..place];
-    let block = documentation.split("/// ```text\n").nth(1).expect("a block of formulae").split("/// ```").next();
-    let lines = block.expect("its end").lines().map(|line| line.trim_start_matches("///").trim());
+    let function = model("quick-return").named_tape().function(function).expect("a function of this name");
+    let block = function.doc.split("```text\n").nth(1).expect("a block of formulae").split("```").next();
+    let lines = block.expect("its end").lines().map(str::trim);
     lines
         .map(|line| line.split_once("  ").map_or(("", line), |(name, formula)| (name, formula.trim())))
         .map(|(name, formula)| (name.to_owned(), formula.to_owned()))

@@ -59,7 +59,7 @@ struct QuickReturn {
 impl QuickReturn {
     fn new(start: &ReferenceState) -> Self {
         let model = model("quick-return");
-        let mut equations = TapeEvaluator::with_parameters(model.tape, model.mechanism(&|_| None).parameters());
+        let mut equations = TapeEvaluator::with_parameters(model.tape(), model.mechanism(&|_| None).parameters());
         let (q, qd) = start.digits.split_at(3);
         let [kinetic, potential] = equations.energy(q, qd);
         Self { equations, energy: kinetic + potential }

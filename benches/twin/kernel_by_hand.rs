@@ -2,7 +2,7 @@
 //! every quotient computed once.
 
 use qrm_core::{
-    Angles, Description, Dynamics, Equations, Generated, Kernel, LoopConstraints, Scalar, Schedule, Start, Tape,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, LoopConstraints, Scalar, Schedule, Start, StoredTape,
     copy_outputs,
 };
 use qrm_model::quick_return::{Parameters, QuickReturn};
@@ -260,7 +260,7 @@ impl Generated<3, 2> for HandWritten {
     type Kernel<R: Scalar> = KernelByHand<R>;
 
     const DESCRIPTION: &'static Description = QuickReturn::<f64>::DESCRIPTION;
-    const TAPE: &'static Tape<'static> = QuickReturn::<f64>::TAPE;
+    const TAPE: &'static StoredTape = QuickReturn::<f64>::TAPE;
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 

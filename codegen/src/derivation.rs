@@ -4,8 +4,8 @@ mod matrix;
 
 use crate::formula::{Style, Writer};
 use crate::term::{Equations, Row, Symbol, Term};
-use crate::words::Words;
 use matrix::{entries, equation, formula, matrix, vector};
+use qrm_language::words::Words;
 use qrm_scene::scene::Scene;
 
 /// The whole text.

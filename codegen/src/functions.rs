@@ -8,21 +8,24 @@ mod kernel;
 mod layout;
 mod naming;
 mod scene_formula;
+mod switching;
 
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 
-use crate::identifier::ident;
-use qrm_scene::scene::Scene;
+use qrm_language::identifier::ident;
+use qrm_scene::scene::{Coordinate, Scene, Start};
 
 use crate::graph::{Graph, Id, Op, Signed};
-use crate::tape::{Argument, Function, Part, Tape};
+use crate::notes::notes;
 use crate::term::{Equations, Symbol};
 use body::Body;
 use layout::{Layout, Plan};
+use qrm_core::NamedTape;
+use qrm_core::named_tape::{Argument, Function, Part, place};
 
 /// The functions of a scene.
-pub fn tape(scene: &Scene, equations: &Equations) -> Tape {
+pub fn tape(scene: &Scene, equations: &Equations) -> NamedTape {
     let layout = Layout::new(scene, equations);
     let writer = Writer::new(scene, &layout);
     for plan in &layout.plans {
@@ -38,6 +41,14 @@ pub fn tape(scene: &Scene, equations: &Equations) -> Tape {
     let schedule = scene_formula::schedule(scene, &mut tape);
     let event = scene_formula::event(scene, &mut tape);
     tape.functions.extend([start, schedule].into_iter().chain(event));
+    let switching = switching::switching(&tape, scene.friction_by_forces().next().is_some());
+    tape.functions.extend(switching);
+    let is_given = |start: fn(&Coordinate) -> &Start| {
+        scene.coordinates.iter().map(move |coordinate| matches!(start(coordinate), Start::Given(_)))
+    };
+    tape.given = is_given(|c| &c.position).chain(is_given(|c| &c.rate)).collect();
+    tape.is_driven = scene.is_driven();
+    tape.notes = notes(scene, equations, &tape);
     tape
 }
 
@@ -55,7 +66,7 @@ struct Writer<'a> {
     scene: &'a Scene,
     layout: &'a Layout,
     graph: &'a Graph,
-    tape: RefCell<Tape>,
+    tape: RefCell<NamedTape>,
     /// Inputs and precomputed constants.
     outside: HashMap<Id, u32>,
     hints: HashMap<Id, String>,
@@ -73,7 +84,7 @@ impl<'a> Writer<'a> {
             scene,
             layout,
             graph,
-            tape: RefCell::new(Tape::new(parameters, scene.coordinates.len(), scene.constraints.len())),
+            tape: RefCell::new(NamedTape::new(parameters, scene.coordinates.len(), scene.constraints.len())),
             outside: HashMap::new(),
             hints: HashMap::new(),
             named_values: HashSet::new(),
@@ -111,11 +122,9 @@ impl<'a> Writer<'a> {
     /// The input that a symbol stands for.
     fn input(&self, symbol: Symbol) -> u32 {
         let tape = self.tape.borrow();
-        let at = |argument, i: usize| tape.input(argument) + crate::tape::place(i);
+        let at = |argument, i: usize| tape.input(argument) + place(i);
         match symbol {
-            Symbol::Parameter(i) => {
-                crate::tape::place(self.scene.parameters[..i].iter().filter(|p| !p.left_out).count())
-            }
+            Symbol::Parameter(i) => place(self.scene.parameters[..i].iter().filter(|p| !p.left_out).count()),
             Symbol::Time => at(Argument::Time, 0),
             Symbol::Coordinate(i) => at(Argument::Coordinates, i),
             Symbol::Rate(i) => at(Argument::Rates, i),
@@ -151,8 +160,8 @@ impl<'a> Writer<'a> {
             }
         }
         for i in 0..scene.coordinates.len() {
-            let angle = tape.names[&(tape.input(Argument::Coordinates) + crate::tape::place(i))].clone();
-            let (sine, n) = (tape.sine(i), crate::tape::place(scene.coordinates.len()));
+            let angle = tape.names[&(tape.input(Argument::Coordinates) + place(i))].clone();
+            let (sine, n) = (tape.sine(i), place(scene.coordinates.len()));
             tape.names.insert(sine, format!("sin_{angle}"));
             tape.names.insert(sine + n, format!("cos_{angle}"));
         }
@@ -186,13 +195,13 @@ impl<'a> Writer<'a> {
         });
         let parts = parts.collect();
         Function {
-            name: plan.name,
+            name: plan.name.to_owned(),
             doc: plan.doc.clone(),
-            aliases: plan.aliases,
+            aliases: plan.aliases.iter().map(|&alias| alias.to_owned()).collect(),
             arguments: plan.arguments.to_vec(),
             statements: body.finish(),
             parts,
-            structure: plan.structure,
+            structure: plan.structure.map(str::to_owned),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Names of scenes that the generated code has no room for.
 
+use qrm_language::identifier::is_identifier;
 use qrm_scene::names::{module_name, struct_name};
 
 /// Words that a module cannot have as its name: the list of modules, crates and types that the crate around it names.
@@ -61,7 +62,7 @@ pub const RESERVED_STRUCTS: [&str; 20] = [
 /// Why a scene cannot have this name, if so.
 pub fn refusal(scene: &str) -> Option<String> {
     let (module, mechanism) = (module_name(scene), struct_name(scene));
-    if RESERVED_MODULES.contains(&module.as_str()) || syn::parse_str::<syn::Ident>(&module).is_err() {
+    if RESERVED_MODULES.contains(&module.as_str()) || !is_identifier(&module) {
         return Some(format!("a module cannot be called `{module}`: give the scene another `name`"));
     }
     let is_taken = RESERVED_STRUCTS.contains(&mechanism.as_str());

@@ -1,20 +1,23 @@
-//! Translations of the golden modules, compared with the modules themselves.
+//! Code in C and MATLAB of the golden tapes, compared with the tapes themselves.
 
 mod compiler;
 mod driver;
-mod interpret;
 mod libm;
 mod octave;
 mod states;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use compiler::COMPILERS;
 use driver::driver;
-use qrm_language::syntax;
+use qrm_core::{NamedTape, Operation};
+use qrm_language::Code;
+use qrm_language::ir::Program;
+use qrm_scene::resolve;
+use qrm_scene::scene::Scene;
 use states::{State, expected};
 
 /// States of each mechanism.
@@ -26,50 +29,75 @@ fn golden() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../qrm-model/golden")
 }
 
-/// The files of the golden modules.
-fn paths() -> Vec<PathBuf> {
-    let files = fs::read_dir(golden()).expect("the golden copy").map(|entry| entry.expect("a file").path());
-    let mut files: Vec<PathBuf> = files.filter(|path| path.extension().is_some_and(|e| e == "rs")).collect();
-    files.retain(|path| !path.ends_with("scenes.rs"));
-    files.sort();
-    files
+/// A golden copy.
+struct Golden {
+    scene: Scene,
+    source: String,
+    tape: NamedTape,
 }
 
-/// The name and the syntax of a golden module.
-fn module(path: &Path) -> (String, syn::File) {
-    let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
-    (name, syntax(&fs::read_to_string(path).expect("a module")).expect("Rust"))
+impl Golden {
+    fn read(name: &str) -> Self {
+        let tape = fs::read(golden().join(format!("{}.tape", name.replace('-', "_")))).expect("a tape");
+        let path = format!("{}/../scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let source = fs::read_to_string(path).expect("a scene");
+        let (scene, _) = resolve::read(name, &source).unwrap_or_else(|report| panic!("{report}"));
+        Self { scene, source, tape: NamedTape::from_bytes(&tape).expect("whole") }
+    }
+
+    fn program(&self) -> Program {
+        Code { path: "", scene: &self.scene, source: &self.source, tape: &self.tape }.program()
+    }
+
+    /// The same functions with other names for some values.
+    fn renamed(mut self, names: &[(&str, &str)]) -> Self {
+        let other = |name: &mut String| {
+            if let Some((_, to)) = names.iter().find(|(from, _)| name == from) {
+                *name = (*to).to_owned();
+            }
+        };
+        for function in &mut self.tape.functions {
+            function.statements.iter_mut().flat_map(|statement| &mut statement.names).for_each(other);
+            function.parts.iter_mut().for_each(|part| other(&mut part.name));
+        }
+        self
+    }
+}
+
+/// All golden copies.
+fn all() -> Vec<Golden> {
+    let files = fs::read_dir(golden()).expect("the golden copy").map(|entry| entry.expect("a file").path());
+    let tapes = files.filter(|path| path.extension().is_some_and(|e| e == "tape"));
+    let mut names: Vec<String> =
+        tapes.map(|path| path.file_stem().expect("a name").to_string_lossy().replace('_', "-")).collect();
+    names.sort();
+    assert!(names.len() > 10, "{names:?}");
+    names.iter().map(|name| Golden::read(name)).collect()
 }
 
 #[test]
 #[ignore = "full tier: languages"]
 fn c_gives_the_same_numbers() {
-    for path in paths() {
-        let (name, module) = module(&path);
-        compare(&name, &module, STATES);
-    }
+    all().iter().for_each(|golden| compare(golden, STATES));
 }
 
 #[test]
 #[ignore = "full tier: languages"]
 fn names_that_mean_something_in_c_are_changed() {
-    let text = fs::read_to_string(golden().join("pendulum.rs")).expect("a module");
     let renamed = [("half_m", "INLINE"), ("rod_x", "double"), ("inv_rod", "fabs"), ("rod_residual", "residuals")];
-    let text = renamed.into_iter().fold(text, |text, (from, to)| text.replace(from, to));
-    compare("pendulum", &syntax(&text).expect("Rust"), 10);
+    compare(&Golden::read("pendulum").renamed(&renamed), 10);
 }
 
 #[test]
 #[ignore = "full tier: languages"]
 fn matlab_gives_the_same_numbers() {
-    let paths = Mutex::new(paths());
-    let next = || paths.lock().expect("no other thread has failed").pop();
+    let all = Mutex::new(all());
+    let next = || all.lock().expect("no other thread has failed").pop();
     std::thread::scope(|scope| {
         for _ in 0..2 {
             scope.spawn(|| {
-                while let Some(path) = next() {
-                    let (name, module) = module(&path);
-                    compare_matlab(&name, &module, STATES);
+                while let Some(golden) = next() {
+                    compare_matlab(&golden, STATES);
                 }
             });
         }
@@ -79,32 +107,30 @@ fn matlab_gives_the_same_numbers() {
 #[test]
 #[ignore = "full tier: languages"]
 fn names_that_mean_something_in_matlab_are_changed() {
-    let text = fs::read_to_string(golden().join("pendulum.rs")).expect("a module");
     let renamed = [("half_m", "end"), ("rod_x", "until"), ("inv_rod", "sin"), ("rod_residual", "residuals")];
-    let text = renamed.into_iter().fold(text, |text, (from, to)| text.replace(from, to));
-    compare_matlab("pendulum", &syntax(&text).expect("Rust"), 10);
+    compare_matlab(&Golden::read("pendulum").renamed(&renamed), 10);
 }
 
-/// Compares a module with its translation into C, by each compiler.
-fn compare(name: &str, module: &syn::File, states: usize) {
-    let program = qrm_language::lower(name, module).expect("an intermediate representation");
-    let files = qrm_language::c(&program).expect("a translation");
-    assert_eq!(qrm_language::c(&program).as_ref(), Ok(&files), "{name}: the same module, other code");
+/// Compares a tape with its code in C, by each compiler.
+fn compare(golden: &Golden, states: usize) {
+    let program = golden.program();
+    let files = qrm_language::c(&program).expect("code");
+    assert_eq!(qrm_language::c(&golden.program()).as_ref(), Ok(&files), "{}: the same tape, other code", program.name);
     let states = State::random(&program, states);
-    let wanted = expected(&program, module, &states);
+    let wanted = expected(&program, &golden.tape, &states);
     for compiler in &COMPILERS {
-        let given = compiler.run(name, &files, &driver(&program), &states);
-        agree(&format!("{name} by {}", compiler.name), &wanted, &given);
+        let given = compiler.run(&program.name, &files, &driver(&program), &states);
+        agree(&format!("{} by {}", program.name, compiler.name), &wanted, &given);
     }
 }
 
-/// Compares a module with its translation into MATLAB.
-fn compare_matlab(name: &str, module: &syn::File, states: usize) {
-    let program = qrm_language::lower(name, module).expect("an intermediate representation");
-    let files = qrm_language::matlab(&program).expect("a translation");
-    assert_eq!(qrm_language::matlab(&program).as_ref(), Ok(&files), "{name}: the same module, other code");
+/// Compares a tape with its code in MATLAB.
+fn compare_matlab(golden: &Golden, states: usize) {
+    let program = golden.program();
+    let files = qrm_language::matlab(&program).expect("code");
+    assert_eq!(qrm_language::matlab(&golden.program()).as_ref(), Ok(&files), "{}: other code", program.name);
     let states = State::random(&program, states);
-    agree(name, &expected(&program, module, &states), &octave::run(&program, &files, &states));
+    agree(&program.name, &expected(&program, &golden.tape, &states), &octave::run(&program, &files, &states));
 }
 
 /// Compares results, wanted ones with their functions.
@@ -129,32 +155,47 @@ fn folder() -> PathBuf {
 
 #[test]
 #[ignore = "full tier: languages"]
-fn all_functions_of_numbers_are_translated() {
-    let text = fs::read_to_string(golden().join("pendulum.rs")).expect("a module");
-    let residual = "-(k.k1 * (k.half_l_sq - R::from_f64(0.5) * (x * x + y * y)))";
-    let sum = "k.k1 + x.tanh().asin() + y.tanh().acos() + x.atan() + x.sinh() * y.cosh() + x.exp().ln() + x.abs().sqrt() \
-               + y.floor() + x.sign() + x.tan() + x.sin() + y.cos() + x.atan2(y) + x.hypot(y) + x.min(y) + x.max(y) \
-               + R::powi(x, 2) + R::pow(R::abs(x), y) + x.abs().powf(1.5) + R::pi() - (x - (y - x)) / (x / y) - -x";
-    assert!(text.contains(residual), "{residual}");
-    let module = syntax(&text.replace(residual, sum)).expect("Rust");
-    compare("pendulum", &module, 100);
-    compare_matlab("pendulum", &module, 100);
+fn all_operations_are_written() {
+    use Operation as Op;
+    let mut golden = Golden::read("pendulum");
+    let tape = &mut golden.tape;
+    let [x, y] = [0, 1].map(|i| tape.input(qrm_core::named_tape::Argument::Coordinates) + i);
+    let unary =
+        [Op::Tanh, Op::Atan, Op::Sinh, Op::Cosh, Op::Exp, Op::Abs, Op::Floor, Op::Sign, Op::Tan, Op::Recip, Op::Neg];
+    let mut values: Vec<u32> =
+        unary.iter().flat_map(|own| [x, y].map(|z| own(z))).map(|own| tape.operation(own)).collect();
+    let binary = [Op::Atan2, Op::Hypot, Op::Min, Op::Max, Op::Add, Op::Sub, Op::Mul, Op::Div];
+    values.extend(
+        binary.iter().flat_map(|own| [own(x, y), own(y, x)]).map(|own| tape.operation(own)).collect::<Vec<_>>(),
+    );
+    let [tanh, absolute] = [Op::Tanh(x), Op::Abs(x)].map(|own| tape.operation(own));
+    let more = [Op::Asin(tanh), Op::Acos(tanh), Op::Ln(absolute), Op::Sqrt(absolute), Op::Sin(x), Op::Cos(y)];
+    values.extend(more.map(|own| tape.operation(own)));
+    let powers = [Op::PowI(x, 2), Op::Pow(absolute, y), Op::PowF(absolute, 1.5), Op::PowF(absolute, -0.5), Op::Pi];
+    values.extend(powers.map(|own| tape.operation(own)));
+    values
+        .extend([Op::MulAdd(x, y, tanh), Op::NegMulAdd(x, y, tanh), Op::Number(-0.25)].map(|own| tape.operation(own)));
+    // Operands in all places where they need parentheses.
+    let [sum, product, negative] = [Op::Sub(x, y), Op::Mul(x, y), Op::Neg(x)].map(|own| tape.operation(own));
+    for a in [sum, product, negative] {
+        for b in [sum, product, negative] {
+            values.extend([Op::Sub(a, b), Op::Div(a, b), Op::Mul(a, b)].map(|own| tape.operation(own)));
+        }
+    }
+    let function = tape.functions.iter_mut().find(|own| own.name == "com_positions").expect("a function");
+    function.statements.clear();
+    function.parts[0].values = qrm_core::named_tape::Shape::Vector(values);
+    compare(&golden, 100);
+    compare_matlab(&golden, 100);
 }
 
 #[test]
-fn what_has_no_translation_is_named() {
-    let pendulum = fs::read_to_string(golden().join("pendulum.rs")).expect("a module");
-    let said = |from: &str, to: &str| {
-        assert!(pendulum.contains(from), "{from}");
-        let module = syntax(&pendulum.replace(from, to)).expect("Rust");
-        qrm_language::lower("pendulum", &module).expect_err(to).to_string()
-    };
-    assert_eq!(said("rod_x.recip()", "rod_x.erf()"), "no translation of the call `rod_x . erf ()`");
-    assert_eq!(
-        said("rod_x.recip()", "if true { x } else { y }"),
-        "no translation of the expression `if true { x } else { y }`"
-    );
-    assert_eq!(said("k.k1 * x;", "k.k1 % x;"), "no translation of the operator of `k . k1 % x`");
-    assert_eq!(said("rod_x.recip()", "LENGTH"), "no translation of the name `LENGTH`");
-    assert_eq!(said("let rod_y =", "let rod_x ="), "no translation of a name that is given twice, `rod_x`");
+fn names_that_no_language_has_are_named() {
+    let golden = Golden::read("pendulum").renamed(&[("rod_x", "größe")]);
+    let said = qrm_language::c(&golden.program()).expect_err("a name").to_string();
+    assert_eq!(said, "no translation of the name `größe`");
+    let long = "x".repeat(64);
+    let golden = Golden::read("pendulum").renamed(&[("rod_x", &long)]);
+    let said = qrm_language::matlab(&golden.program()).expect_err("a name").to_string();
+    assert_eq!(said, format!("no translation of the name `{long}`, which is longer than 63 letters"));
 }

@@ -3,6 +3,7 @@
 
 mod equations;
 mod errors;
+mod evaluation;
 mod expected;
 mod friction;
 mod gradients;
@@ -17,11 +18,13 @@ mod virtual_work;
 mod wide;
 
 use num_traits::Signed;
-use qrm_core::{DoubleDouble, OwnedTape};
+use qrm_core::{DoubleDouble, NamedTape, Tape};
 
-use crate::tape::{Evaluation, Tape};
 use crate::term::Equations;
 use errors::{Errors, has_rounded_constants};
+pub(crate) use evaluation::Evaluation;
+#[cfg(test)]
+pub(crate) use evaluation::Number;
 use expected::Expected;
 use hessians::second_derivatives;
 use qrm_scene::evaluate::{State, constant, parameter_values};
@@ -64,8 +67,7 @@ pub enum Unverified {
 ///
 /// # Errors
 /// Which function differs, by how much, and where; or that the scene has no value to compare with.
-pub fn verify(scene: &Scene, equations: &Equations, tape: &Tape, placed: &OwnedTape) -> Result<(), Unverified> {
-    let placed = placed.tape();
+pub fn verify(scene: &Scene, equations: &Equations, tape: &NamedTape, placed: &Tape) -> Result<(), Unverified> {
     let states = (NUMBERS / scene.coordinates.len().max(1)).clamp(STATES / 5, STATES);
     let mut random = fastrand::Rng::with_seed(1);
     // Where forces are not determined, they are so nowhere.
@@ -98,7 +100,7 @@ pub fn verify(scene: &Scene, equations: &Equations, tape: &Tape, placed: &OwnedT
             let kernel_agrees = kernel::agrees(scene, equations, tape, (sample, expected));
             agreed += usize::from(agrees.map_err(wrong)? && counts);
             kernel_agrees.map_err(wrong)?;
-            tape::agrees(scene, tape, &placed, sample).map_err(wrong)?;
+            tape::agrees(scene, tape, placed, sample).map_err(wrong)?;
         }
     }
     let problem = if known.len() < states / 4 && !scene.normal_forces().is_empty() {
@@ -118,7 +120,7 @@ pub fn verify(scene: &Scene, equations: &Equations, tape: &Tape, placed: &OwnedT
             known.len()
         )
     } else {
-        let plain = verify_plain(scene, tape).and_then(|()| tape::agrees_at_start(scene, tape, &placed));
+        let plain = verify_plain(scene, tape).and_then(|()| tape::agrees_at_start(scene, tape, placed));
         return plain.map_err(Unverified::Wrong);
     };
     Err(Unverified::NoDomain(format!("error: the formulae of scene `{}` {problem}", scene.name)))
@@ -158,7 +160,7 @@ fn size(number: Wide) -> f64 {
 fn agrees(
     scene: &Scene,
     equations: &Equations,
-    tape: &Tape,
+    tape: &NamedTape,
     (sample, expected): (&Sample, &Expected<Wide>),
     scales: &[Vec<f64>],
 ) -> Result<bool, String> {
@@ -212,12 +214,12 @@ fn same(what: &str, got: &[DoubleDouble], expected: &[Wide]) -> Result<(), Strin
 }
 
 /// Start, schedule and stop condition, at the scene's own parameters and at a random state.
-fn verify_plain(scene: &Scene, tape: &Tape) -> Result<(), String> {
+fn verify_plain(scene: &Scene, tape: &NamedTape) -> Result<(), String> {
     let parameters: Vec<Wide> = parameter_values(scene, |_| None);
     let constant = |value: &Formula| constant(value, &parameters);
     let kept = scene.parameters.iter().zip(&parameters).filter(|(p, _)| !p.left_out);
     let (names, kept): (Vec<&str>, Vec<DoubleDouble>) = kept.map(|(p, value)| (&*p.name, value.0)).unzip();
-    for ((name, value), got) in names.iter().zip(&kept).zip(Evaluation::parameters(tape)) {
+    for ((name, value), got) in names.iter().zip(&kept).zip(Evaluation::parameters(tape, |_| None)) {
         same(&format!("value of parameter {name}"), &[got], &[Wide(*value)])?;
     }
     let starts = |start: fn(&Coordinate) -> &Start| -> Vec<Wide> {

@@ -7,13 +7,12 @@ use std::vec::Vec;
 
 #[cfg(feature = "simd")]
 use crate::description::{Description, ParameterDescription, QuantityDescription};
-#[cfg(feature = "serde")]
 use crate::digest::digest;
 #[cfg(feature = "simd")]
 use crate::model::Model;
-use crate::tape::OwnedTape;
+use crate::named_tape::NamedTape;
 #[cfg(feature = "simd")]
-use crate::tape::Tape;
+use crate::stored_tape::StoredTape;
 
 /// The line by which the program that derives scenes says that another derivation on this machine goes first.
 pub const WAITING: &str = "waiting for another derivation";
@@ -21,24 +20,21 @@ pub const WAITING: &str = "waiting for another derivation";
 pub const DERIVING: &str = "deriving";
 
 /// A scene's names and functions as data.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct DerivedScene {
     /// Names, units and meanings.
     pub description: OwnedDescription,
     /// The functions.
-    pub tape: OwnedTape,
+    pub tape: NamedTape,
 }
 
 /// A [`Description`](crate::Description) with its texts.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[allow(missing_docs, reason = "the fields are those of a description")]
 pub struct OwnedDescription {
     pub name: String,
     pub doc: String,
     pub source: String,
-    pub code: String,
     pub derivation: String,
     pub coordinates: Vec<OwnedQuantity>,
     pub constraints: Vec<OwnedQuantity>,
@@ -51,8 +47,7 @@ pub struct OwnedDescription {
 }
 
 /// A [`QuantityDescription`](crate::QuantityDescription) with its texts.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[allow(missing_docs, reason = "the fields are those of a quantity")]
 pub struct OwnedQuantity {
     pub name: String,
@@ -61,8 +56,7 @@ pub struct OwnedQuantity {
 }
 
 /// A [`ParameterDescription`](crate::ParameterDescription) with its texts.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[allow(missing_docs, reason = "the fields are those of a parameter")]
 pub struct OwnedParameter {
     pub name: String,
@@ -71,7 +65,6 @@ pub struct OwnedParameter {
     pub formula: String,
 }
 
-#[cfg(feature = "serde")]
 impl DerivedScene {
     /// The scene as bytes, which end with their hash.
     ///
@@ -95,15 +88,13 @@ impl DerivedScene {
 impl DerivedScene {
     /// The data of a model.
     pub fn of(model: &Model) -> Self {
-        let Model { description, tape, .. } = model;
-        Self { description: OwnedDescription::of(description), tape: OwnedTape::of(tape) }
+        Self { description: OwnedDescription::of(model.description), tape: model.named_tape().clone() }
     }
 
     /// The scene as an entry in a program's list. It lives as long as the program.
     pub fn into_model(self) -> Model {
-        let tape: &'static OwnedTape = Box::leak(Box::new(self.tape));
-        let tape: &'static Tape<'static> = Box::leak(Box::new(tape.tape()));
-        Model::interpreted(Box::leak(Box::new(self.description.leaked())), tape)
+        let description = Box::leak(Box::new(self.description.leaked()));
+        Model::interpreted(description, Box::leak(Box::new(StoredTape::from(self.tape))))
     }
 }
 
@@ -125,7 +116,6 @@ impl OwnedDescription {
             name: description.name.into(),
             doc: description.doc.into(),
             source: description.source.into(),
-            code: description.code.into(),
             derivation: description.derivation.into(),
             coordinates: quantities(description.coordinates),
             constraints: quantities(description.constraints),
@@ -154,7 +144,6 @@ impl OwnedDescription {
             name: text(self.name),
             doc: text(self.doc),
             source: text(self.source),
-            code: text(self.code),
             derivation: text(self.derivation),
             coordinates: quantities(self.coordinates),
             constraints: quantities(self.constraints),

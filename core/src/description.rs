@@ -9,8 +9,6 @@ pub struct Description {
     pub doc: &'static str,
     /// The text the mechanism was generated from.
     pub source: &'static str,
-    /// The generated module.
-    pub code: &'static str,
     /// The derivation of the equations of motion: Markdown with LaTeX.
     pub derivation: &'static str,
     /// Generalized coordinates, in the order of q.

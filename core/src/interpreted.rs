@@ -33,7 +33,7 @@ use kernel::InterpretedKernel;
 /// the capacity are computed with.
 macro_rules! with_capacity {
     ($model:expr, $function:ident($($argument:expr),*)) => {
-        match $model.tape.sizes().into_iter().max() {
+        match $model.tape().sizes().into_iter().max() {
             // What a page downloads is small.
             #[cfg(not(target_family = "wasm"))]
             Some(0..=4) => $function::<4>($($argument),*),
@@ -66,7 +66,7 @@ pub(crate) fn lane_steps(model: &Model, width: Width, request: BatchRequest, res
 
 #[cfg(target_arch = "x86_64")]
 fn lane_steps_of<const C: usize>(
-    Model { description, tape, .. }: &Model,
+    model: &Model,
     width: Width,
     request: BatchRequest,
     residual: f64,
@@ -74,6 +74,7 @@ fn lane_steps_of<const C: usize>(
     use crate::lane_steps::StepsBy;
     use crate::lanes::Lanes;
     use pulp::x86::{V3, V4};
+    let (description, tape) = (model.description, model.tape());
     // A constant, so that what is not used is not compiled.
     if const { C > LARGEST_IN_LANES } {
         return None;
@@ -114,9 +115,9 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl<const C: usize> Interpreted<C> {
     fn new(model: Model, values: Vec<f64>) -> Self {
-        let evaluator = TapeEvaluator::with_parameters(model.tape, &values);
-        let mut kernel = InterpretedKernel::new(model.tape, model.description);
-        let mut fused = InterpretedKernel::new(model.tape, model.description);
+        let evaluator = TapeEvaluator::with_parameters(model.tape(), &values);
+        let mut kernel = InterpretedKernel::new(model.tape(), model.description);
+        let mut fused = InterpretedKernel::new(model.tape(), model.description);
         if let (Some(kernel), Some(fused)) = (&mut kernel, &mut fused) {
             kernel.set_values(&|i| values[i]);
             fused.set_values(&|i| Fused(values[i]));
@@ -158,11 +159,11 @@ impl<const C: usize> Mechanism for Interpreted<C> {
     }
 
     fn is_driven(&self) -> bool {
-        self.model.tape.is_driven
+        self.model.tape().is_driven
     }
 
     fn has_linearization(&self) -> bool {
-        self.model.tape.linearization.is_some()
+        self.model.tape().linearization.is_some()
     }
 
     fn operations(&self) -> usize {
@@ -171,7 +172,7 @@ impl<const C: usize> Mechanism for Interpreted<C> {
 
     fn start(&self, start: StartMut) {
         self.evaluator().start(start.q, start.qd);
-        let (given, given_rates) = self.model.tape.given.split_at(start.given.len());
+        let (given, given_rates) = self.model.tape().given.split_at(start.given.len());
         start.given.copy_from_slice(given);
         start.given_rates.copy_from_slice(given_rates);
     }
@@ -185,14 +186,14 @@ impl<const C: usize> Mechanism for Interpreted<C> {
     }
 
     fn dynamics(&self, t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut) {
-        let mut results = vec![0.0; self.model.tape.dynamics.results.len()];
+        let mut results = vec![0.0; self.model.tape().dynamics.results.len()];
         self.evaluator().dynamics(t, q, qd, &mut results);
         let DynamicsMut { mass_matrix, generalized_forces, constraint_jacobian, constraint_bias } = dynamics;
         scatter(&results, [mass_matrix, generalized_forces, constraint_jacobian, constraint_bias]);
     }
 
     fn loop_constraints(&self, t: f64, q: &[f64], constraints: LoopConstraintsMut) {
-        let mut results = vec![0.0; self.model.tape.loop_constraints.results.len()];
+        let mut results = vec![0.0; self.model.tape().loop_constraints.results.len()];
         self.evaluator().loop_constraints(t, q, &mut results);
         let LoopConstraintsMut { residuals, constraint_jacobian, constraint_rate } = constraints;
         scatter(&results, [residuals, constraint_jacobian, constraint_rate]);
@@ -211,7 +212,7 @@ impl<const C: usize> Mechanism for Interpreted<C> {
     }
 
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]) {
-        let mut results = vec![0.0; self.model.tape.outputs.results.len()];
+        let mut results = vec![0.0; self.model.tape().outputs.results.len()];
         self.evaluator().outputs(t, q, qd, qdd, multipliers, &mut results);
         outputs.iter_mut().zip(results).for_each(|(output, result)| *output = result);
     }
@@ -225,7 +226,7 @@ impl<const C: usize> Mechanism for Interpreted<C> {
         multipliers: &[f64],
         linearization: LinearizationMut,
     ) -> bool {
-        let Some(function) = &self.model.tape.linearization else { return false };
+        let Some(function) = &self.model.tape().linearization else { return false };
         let mut results = vec![0.0; function.results.len()];
         self.evaluator().linearization(t, q, qd, qdd, multipliers, &mut results);
         let LinearizationMut { stiffness, damping, constraint_stiffness, constraint_damping, .. } = linearization;
@@ -262,7 +263,7 @@ impl<const C: usize> Mechanism for Interpreted<C> {
         if const { C > LARGEST_IN_LANES } {
             return None;
         }
-        let Model { description, tape, .. } = self.model;
+        let (description, tape) = (self.model.description, self.model.tape());
         Some(match width {
             Width::Four => {
                 let token = V3::try_new()?;

@@ -11,7 +11,7 @@ use crate::description::Description;
 #[cfg(feature = "std")]
 use crate::mechanism::{Compiled, Mechanism};
 use crate::scalar::Scalar;
-use crate::tape::Tape;
+use crate::stored_tape::StoredTape;
 
 /// What steps need of the equations of motion of a mechanism with `N` coordinates and `M` constraints, on numbers `R`,
 /// its parameters inside.
@@ -164,7 +164,7 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
     const DESCRIPTION: &'static Description;
 
     /// The functions as data, for any kind of number.
-    const TAPE: &'static Tape<'static>;
+    const TAPE: &'static StoredTape;
 
     /// Whether [`Equations::linearization`] gives derivatives.
     const HAS_LINEARIZATION: bool = false;

@@ -52,12 +52,15 @@ mod math;
 mod mechanism;
 #[cfg(feature = "simd")]
 mod model;
+#[cfg(feature = "std")]
+pub mod named_tape;
 mod projection;
 mod rk4;
 mod rows;
 mod scalar;
 mod sine;
 mod single_step;
+mod stored_tape;
 mod tape;
 
 pub use angles::Angles;
@@ -83,12 +86,15 @@ pub use mechanism::{
 };
 #[cfg(feature = "simd")]
 pub use model::{Model, Replace};
+#[cfg(feature = "std")]
+pub use named_tape::NamedTape;
 pub use projection::{ProjectionResult, StateMut};
 pub use rk4::{CORRECTION_ROUNDING, KernelState, MAX_CORRECTIONS, RESIDUAL_ROUNDING, StepResult, rk4_step};
 pub use rows::{RowLayout, RowRequest, RowResult, RowStop};
 pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;
 pub use single_step::{StepEstimate, StepMut, StepRequest};
+pub use stored_tape::StoredTape;
 #[cfg(feature = "std")]
 pub use tape::{Obstacle, OwnedFunction, OwnedKernel, OwnedTape, TapeSeries};
 pub use tape::{Operation, OperationKind, Tape, TapeEvaluator, TapeFunction, TapeKernel, execute};

@@ -11,6 +11,8 @@ use crate::interpreted;
 use crate::kernel::Generated;
 use crate::lane_steps::LaneStepsTable;
 use crate::mechanism::Mechanism;
+use crate::named_tape::NamedTape;
+use crate::stored_tape::StoredTape;
 use crate::tape::{Tape, TapeEvaluator};
 
 /// New values for parameters, by their names.
@@ -21,8 +23,7 @@ pub type Replace<'a> = &'a dyn Fn(&str) -> Option<f64>;
 pub struct Model {
     /// Names, units and meanings.
     pub description: &'static Description,
-    /// The functions as data, for any kind of number.
-    pub tape: &'static Tape<'static>,
+    stored: &'static StoredTape,
     compiled: Option<CompiledFunctions>,
 }
 
@@ -38,14 +39,14 @@ impl Model {
     pub const fn of<X: Generated<N, M>, const N: usize, const M: usize>() -> Self {
         Self {
             description: X::DESCRIPTION,
-            tape: X::TAPE,
+            stored: X::TAPE,
             compiled: Some(CompiledFunctions { mechanism: X::mechanism, lane_steps: X::LANE_STEPS }),
         }
     }
 
     /// The entry of a mechanism whose tape is interpreted.
-    pub const fn interpreted(description: &'static Description, tape: &'static Tape<'static>) -> Self {
-        Self { description, tape, compiled: None }
+    pub const fn interpreted(description: &'static Description, stored: &'static StoredTape) -> Self {
+        Self { description, stored, compiled: None }
     }
 
     /// The same mechanism with its tape interpreted.
@@ -59,15 +60,25 @@ impl Model {
         self.compiled.is_none()
     }
 
+    /// The functions as data, for any kind of number.
+    pub fn tape(&self) -> &'static Tape<'static> {
+        self.stored.tape()
+    }
+
+    /// The functions with their names, for printers.
+    pub fn named_tape(&self) -> &'static NamedTape {
+        self.stored.named()
+    }
+
     /// The number of operations of accelerations and multipliers by the kernel.
-    pub const fn operations(&self) -> usize {
-        self.tape.kernel.operations
+    pub fn operations(&self) -> usize {
+        self.tape().kernel.operations
     }
 
     /// The values of the parameters, some of them replaced, in the order of the description; those that the scene
     /// computes from others follow.
     pub fn parameter_values(&self, replace: Replace) -> Vec<f64> {
-        self.parameter_values_by(&mut TapeEvaluator::new(self.tape), replace)
+        self.parameter_values_by(&mut TapeEvaluator::new(self.tape()), replace)
     }
 
     /// The values by the tape, so that a changed number compiles no function anew.
@@ -78,7 +89,7 @@ impl Model {
 
     /// The mechanism once for each of these replacements.
     pub fn mechanisms(&self, replacements: &[Replace]) -> Vec<Box<dyn Mechanism>> {
-        let mut evaluator = TapeEvaluator::new(self.tape);
+        let mut evaluator = TapeEvaluator::new(self.tape());
         let values = replacements.iter().map(|replace| self.parameter_values_by(&mut evaluator, *replace));
         values.map(|values| self.mechanism_with(values)).collect()
     }

@@ -24,7 +24,7 @@ pub use series::{Obstacle, TapeSeries};
 ///
 /// The result has the next free place. [`SinCos`](Self::SinCos) has two results: the sine, then the cosine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "std", derive(serde::Serialize, serde::Deserialize))]
 #[allow(missing_docs, reason = "the names say what they compute")]
 pub enum Operation {
     Number(f64),

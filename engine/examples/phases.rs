@@ -5,7 +5,8 @@
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use qrm_codegen::{derivation, functions, header, rust, tape, verify};
+use qrm_codegen::{derivation, functions, verify};
+use qrm_language::{Code, rust};
 use qrm_scene::{resolve, source};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -17,14 +18,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let equations = equations?.remove(0);
     let ((tape, placed), making) = timed(|| {
         let tape = functions::tape(&scene, &equations);
-        let placed = tape::placed(&scene, &tape);
+        let placed = tape.placed();
         (tape, placed)
     });
-    let (verified, verifying) = timed(|| verify::verify(&scene, &equations, &tape, &placed));
+    let (verified, verifying) = timed(|| verify::verify(&scene, &equations, &tape, &placed.tape()));
     verified?;
     let ((code, derivation), writing) = timed(|| {
-        let header = header::header(&path, &scene, &equations, &tape, "");
-        let code = format!("{header}{}", prettyplease::unparse(&rust::module(&scene, &tape, &text)));
+        let code = rust::text(&Code { path: &path, scene: &scene, source: &text, tape: &tape });
         (code, derivation::markdown(&scene, &equations, &text))
     });
     println!("scene         {}", scene.name);
@@ -36,9 +36,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!("code          {} lines, {} kB", code.lines().count(), code.len() / 1000);
     println!("derivation    {} lines, {} kB", derivation.lines().count(), derivation.len() / 1000);
-    let (placed, text) = (placed.tape(), tape::text(&placed.tape()));
+    let (placed, bytes) = (placed.tape(), tape.to_bytes());
     let operations = placed.constants.len() + placed.functions().map(|f| f.operations.len()).sum::<usize>();
-    println!("tape          {operations} operations, {} kB, {} places", text.len() / 1000, placed.places());
+    println!("tape          {operations} operations, {} kB, {} places", bytes.len() / 1000, placed.places());
     for function in &tape.functions {
         println!("{:13} {} operations", function.name, tape.operations(function).sum());
     }

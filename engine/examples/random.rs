@@ -13,7 +13,8 @@ use std::error::Error;
 use std::path::Path;
 
 use fastrand::Rng;
-use qrm_codegen::{functions, rust, tape, verify};
+use qrm_codegen::{functions, verify};
+use qrm_language::{Code, rust};
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 
@@ -44,12 +45,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut failed = 0;
     for ((seed, text, scene), equations) in scenes.iter().zip(&equations) {
         let tape = functions::tape(scene, equations);
-        let printed = rust::check(&tape, &rust::module(scene, &tape, text));
+        let printed = rust::check(&tape, &rust::text(&Code { path: "random.toml", scene, source: text, tape: &tape }));
         let write = || std::fs::write(Path::new(folder).join(format!("random-{seed}.toml")), text);
         if keeps_all {
             write()?;
         }
-        let verified = verify::verify(scene, equations, &tape, &tape::placed(scene, &tape));
+        let verified = verify::verify(scene, equations, &tape, &tape.placed().tape());
         if let Err(reason) = verified.map_err(|e| e.to_string()).and(printed) {
             failed += 1;
             println!("{seed}: {reason}");

@@ -4,14 +4,12 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use crate::Waiting;
-use qrm_build::with_checksum;
-use qrm_codegen::tape::{self, Tape};
+use qrm_build::GoldenCopy;
 use qrm_codegen::term::Equations;
 use qrm_codegen::verify::{self, Unverified};
-use qrm_codegen::{derivation, functions, header, names, rust};
-use qrm_core::OwnedTape;
+use qrm_codegen::{derivation, functions, names};
+use qrm_language::{Code, rust};
 use qrm_scene::diagnostic::{Diagnostic, Report};
-use qrm_scene::files;
 use qrm_scene::names::module_name;
 use qrm_scene::scene::Scene;
 use qrm_scene::scene_file::SceneFile;
@@ -38,7 +36,8 @@ pub enum Error {
     Unverified(Unverified),
 }
 
-/// Writes `directory/NAME.rs` for each scene file, with its derivation, `NAME.md`. At most one call per process.
+/// Writes `directory/NAME.rs` for each scene file, with its tape, `NAME.tape`, and its derivation, `NAME.md`. At most one
+/// call per process.
 ///
 /// # Errors
 /// Anything that keeps one of the files from being written; no file is ever half-written.
@@ -47,14 +46,14 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<(), Error> {
     let all: Vec<&SceneFile> = files.iter().collect();
     fs::create_dir_all(directory).map_err(|source| Error::File { path: directory.display().to_string(), source })?;
     for (scene_file, equations) in all.iter().zip(&equations(&all, &|_| ())?) {
-        let SceneFile { scene, source, .. } = scene_file;
+        let SceneFile { scene, source, path, .. } = scene_file;
         let tape = functions::tape(scene, equations);
-        let module = code(scene_file, equations, &tape, &tape::placed(scene, &tape))?;
-        let file = directory.join(format!("{}.rs", module_name(&scene.name)));
-        let markdown = derivation::markdown(scene, equations, source);
-        // First: the module includes it, and is the mark of both.
-        write_whole(&file.with_extension("md"), &markdown)?;
-        write_whole(&file, &with_checksum(module, &markdown))?;
+        verify::verify(scene, equations, &tape, &tape.placed().tape()).map_err(Error::Unverified)?;
+        let path = path.display().to_string();
+        let code = rust::text(&Code { path: &path, scene, source, tape: &tape });
+        rust::check(&tape, &code).map_err(|e| Error::Unverified(Unverified::Wrong(e)))?;
+        let golden = GoldenCopy { tape, derivation: derivation::markdown(scene, equations, source), code };
+        golden.write(directory, &module_name(&scene.name)).map_err(|(path, source)| Error::File { path, source })?;
     }
     Ok(())
 }
@@ -94,50 +93,4 @@ fn engine_error(error: crate::Error, scenes: &[&SceneFile]) -> Error {
         error @ crate::Error::NotStarted(_) => return Error::Engine(error),
     };
     Error::Scenes(vec![scenes[scene].report(vec![finding])])
-}
-
-/// The text of a scene's module, without its last line, once its functions are found right.
-pub(crate) fn code(
-    SceneFile { path, source, scene, .. }: &SceneFile,
-    equations: &Equations,
-    tape: &Tape,
-    placed: &OwnedTape,
-) -> Result<String, Error> {
-    verify::verify(scene, equations, tape, placed).map_err(Error::Unverified)?;
-    let file = rust::module(scene, tape, source);
-    rust::check(tape, &file).map_err(|e| Error::Unverified(Unverified::Wrong(e)))?;
-    // The printer drops comments of this kind, so the header is joined afterwards.
-    let header = header::header(&path.display().to_string(), scene, equations, tape, &header::hash(source));
-    Ok(format!("{header}\n{}{}", spaced(&prettyplease::unparse(&file)), tape::text(&placed.tape())))
-}
-
-/// Sets a blank line between items and between methods, and makes comments of the documentation of statements.
-fn spaced(text: &str) -> String {
-    let mut spaced = String::new();
-    let mut lines = text.lines().peekable();
-    // The scene stands at the end, in a literal whose lines must stay as they are.
-    let mut in_literal = false;
-    while let Some(line) = lines.next() {
-        let is_before_statement = lines.peek().is_some_and(|next| next.trim_start().starts_with("let "));
-        match line.split_once("/// ") {
-            Some((indent, comment)) if is_before_statement && !in_literal => {
-                spaced += &format!("\n{indent}// {comment}");
-            }
-            _ => spaced += line,
-        }
-        spaced.push('\n');
-        in_literal |= line.starts_with("pub const SOURCE");
-        let ends_item = ["}", "};", "    }"].contains(&line) || line.starts_with("    const ");
-        let next_is_item = lines.peek().is_some_and(|next| !next.is_empty() && !next.trim_start().starts_with('}'));
-        if !in_literal && ends_item && next_is_item {
-            spaced.push('\n');
-        }
-    }
-    spaced
-}
-
-/// Writes a generated file.
-fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
-    let failed = |source| Error::File { path: path.display().to_string(), source };
-    files::write_whole(path, text.as_bytes()).map_err(failed)
 }

@@ -8,8 +8,8 @@ use qrm_scene::scene_file::SceneFile;
 
 use crate::Waiting;
 use crate::generate::{self, Error};
-use qrm_build::with_checksum;
-use qrm_codegen::{derivation, functions, rust, tape};
+use qrm_codegen::verify;
+use qrm_codegen::{derivation, functions};
 
 /// Derives the equations of motion of a scene. At most one call per process.
 ///
@@ -28,17 +28,14 @@ pub fn derive(
     let equations = generate::equations(&[&file], announce)?.remove(0);
     let SceneFile { scene, source, .. } = &file;
     let tape = functions::tape(scene, &equations);
-    let placed = tape::placed(scene, &tape);
-    let texts = [String::new(), String::new()];
-    show(&DerivedScene { description: description(scene, source, texts), tape: placed.clone() });
-    let code = generate::code(&file, &equations, &tape, &placed)?;
+    show(&DerivedScene { description: description(scene, source, String::new()), tape: tape.without_texts() });
+    verify::verify(scene, &equations, &tape, &tape.placed().tape()).map_err(Error::Unverified)?;
     let derivation = derivation::markdown(scene, &equations, source);
-    let code = with_checksum(code, &derivation);
-    Ok(DerivedScene { description: description(scene, source, [code, derivation]), tape: placed })
+    Ok(DerivedScene { description: description(scene, source, derivation), tape })
 }
 
 /// The description of a scene in its generated module.
-fn description(scene: &Scene, source: &str, [code, derivation]: [String; 2]) -> OwnedDescription {
+fn description(scene: &Scene, source: &str, derivation: String) -> OwnedDescription {
     let quantity = |name: &str, unit: &str, doc: &str| {
         let [name, unit, doc] = [name, unit, doc].map(str::to_owned);
         OwnedQuantity { name, unit, doc }
@@ -51,7 +48,6 @@ fn description(scene: &Scene, source: &str, [code, derivation]: [String; 2]) -> 
         name: scene.name.clone(),
         doc: scene.doc.clone(),
         source: source.to_owned(),
-        code,
         derivation,
         coordinates: scene.coordinates.iter().map(|c| quantity(&c.name, &c.unit, &c.doc)).collect(),
         constraints: scene.constraints.iter().map(|c| quantity(&c.name, &c.unit, &c.doc)).collect(),
@@ -60,6 +56,6 @@ fn description(scene: &Scene, source: &str, [code, derivation]: [String; 2]) -> 
         left_out: scene.left_out().map(|p| p.name.clone()).collect(),
         has_corners: scene.has_corners(),
         friction: scene.friction_by_forces().map(str::to_owned).collect(),
-        until: rust::until(scene, source).to_owned(),
+        until: qrm_language::rust::until(scene, source).to_owned(),
     }
 }

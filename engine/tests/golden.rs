@@ -36,7 +36,7 @@ fn check(folder: &str, scenes: &str, copies: &str) {
     engine.current_dir(&folder).arg("generate").arg(&out).args(files.map(|name| format!("{scenes}{name}")));
     let output = engine.output().expect("the engine starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let modules = |folder: &Path| [names(folder, "rs"), names(folder, "md")].concat();
+    let modules = |folder: &Path| [names(folder, "rs"), names(folder, "tape"), names(folder, "md")].concat();
     if std::env::var_os("QRM_REFRESH").is_some() {
         fs::create_dir_all(&copies).expect("the folder can be made");
         modules(&copies).iter().for_each(|old| fs::remove_file(copies.join(old)).expect("an old copy can be removed"));

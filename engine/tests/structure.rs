@@ -4,8 +4,9 @@
 #[allow(dead_code, unreachable_pub, reason = "the command around it is not used")]
 mod make;
 
-use qrm_codegen::tape::{self, Tape};
-use qrm_codegen::{functions, rust, verify};
+use qrm_codegen::{functions, verify};
+use qrm_core::NamedTape;
+use qrm_language::{Code, rust};
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 
@@ -56,7 +57,7 @@ fn read(text: &str) -> Scene {
     scene
 }
 
-fn operations(tape: &Tape, function: &str) -> usize {
+fn operations(tape: &NamedTape, function: &str) -> usize {
     let function = tape.function(function).unwrap_or_else(|| panic!("no function `{function}`"));
     tape.operations(function).sum()
 }
@@ -74,10 +75,10 @@ fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
     ];
     let scenes = texts.each_ref().map(|text| read(text));
     let equations = qrm_engine::derive(&scenes.each_ref(), &|_| ()).expect("the equations");
-    let tapes: Vec<Tape> = (0..texts.len())
+    let tapes: Vec<NamedTape> = (0..texts.len())
         .map(|i| {
             let tape = functions::tape(&scenes[i], &equations[i]);
-            verify::verify(&scenes[i], &equations[i], &tape, &tape::placed(&scenes[i], &tape))
+            verify::verify(&scenes[i], &equations[i], &tape, &tape.placed().tape())
                 .unwrap_or_else(|wrong| panic!("{wrong}"));
             tape
         })
@@ -99,6 +100,7 @@ fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
         );
     }
     // Nothing of a scene depends on those that were derived before it.
-    let code = |i: usize| prettyplease::unparse(&rust::module(&scenes[i], &tapes[i], &texts[i]));
+    let code =
+        |i: usize| rust::text(&Code { path: "made.toml", scene: &scenes[i], source: &texts[i], tape: &tapes[i] });
     assert!(code(0) == code(4), "the same scene becomes other code");
 }

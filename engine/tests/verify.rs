@@ -3,7 +3,8 @@
 
 use num_rational::BigRational;
 use qrm_codegen::term::{Equations, KernelEquations, Linearization, Row, Symbol, Term};
-use qrm_codegen::{functions, rust, tape, verify};
+use qrm_codegen::{functions, verify};
+use qrm_language::{Code, rust};
 use qrm_scene::function::Function;
 use qrm_scene::resolve;
 
@@ -155,7 +156,7 @@ fn check(equations: &Equations) -> Result<(), verify::Unverified> {
 fn check_in(text: &str, equations: &Equations) -> Result<(), verify::Unverified> {
     let (scene, _) = resolve::read("pendulum.toml", text).expect("the scene is right");
     let tape = functions::tape(&scene, equations);
-    verify::verify(&scene, equations, &tape, &tape::placed(&scene, &tape))
+    verify::verify(&scene, equations, &tape, &tape.placed().tape())
 }
 
 /// The scene with other sizes: as it is, with a rod of steel, on a chip, and with both extremes at once.
@@ -249,8 +250,8 @@ fn a_wrong_tape_is_found() {
     wrong.power[0] = product(&[number(2), wrong.power[0].clone()]);
     let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
     let [right, wrong] = [equations(), wrong].map(|equations| functions::tape(&scene, &equations));
-    let wrong = tape::placed(&scene, &wrong);
-    let said = verify::verify(&scene, &equations(), &right, &wrong).expect_err("a wrong tape").to_string();
+    let said =
+        verify::verify(&scene, &equations(), &right, &wrong.placed().tape()).expect_err("a wrong tape").to_string();
     assert!(said.contains("generated tape of `power` is wrong"), "{said}");
 }
 
@@ -260,8 +261,8 @@ fn changed_text_is_found() {
     let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
     let equations = equations();
     let tape = functions::tape(&scene, &equations);
-    let text = prettyplease::unparse(&rust::module(&scene, &tape, SCENE));
-    assert_eq!(rust::check(&tape, &syn::parse_file(&text).expect("Rust")), Ok(()));
+    let text = rust::text(&Code { path: "pendulum.toml", scene: &scene, source: SCENE, tape: &tape });
+    assert_eq!(rust::check(&tape, &text), Ok(()));
     for (right, wrong) in [
         ("q: [R::from_f64(1.0), R::from_f64(1.0)]", "q: [R::from_f64(1.0), R::from_f64(1.5)]"),
         ("step: R::from_f64(0.001)", "step: R::from_f64(0.01)"),
@@ -269,8 +270,7 @@ fn changed_text_is_found() {
         ("phi - (R::from_f64(2.0) + t)", "phi - R::from_f64(2.0) + t"),
     ] {
         assert!(text.contains(right), "{right} is not in\n{text}");
-        let file = syn::parse_file(&text.replace(right, wrong)).expect("still Rust");
-        assert!(rust::check(&tape, &file).is_err(), "{wrong}");
+        assert!(rust::check(&tape, &text.replace(right, wrong)).is_err(), "{wrong}");
     }
 }
 

@@ -1,29 +1,59 @@
-//! Writes generated modules of mechanisms in other languages.
+//! Writes the functions of a mechanism as code, in Rust, C and MATLAB.
 //!
-//! The text of a module in Rust is parsed into an [intermediate representation](mod@ir), from which each language is
-//! written: the functions keep their names, their formulae and the order of their operations. Only the text is needed, so
-//! that this works where the equations are not derived.
-//!
-//! ```
-//! # let text = include_str!("../../qrm-model/golden/pendulum.rs");
-//! let program = qrm_language::parse("pendulum", text)?;
-//! let files = qrm_language::c(&program)?;
-//! assert_eq!(files[0].name, "pendulum.h");
-//! # Ok::<(), qrm_language::Untranslated>(())
-//! ```
+//! A [tape](qrm_core::NamedTape) holds the functions: names, formulae and the order of operations are the same in all
+//! languages.
 
 mod c;
 mod constants;
+pub mod identifier;
 pub mod ir;
 mod lines;
+mod lower;
 mod matlab;
 mod names;
-mod parse;
 mod precedence;
+pub mod rust;
+mod texts;
+pub mod words;
 
-use quote::ToTokens;
+use qrm_core::NamedTape;
+use qrm_core::named_tape;
+use qrm_scene::names::module_name;
+use qrm_scene::scene::Scene;
 
 use ir::{Function, Program};
+
+/// The functions of a scene, as printers need them.
+#[derive(Clone, Copy, Debug)]
+pub struct Code<'c> {
+    /// The file of the scene.
+    pub path: &'c str,
+    /// The scene.
+    pub scene: &'c Scene,
+    /// Its text.
+    pub source: &'c str,
+    /// Its functions.
+    pub tape: &'c NamedTape,
+}
+
+impl Code<'_> {
+    /// What the names of the scene's files and functions begin with: `quick_return` for `quick-return`.
+    pub fn name(&self) -> String {
+        module_name(&self.scene.name)
+    }
+
+    /// The program from which C and MATLAB are written.
+    pub fn program(&self) -> Program {
+        lower::program(self.scene, self.tape, self.source)
+    }
+
+    /// A function of the program by its name or its symbol.
+    fn function<'p>(&self, program: &'p Program, name: &str) -> Option<&'p Function> {
+        let has_symbol = |own: &&named_tape::Function| own.aliases.iter().any(|alias| alias == name);
+        let own = self.tape.functions.iter().find(has_symbol);
+        program.function(own.map_or(name, |own| &own.name))
+    }
+}
 
 /// A language of generated code.
 #[derive(Clone, Copy, Debug)]
@@ -36,24 +66,36 @@ pub struct Language {
     pub doc: &'static str,
     /// What begins a comment.
     pub comment: &'static str,
-    /// Whether steps take constraints that repeat others.
+    /// Whether steps take constraints that repeat others; in Rust a solver does.
     pub takes_repeated_constraints: bool,
-    /// Writes a module.
-    pub write: fn(&Program) -> Result<Vec<File>, Untranslated>,
-    /// Writes a function of a module.
-    pub write_function: fn(&Program, &Function) -> Result<String, Untranslated>,
+    /// Writes all functions.
+    pub write: fn(&Code) -> Result<Vec<File>, Untranslated>,
+    /// Writes a part by its name or its symbol; `None` if it is not written by itself.
+    pub write_part: fn(&Code, &str) -> Result<Option<String>, Untranslated>,
 }
 
-/// The languages that generated modules are translated into.
-pub const LANGUAGES: [Language; 2] = [
+/// The languages of generated code.
+pub const LANGUAGES: [Language; 3] = [
+    Language {
+        name: "rust",
+        title: "Rust",
+        doc: "As it is generated and compiled",
+        comment: "//",
+        takes_repeated_constraints: true,
+        write: |code| Ok(vec![File { name: format!("{}.rs", code.name()), text: rust::text(code) }]),
+        write_part: |code, name| Ok(rust::part(code, name)),
+    },
     Language {
         name: "c",
         title: "C",
         doc: "C99, a header and a source file that need libm alone",
         comment: "//",
         takes_repeated_constraints: false,
-        write: c,
-        write_function: c::write_function,
+        write: |code| c(&code.program()),
+        write_part: |code, name| {
+            let program = code.program();
+            code.function(&program, name).map(|function| c::write_function(&program, function)).transpose()
+        },
     },
     Language {
         name: "matlab",
@@ -61,8 +103,11 @@ pub const LANGUAGES: [Language; 2] = [
         doc: "MATLAB and Octave, a file for each function",
         comment: "%",
         takes_repeated_constraints: true,
-        write: matlab,
-        write_function: matlab::write_function,
+        write: |code| matlab(&code.program()),
+        write_part: |code, name| {
+            let program = code.program();
+            code.function(&program, name).map(|function| matlab::write_function(&program, function)).transpose()
+        },
     },
 ];
 
@@ -74,28 +119,6 @@ pub struct File {
     /// Its text.
     pub text: String,
 }
-
-/// The intermediate representation of a generated module.
-///
-/// `name` is that of the scene; what others see of the translations begins with it: with `quick_return` for
-/// `quick-return`.
-///
-/// # Errors
-/// The text is not Rust, or a construct has no translation.
-pub fn parse(name: &str, text: &str) -> Result<Program, Untranslated> {
-    let module = parse::syntax(text).map_err(|e| Untranslated(format!("the module `{name}`: {e}")))?;
-    Ok(Program { notes: parse::notes(text), ..lower(name, &module)? })
-}
-
-/// The intermediate representation of the syntax of a generated module.
-///
-/// # Errors
-/// A construct has no translation.
-pub fn lower(name: &str, module: &syn::File) -> Result<Program, Untranslated> {
-    parse::lower(&name.to_lowercase().replace('-', "_"), module)
-}
-
-pub use parse::syntax;
 
 /// A module in C99, as a header and a source file: it needs `libm` and no allocator.
 ///
@@ -117,9 +140,3 @@ pub fn matlab(program: &Program) -> Result<Vec<File>, Untranslated> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("no translation of {0}")]
 pub struct Untranslated(String);
-
-impl Untranslated {
-    fn new(what: &str, construct: &impl ToTokens) -> Self {
-        Self(format!("{what} `{}`", construct.to_token_stream()))
-    }
-}

@@ -17,12 +17,7 @@ pub(crate) struct Packed {
 /// Never: memory is all that it needs.
 pub fn packed(derived: DerivedScene, scene: Scene) -> Vec<u8> {
     // The page shows no texts of that length.
-    let description = OwnedDescription {
-        source: String::new(),
-        code: String::new(),
-        derivation: String::new(),
-        ..derived.description
-    };
-    let packed = Packed { derived: DerivedScene { description, ..derived }, scene };
+    let description = OwnedDescription { source: String::new(), derivation: String::new(), ..derived.description };
+    let packed = Packed { derived: DerivedScene { description, tape: derived.tape.without_texts() }, scene };
     postcard::to_stdvec(&packed).unwrap_or_else(|e| unreachable!("memory takes all bytes: {e}"))
 }

@@ -18,13 +18,12 @@ pub mod engine;
 mod golden_copy;
 mod index;
 mod modules;
-mod tape_text;
 mod values;
 
 use std::env;
 use std::path::{Path, PathBuf};
 
-pub use golden_copy::with_checksum;
+pub use golden_copy::GoldenCopy;
 pub use modules::{Request, modules};
 
 /// Writes the modules of scene files, named from the folder of the crate, into `OUT_DIR`, from where the crate includes

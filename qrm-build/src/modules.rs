@@ -26,7 +26,7 @@ pub struct Request<'a> {
     pub is_compiled: &'a dyn Fn(&str) -> bool,
 }
 
-/// Writes `out/NAME.rs` and `out/NAME.md` for each scene, and `out/scenes.rs`, which includes all modules; tells cargo
+/// Writes `out/NAME.rs` with its tape and derivation for each scene, and `out/scenes.rs`, which includes all modules; tells cargo
 /// when to do so again. Returns warnings.
 ///
 /// With `QRM_GENERATE` in the environment no golden copy is used: the symbolic engine writes every module.
@@ -46,20 +46,25 @@ pub fn modules(request: &Request) -> Result<Vec<String>, String> {
         let name = module_name(&file.scene.name);
         let copy = current(copies, &name, file)?;
         let is_compiled = copy.is_none() || is_compiled(&file.scene.name);
-        let copy = copy.filter(|_| !generates).unwrap_or_else(|| {
+        let copy = copy.filter(|_| !generates);
+        if copy.is_none() {
             missing.push(&*file.path);
-            GoldenCopy { code: String::new(), derivation: String::new() }
-        });
-        entries.push(Entry { name, copy, is_compiled });
+        }
+        entries.push((name, copy, is_compiled, file));
     }
     fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
     if !missing.is_empty() {
         warnings.extend(engine::generate(&missing, out)?);
-        for entry in entries.iter_mut().filter(|entry| entry.copy.code.is_empty()) {
-            let generated = GoldenCopy::read(out, &entry.name)?;
-            entry.copy = generated.ok_or_else(|| format!("the symbolic engine has not written {}.rs", entry.name))?;
-        }
     }
+    let entry = |(name, copy, is_compiled, file): (String, Option<GoldenCopy>, bool, _)| {
+        let written = || format!("the symbolic engine has not written {name}.rs");
+        let copy = match copy {
+            Some(copy) => copy,
+            None => GoldenCopy::read(out, &name)?.ok_or_else(written)?,
+        };
+        Ok(Entry { name, copy, is_compiled, file })
+    };
+    let entries: Vec<Entry> = entries.into_iter().map(entry).collect::<Result<_, String>>()?;
     write(&entries, out)?;
     Ok(warnings)
 }
@@ -88,37 +93,46 @@ fn same_module(new: &SceneFile, files: &[SceneFile]) -> Option<Report> {
 /// The golden copy of a scene with the numbers of the scene; `None` if it has other formulae.
 fn current(copies: &Path, module: &str, file: &SceneFile) -> Result<Option<GoldenCopy>, String> {
     let Some(copy) = GoldenCopy::read(copies, module)? else { return Ok(None) };
-    let Some(source) = copy.source() else { return Ok(None) };
+    let Some(source) = source(&copy.code) else { return Ok(None) };
     if source == file.source {
         return Ok(Some(copy));
     }
     // A copy of a version whose scenes are no scenes any more.
     let Ok((scene, _)) = resolve::read(module, source) else { return Ok(None) };
-    Ok(values::with_values(&copy, &scene, &file.scene, &file.source))
+    Ok(values::with_values(&copy, (&scene, source), file))
+}
+
+/// The text of the scene that a module was generated from; `None` if it is not a raw literal.
+fn source(code: &str) -> Option<&str> {
+    const SOURCE: &str = "\npub const SOURCE: &str = r";
+    let rest = &code[code.find(SOURCE)? + SOURCE.len()..];
+    let (fence, rest) = rest.split_at(rest.find('"')?);
+    Some(&rest[1..rest.find(&format!("\"{fence};"))?])
 }
 
 /// Writes the modules and their list, and removes those of scenes that are gone. A new time on an unchanged file would
 /// have everything compiled again.
 fn write(entries: &[Entry], out: &Path) -> Result<(), String> {
-    let foreign = || "a generated module has another form than this version writes".to_owned();
-    let mut files = vec![(out.join("scenes.rs"), index::text(entries).ok_or_else(foreign)?)];
+    let mut files = vec![(out.join("scenes.rs"), index::text(entries).into_bytes())];
     for entry in entries {
-        let [code, derivation] = paths(out, &entry.name);
-        files.push((code, entry.copy.code.clone()));
-        files.push((derivation, entry.copy.derivation.clone()));
+        let [code, tape, derivation] = paths(out, &entry.name);
+        files.push((code, entry.copy.code.clone().into_bytes()));
+        files.push((tape, entry.copy.tape.to_bytes()));
+        files.push((derivation, entry.copy.derivation.clone().into_bytes()));
         if !entry.is_compiled {
-            files.push((out.join(entry.file()), entry.data().ok_or_else(foreign)?));
+            files.push((out.join(entry.module_file()), entry.description().into_bytes()));
         }
     }
-    for (path, text) in &files {
-        if fs::read_to_string(path).ok().as_ref() != Some(text) {
-            write_whole(path, text.as_bytes()).map_err(|e| format!("{}: {e}", path.display()))?;
+    for (path, bytes) in &files {
+        if fs::read(path).ok().as_ref() != Some(bytes) {
+            write_whole(path, bytes).map_err(|e| format!("{}: {e}", path.display()))?;
         }
     }
     let failed = |e| format!("{}: {e}", out.display());
     for old in fs::read_dir(out).map_err(failed)? {
         let path = old.map_err(failed)?.path();
-        let is_module = path.extension().is_some_and(|extension| extension == "rs" || extension == "md");
+        let is_module =
+            path.extension().is_some_and(|extension| ["rs", "tape", "md"].iter().any(|own| extension == *own));
         if is_module && !files.iter().any(|(file, _)| *file == path) {
             fs::remove_file(&path).map_err(failed)?;
         }

@@ -1,39 +1,46 @@
-//! Changed numbers of a scene in a generated module: values of parameters, start, step and end.
+//! Changed numbers of a scene in its golden copy: values of parameters, start, step and end.
 
+use qrm_core::named_tape::Value as TapeValue;
+use qrm_core::{NamedTape, Operation};
+use qrm_language::{Code, rust};
 use qrm_scene::expression::Node;
 use qrm_scene::layout::without_layout;
 use qrm_scene::scene::{Scene, Start, Value};
+use qrm_scene::scene_file::SceneFile;
 
 use crate::golden_copy::GoldenCopy;
-use crate::tape_text::TapeText;
 
-/// A module with the numbers of a scene; `None` if more than numbers has changed since it was generated, or a number
-/// stands where it cannot be replaced.
+/// A golden copy with the numbers of a scene; `None` if more than numbers has changed since it was generated.
 ///
 /// Values also decide in which order the kernel eliminates coordinates. The order of the copy stays, so that results may
 /// differ from those of a new derivation in the last digit.
-pub(crate) fn with_values(copy: &GoldenCopy, old: &Scene, new: &Scene, source: &str) -> Option<GoldenCopy> {
-    if formulae(copy.source()?)? != formulae(source)? || left_out(old) != left_out(new) {
+pub(crate) fn with_values(copy: &GoldenCopy, (old, source): (&Scene, &str), new: &SceneFile) -> Option<GoldenCopy> {
+    if formulae(source)? != formulae(&new.source)? || left_out(old) != left_out(&new.scene) {
         return None;
     }
-    let (before, after) = (settings(old), settings(new));
-    let mut copy = copy.clone().with_source(source)?;
+    let (before, after) = (numbers(old), numbers(&new.scene));
     if before.len() != after.len() {
         return None;
     }
-    for ((place, old), (_, new)) in before.iter().zip(&after) {
-        if old.map(|old| old.nodes()) != new.map(|new| new.nodes()) {
-            let change = Change { from: number(old.as_ref()?)?, to: number(new.as_ref()?)? };
-            copy = place.changed(copy, &change)?;
+    let mut copy = copy.clone();
+    for (before, after) in before.iter().zip(&after) {
+        if before.formula.map(Value::nodes) != after.formula.map(Value::nodes) {
+            let (from, to) = (number(before.formula?)?, number(after.formula?)?);
+            if result(&copy.tape, before.function, before.result) != Some(from) {
+                return None;
+            }
+            copy.tape.set_number(before.function, before.result, to);
+            if let Some(name) = before.parameter {
+                let cell = |value: f64| format!("| `{name}` | `{value:?}` |");
+                if !copy.derivation.contains(&cell(from)) {
+                    return None;
+                }
+                copy.derivation = copy.derivation.replacen(&cell(from), &cell(to), 1);
+            }
         }
     }
-    for (old, new) in old.parameters.iter().zip(&new.parameters).filter(|(old, _)| !old.left_out) {
-        if old.text != new.text {
-            let formula = |text: &str| format!("formula: {text:?},");
-            let name = format!("ParameterDescription {{\n            name: {:?},", old.name);
-            copy.code = replaced_behind(&copy.code, &name, &formula(&old.text), &formula(&new.text))?;
-        }
-    }
+    let path = new.path.display().to_string();
+    copy.code = rust::text(&Code { path: &path, scene: &new.scene, source: &new.source, tape: &copy.tape });
     Some(copy)
 }
 
@@ -51,34 +58,40 @@ fn left_out(scene: &Scene) -> Vec<bool> {
     scene.parameters.iter().map(|parameter| parameter.left_out).collect()
 }
 
-/// A number of a scene that its module holds.
-enum Setting<'a> {
-    /// The value of a parameter, by its place and its name.
-    Parameter(usize, &'a str),
-    /// A coordinate or a rate at the start, by its place among both.
-    Start(usize, usize),
-    /// The step or the end, by its field and its place.
-    Schedule(&'static str, usize),
+/// A number of a scene, and the result of the function that gives it.
+struct Number<'s> {
+    function: &'static str,
+    result: usize,
+    /// The name of the parameter that it is the value of.
+    parameter: Option<&'s str>,
+    formula: Option<&'s Value>,
 }
 
-/// All numbers of a module that a scene can change, with their formulae.
-fn settings(scene: &Scene) -> Vec<(Setting<'_>, Option<&Value>)> {
-    let parameters = scene.parameters.iter().filter(|parameter| !parameter.left_out);
-    let parameters =
-        parameters.enumerate().map(|(i, parameter)| (Setting::Parameter(i, &parameter.name), Some(&parameter.formula)));
-    let n = scene.coordinates.len();
+/// All numbers that a scene can change without other formulae.
+fn numbers(scene: &Scene) -> Vec<Number<'_>> {
+    let kept = scene.parameters.iter().filter(|parameter| !parameter.left_out).enumerate();
+    let parameters = kept.map(|(result, parameter)| Number {
+        function: "parameters",
+        result,
+        parameter: Some(&parameter.name),
+        formula: Some(&parameter.formula),
+    });
     let positions = scene.coordinates.iter().map(|coordinate| &coordinate.position);
     let rates = scene.coordinates.iter().map(|coordinate| &coordinate.rate);
-    let starts = positions.chain(rates).enumerate().map(|(i, start)| {
-        let value = match start {
+    let starts = positions.chain(rates).enumerate().map(|(result, start)| {
+        let formula = match start {
             Start::Given(value) | Start::Guess(value) => Some(value),
             Start::Free => None,
         };
-        (Setting::Start(i, n), value)
+        Number { function: "start", result, parameter: None, formula }
     });
-    let schedule = [("step", &scene.run.step), ("end_time", &scene.run.end_time)];
-    let schedule =
-        schedule.into_iter().enumerate().map(|(i, (field, value))| (Setting::Schedule(field, i), Some(value)));
+    let schedule = [&scene.run.step, &scene.run.end_time].into_iter().enumerate();
+    let schedule = schedule.map(|(result, formula)| Number {
+        function: "schedule",
+        result,
+        parameter: None,
+        formula: Some(formula),
+    });
     parameters.chain(starts).chain(schedule).collect()
 }
 
@@ -91,78 +104,11 @@ fn number(formula: &Value) -> Option<f64> {
     }
 }
 
-/// A number that becomes another one.
-pub(crate) struct Change {
-    pub(crate) from: f64,
-    pub(crate) to: f64,
-}
-
-impl Setting<'_> {
-    /// The module with the other number here.
-    fn changed(&self, mut copy: GoldenCopy, change: &Change) -> Option<GoldenCopy> {
-        let mut tape = TapeText::new(&copy.code)?;
-        match *self {
-            Self::Parameter(index, name) => {
-                tape.set_parameter(index, change)?;
-                copy.code = tape.written(&copy.code)?;
-                let before = format!("replace({name:?})");
-                copy.code = in_rust(&copy.code, &before, ".unwrap_or(", 0, change)?;
-                let cell = |value: f64| format!("| `{name}` | `{value:?}` |");
-                copy.derivation = replaced_behind(&copy.derivation, "", &cell(change.from), &cell(change.to))?;
-            }
-            Self::Start(i, n) => {
-                tape.set("start", i, change)?;
-                copy.code = tape.written(&copy.code)?;
-                let field = if i < n { " q: [" } else { " qd: [" };
-                copy.code = in_rust(&copy.code, "fn start(&self)", field, i % n, change)?;
-            }
-            Self::Schedule(field, i) => {
-                tape.set("schedule", i, change)?;
-                copy.code = tape.written(&copy.code)?;
-                copy.code = in_rust(&copy.code, "fn schedule(&self)", &format!(" {field}: "), 0, change)?;
-            }
-        }
-        Some(copy)
+/// The number that a result of a function is.
+fn result(tape: &NamedTape, function: &str, result: usize) -> Option<f64> {
+    let value = tape.function(function)?.results().nth(result)?;
+    match tape.values()[value as usize] {
+        TapeValue::Operation(Operation::Number(number)) => Some(number),
+        _ => None,
     }
-}
-
-/// A text with a part replaced that stands once behind another one.
-fn replaced_behind(text: &str, behind: &str, from: &str, to: &str) -> Option<String> {
-    let start = text.find(behind)? + behind.len();
-    let place = start + text[start..].find(from)?;
-    Some(format!("{}{to}{}", &text[..place], &text[place + from.len()..]))
-}
-
-/// A module with the number of a list that stands behind two texts replaced in its Rust.
-fn in_rust(code: &str, first: &str, second: &str, index: usize, change: &Change) -> Option<String> {
-    let first = code.find(first)? + first.len();
-    let mut start = first + code[first..].find(second)? + second.len();
-    for _ in 0..index {
-        start += item_end(&code[start..]) + 1;
-    }
-    let end = start + item_end(&code[start..]);
-    let item = code[start..end].trim();
-    let (sign, rest) = item.strip_prefix('-').map_or((1.0, item), |rest| (-1.0, rest));
-    let value: f64 = rest.strip_prefix("R::from_f64(")?.strip_suffix(')')?.parse().ok()?;
-    if sign * value != change.from {
-        return None;
-    }
-    let before = code[start..end].find(item)? + start;
-    Some(format!("{}R::from_f64({:?}){}", &code[..before], change.to, &code[before + item.len()..]))
-}
-
-/// Where the first item of a list ends.
-fn item_end(text: &str) -> usize {
-    let mut depth = 0;
-    let is_end = |character: char| {
-        match character {
-            '(' | '[' => depth += 1,
-            ')' | ']' if depth == 0 => return true,
-            ')' | ']' => depth -= 1,
-            ',' if depth == 0 => return true,
-            _ => {}
-        }
-        false
-    };
-    text.find(is_end).unwrap_or(text.len())
 }

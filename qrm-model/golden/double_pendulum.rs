@@ -731,7 +731,7 @@ impl Generated<2, 0> for DoublePendulum {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
@@ -742,7 +742,6 @@ pub const DESCRIPTION: Description = Description {
     name: "double-pendulum",
     doc: "A double pendulum that turns over: what becomes of it is known for some seconds only.",
     source: SOURCE,
-    code: include_str!("double_pendulum.rs"),
     derivation: include_str!("double_pendulum.md"),
     coordinates: &[
         QuantityDescription {
@@ -801,6 +800,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("double_pendulum.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "double-pendulum"
 doc = "A double pendulum that turns over: what becomes of it is known for some seconds only."
@@ -847,111 +850,4 @@ step = 1e-3
 end_time = 10
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 2,
-        constraints: 0,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[Number(1.0), Number(9.81), Number(2.0), Pi, Mul(30, 31), Number(3.0), Div(32, 33)],
-            results: &[28, 28, 29, 34],
-        },
-        constants: &[
-            Mul(0, 1), Mul(0, 15), Mul(2, 15), Mul(1, 2), Number(2.0), Number(0.5), Number(0.0), Number(0.001),
-            Number(10.0), Mul(19, 16), Mul(19, 17), Mul(20, 16), Recip(24),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(7, 7), Mul(8, 8), SinCos(5), SinCos(6), Mul(30, 28), Mul(31, 28), Mul(32, 29), Mul(33, 29),
-                Mul(30, 32), Mul(31, 33), Add(38, 39), Mul(16, 40), Mul(16, 37), Add(25, 42), Mul(30, 43), Mul(16, 31),
-                Mul(45, 36), Mul(16, 35), Add(17, 47), Mul(32, 48), Mul(16, 33), Mul(50, 34), Sub(44, 46), Neg(52),
-                Sub(49, 51), Neg(54),
-            ],
-            results: &[24, 41, 41, 16, 53, 55],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[SinCos(5), SinCos(6), Mul(28, 30), Mul(29, 31), Add(32, 33), Mul(16, 34)],
-            results: &[24, 35, 35, 16],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(8, 8), Mul(16, 7), Mul(26, 28), SinCos(5), SinCos(6), Mul(31, 33), Mul(32, 34), Add(35, 36),
-                Mul(8, 37), Add(7, 38), Mul(29, 39), Add(40, 30), Mul(25, 32), Mul(17, 34), Add(42, 43), Neg(44),
-            ],
-            results: &[41, 45],
-        },
-        power: TapeFunction {
-            operations: &[],
-            results: &[21],
-        },
-        outputs: TapeFunction {
-            operations: &[SinCos(5), SinCos(6), Add(28, 30), Mul(0, 32), Add(29, 31), Mul(0, 34), Neg(35)],
-            results: &[33, 36],
-        },
-        linearization: None,
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[3, 3, 21, 21],
-        },
-        given: &[true, true, true, true],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[22, 23],
-        },
-        kernel: TapeKernel {
-            operations: 36,
-            has_angle: &[true, true],
-            position: TapeFunction {
-                operations: &[
-                    Mul(11, 12), MulAdd(13, 14, 28), Mul(16, 29), Mul(27, 30), Add(11, 12), Mul(0, 32), Add(13, 14),
-                    Mul(0, 34), Mul(17, 11), NegMulAdd(30, 31, 16), Recip(37), Mul(16, 38), Abs(39),
-                ],
-                results: &[40],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            correction: TapeFunction {
-                operations: &[],
-                results: &[21, 21],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(7, 7), Mul(8, 8), Mul(11, 41), MulAdd(12, 42, 43), Mul(15, 44), Mul(13, 41),
-                    MulAdd(14, 42, 46), MulAdd(15, 47, 18), Mul(0, 45), Mul(0, 48), Mul(14, 49), NegMulAdd(13, 49, 36),
-                    NegMulAdd(12, 50, 51), MulAdd(11, 50, 52), MulAdd(31, 54, 53), Mul(38, 55), Mul(27, 54),
-                    MulAdd(31, 56, 57), Neg(58),
-                ],
-                results: &[59, 56],
-            },
-            multipliers: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            outputs: TapeFunction {
-                operations: &[Neg(35)],
-                results: &[33, 60],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 17240990d295ac7e
+// Hash of this file, its tape and its derivation: 2722ce0b060908d8

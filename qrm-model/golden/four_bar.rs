@@ -1491,7 +1491,7 @@ impl Generated<3, 2> for FourBar {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
@@ -1502,7 +1502,6 @@ pub const DESCRIPTION: Description = Description {
     name: "four-bar",
     doc: "A four-bar of uniform rods without loads, by relative angles.",
     source: SOURCE,
-    code: include_str!("four_bar.rs"),
     derivation: include_str!("four_bar.md"),
     coordinates: &[
         QuantityDescription {
@@ -1583,6 +1582,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("four_bar.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "four-bar"
 doc = "A four-bar of uniform rods without loads, by relative angles."
@@ -1638,199 +1641,4 @@ step = 1e-2
 end_time = 20
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 3,
-        constraints: 2,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[Number(0.13), Number(0.24), Number(0.21), Number(0.34), Number(997.0)],
-            results: &[93, 94, 95, 96, 97],
-        },
-        constants: &[
-            Mul(1, 1), Mul(1, 25), Mul(2, 2), Mul(3, 3), Mul(3, 28), Mul(2, 27), Add(30, 29), Add(26, 31), Mul(2, 4),
-            Mul(2, 33), Mul(4, 28), Mul(28, 33), Mul(3, 4), Add(2, 3), Mul(38, 25), Mul(3, 27), Add(39, 40),
-            Mul(1, 34), Number(0.5), Number(0.08333333333333333), Number(0.3333333333333333),
-            Number(0.16666666666666666), Number(2.0), Number(0.25), Number(0.0), Number(2.1), Number(0.67),
-            Number(2.53), Number(0.2), Number(0.01), Number(20.0), Mul(43, 1), Mul(43, 2), Mul(43, 3), Mul(4, 44),
-            Mul(45, 29), Mul(46, 29), Mul(2, 47), Mul(3, 47), Mul(32, 59), Mul(4, 48), Mul(65, 26), Mul(31, 59),
-            Mul(2, 48), Mul(29, 59), Mul(3, 48), Mul(2, 45), Add(3, 71), Mul(72, 27), Add(73, 60), Mul(4, 74),
-            Mul(4, 60), Mul(43, 36), Add(57, 3), Mul(1, 78), Mul(79, 33), Mul(56, 35), Mul(43, 41), Mul(32, 46),
-            Add(82, 83), Mul(4, 84), Mul(2, 46), Add(58, 86), Mul(87, 27), Add(88, 61), Mul(4, 89), Mul(4, 61),
-            Mul(34, 56),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Add(6, 7), Add(8, 93), Mul(9, 9), Mul(10, 10), Add(95, 96), Mul(9, 10), Mul(57, 97), Mul(2, 98),
-                Add(99, 100), Add(10, 11), Mul(9, 102), Mul(10, 11), Add(103, 104), Mul(3, 105), Mul(11, 11),
-                Add(107, 97), Mul(58, 108), Add(106, 109), Mul(2, 97), Mul(62, 98), Add(111, 112), Mul(3, 108),
-                Mul(63, 105), Add(114, 115), Mul(36, 10), Mul(77, 11), Add(117, 118), Mul(36, 11), SinCos(6),
-                SinCos(93), SinCos(94), Mul(1, 122), Mul(1, 121), Mul(2, 124), Add(127, 129), Mul(2, 123),
-                Add(128, 131), Mul(56, 122), Mul(56, 121), Mul(57, 124), Mul(57, 123), Add(128, 136), Mul(58, 126),
-                Mul(58, 125), Add(139, 132), Add(127, 135), Add(131, 139), Add(138, 130), Add(129, 138), Mul(95, 127),
-                Mul(95, 128), Mul(124, 101), Add(147, 145), Mul(123, 101), Add(149, 146), Mul(126, 110), Mul(124, 113),
-                Add(145, 152), Add(151, 153), Mul(125, 110), Mul(123, 113), Add(146, 156), Add(155, 157), Mul(3, 125),
-                Add(159, 132), Mul(3, 126), Add(161, 130), Add(131, 159), Add(129, 161), Mul(126, 116), Add(165, 153),
-                Mul(125, 116), Add(167, 157), Mul(140, 142), Mul(143, 144), Add(169, 170), Mul(37, 171), Add(67, 172),
-                Mul(68, 124), Add(133, 174), Mul(124, 175), Mul(68, 123), Add(134, 177), Mul(123, 178), Add(176, 179),
-                Mul(34, 180), Add(173, 181), Add(133, 135), Mul(70, 126), Add(183, 184), Mul(126, 185), Add(134, 136),
-                Mul(70, 125), Add(187, 188), Mul(125, 189), Add(186, 190), Mul(35, 191), Add(69, 192), Mul(124, 126),
-                Mul(123, 125), Add(194, 195), Mul(77, 196), Add(76, 197), Mul(122, 122), Mul(121, 121), Add(199, 200),
-                Mul(66, 201), Add(64, 202), Mul(137, 137), Mul(141, 141), Add(204, 205), Mul(33, 206), Add(203, 207),
-                Mul(140, 140), Mul(143, 143), Add(209, 210), Mul(37, 211), Add(208, 212), Mul(36, 196), Add(75, 214),
-                Mul(124, 125), Mul(123, 126), Mul(137, 148), Mul(141, 150), Mul(140, 154), Mul(143, 158), Mul(80, 123),
-                Mul(81, 125), Add(222, 223), Mul(122, 224), Mul(80, 124), Mul(81, 126), Add(226, 227), Mul(121, 228),
-                Mul(119, 216), Mul(119, 217), Mul(81, 121), Mul(77, 123), Add(232, 233), Mul(126, 234), Mul(81, 122),
-                Mul(77, 124), Add(236, 237), Mul(125, 238), Neg(160), Neg(163), Neg(159), Neg(166), Neg(168),
-                Sub(216, 217), Sub(218, 219), Sub(220, 221), Sub(225, 229), Sub(230, 231), Sub(235, 239), Mul(33, 246),
-                Mul(37, 247), Add(251, 252), Mul(9, 248), Mul(120, 245), Mul(11, 249), Mul(9, 250), Mul(245, 117),
-                Mul(77, 245), Mul(259, 96), Neg(253), Sub(254, 255), Sub(257, 258), Mul(9, 262), Mul(9, 263),
-                Sub(264, 256), Neg(266), Sub(265, 260),
-            ],
-            results: &[
-                213, 182, 193, 182, 215, 198, 193, 198, 76, 261, 267, 268, 240, 241, 242, 162, 164, 161, 243, 244,
-            ],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[
-                Add(6, 7), Add(8, 93), SinCos(6), SinCos(93), SinCos(94), Mul(1, 96), Mul(1, 95), Mul(2, 98),
-                Add(101, 103), Mul(2, 97), Add(102, 105), Mul(3, 99), Add(107, 106), Mul(3, 100), Add(109, 104),
-                Add(0, 110), Add(105, 107), Add(103, 109), Neg(108), Neg(112), Neg(107),
-            ],
-            results: &[111, 108, 114, 115, 116, 110, 113, 109, 49, 49],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[
-                Add(6, 7), Add(8, 93), SinCos(6), SinCos(93), SinCos(94), Mul(1, 96), Mul(1, 95), Mul(2, 98),
-                Add(101, 103), Mul(2, 97), Add(102, 105), Mul(56, 96), Mul(56, 95), Mul(57, 98), Mul(57, 97),
-                Add(102, 110), Mul(58, 100), Mul(58, 99), Add(113, 106), Add(101, 109), Add(105, 113), Add(112, 104),
-                Add(103, 112), Mul(114, 116), Mul(117, 118), Add(119, 120), Mul(37, 121), Add(67, 122), Mul(68, 98),
-                Add(107, 124), Mul(98, 125), Mul(68, 97), Add(108, 127), Mul(97, 128), Add(126, 129), Mul(34, 130),
-                Add(123, 131), Add(107, 109), Mul(70, 100), Add(133, 134), Mul(100, 135), Add(108, 110), Mul(70, 99),
-                Add(137, 138), Mul(99, 139), Add(136, 140), Mul(35, 141), Add(69, 142), Mul(98, 100), Mul(97, 99),
-                Add(144, 145), Mul(77, 146), Add(76, 147), Mul(96, 96), Mul(95, 95), Add(149, 150), Mul(66, 151),
-                Add(64, 152), Mul(111, 111), Mul(115, 115), Add(154, 155), Mul(33, 156), Add(153, 157), Mul(114, 114),
-                Mul(117, 117), Add(159, 160), Mul(37, 161), Add(158, 162), Mul(36, 146), Add(75, 164),
-            ],
-            results: &[163, 132, 143, 132, 165, 148, 143, 148, 76],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Add(6, 7), Add(8, 93), Add(10, 11), Mul(11, 11), Mul(90, 10), Mul(76, 11), Mul(91, 96), SinCos(6),
-                SinCos(93), SinCos(94), Mul(103, 105), Mul(102, 104), Add(106, 107), Mul(77, 108), Mul(36, 108),
-                Add(75, 110), Mul(80, 102), Mul(81, 104), Add(112, 113), Mul(80, 103), Mul(81, 105), Add(115, 116),
-                Mul(81, 100), Mul(77, 102), Add(118, 119), Mul(81, 101), Mul(77, 103), Add(121, 122), Mul(101, 117),
-                Mul(100, 114), Add(124, 125), Add(109, 85), Add(127, 126), Mul(9, 128), Add(111, 126), Mul(10, 130),
-                Add(129, 131), Mul(105, 123), Add(76, 133), Mul(104, 120), Add(134, 135), Mul(11, 136), Add(132, 137),
-                Mul(9, 138), Mul(95, 106), Mul(95, 107), Add(140, 141), Mul(77, 142), Add(143, 97), Add(144, 98),
-                Mul(10, 145), Add(139, 146), Add(147, 99),
-            ],
-            results: &[148, 49],
-        },
-        power: TapeFunction {
-            operations: &[],
-            results: &[49],
-        },
-        outputs: TapeFunction {
-            operations: &[Neg(15), Neg(16)],
-            results: &[93, 94],
-        },
-        linearization: None,
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[50, 51, 52, 53, 49, 49],
-        },
-        given: &[true, false, false, true, false, false],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[54, 55],
-        },
-        kernel: TapeKernel {
-            operations: 232,
-            has_angle: &[true, true, true],
-            position: TapeFunction {
-                operations: &[
-                    Mul(1, 20), Mul(20, 21), Mul(17, 21), MulAdd(20, 18, 95), Mul(1, 17), Mul(2, 96), Mul(22, 96),
-                    Mul(57, 96), Add(97, 100), Mul(20, 20), MulAdd(17, 17, 102), MulAdd(66, 103, 64), Mul(56, 20),
-                    Mul(56, 17), MulAdd(68, 96, 106), Mul(96, 107), Add(106, 100), Mul(62, 96), Mul(20, 96),
-                    NegMulAdd(17, 18, 94), Mul(2, 112), Mul(22, 112), MulAdd(19, 112, 99), Mul(3, 115), Add(98, 116),
-                    Add(97, 117), Mul(57, 112), Add(93, 119), Mul(58, 115), Add(98, 121), Add(97, 122), Mul(120, 120),
-                    MulAdd(101, 101, 124), MulAdd(33, 125, 104), MulAdd(68, 112, 105), MulAdd(112, 127, 108),
-                    MulAdd(34, 128, 67), Mul(96, 115), MulAdd(70, 115, 109), Mul(115, 131), Add(105, 119),
-                    Mul(62, 112), Mul(63, 115), Add(110, 135), Mul(17, 112), NegMulAdd(19, 96, 114), Sub(111, 137),
-                    Mul(3, 138), Add(113, 140), Add(93, 141), Add(0, 142), Mul(58, 138), Add(113, 144), Add(93, 145),
-                    Mul(146, 146), MulAdd(123, 123, 147), MulAdd(37, 148, 126), Mul(145, 146), MulAdd(122, 123, 150),
-                    MulAdd(37, 151, 129), MulAdd(112, 138, 130), MulAdd(36, 153, 75), MulAdd(70, 138, 133),
-                    MulAdd(138, 155, 132), MulAdd(35, 156, 69), MulAdd(77, 153, 76), Mul(63, 138), Add(134, 159),
-                    Recip(117), Mul(116, 161), Mul(118, 161), Mul(141, 161), NegMulAdd(141, 162, 140),
-                    NegMulAdd(141, 163, 142), Recip(165), Abs(164), Mul(166, 167), Mul(116, 167),
-                    NegMulAdd(162, 169, 163), NegMulAdd(157, 169, 149), NegMulAdd(152, 171, 172),
-                    NegMulAdd(158, 169, 152), NegMulAdd(154, 171, 174), NegMulAdd(76, 169, 157),
-                    NegMulAdd(158, 171, 176), NegMulAdd(171, 175, 173), NegMulAdd(169, 177, 178), Recip(179), Abs(171),
-                    Abs(169), Abs(170), Max(181, 182), Max(184, 168), Max(185, 183),
-                ],
-                results: &[186, 143, 118],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[
-                    Mul(11, 116), MulAdd(10, 117, 187), MulAdd(9, 118, 188), Mul(11, 140), MulAdd(10, 141, 190),
-                    MulAdd(9, 142, 191), Neg(189),
-                ],
-                results: &[193, 192],
-            },
-            correction: TapeFunction {
-                operations: &[
-                    Mul(23, 161), MulAdd(141, 194, 24), Mul(195, 167), MulAdd(162, 196, 194), Mul(197, 175),
-                    NegMulAdd(196, 177, 198), Mul(199, 180), MulAdd(171, 200, 197), NegMulAdd(169, 200, 196), Neg(200),
-                    Neg(202),
-                ],
-                results: &[203, 201, 204],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Add(10, 11), Mul(11, 11), Mul(11, 116), Mul(11, 140), Mul(11, 159), Mul(206, 140),
-                    MulAdd(10, 141, 209), MulAdd(10, 211, 210), MulAdd(10, 160, 209), MulAdd(9, 142, 213),
-                    MulAdd(9, 214, 212), Mul(11, 135), Mul(206, 116), MulAdd(10, 117, 216), MulAdd(10, 218, 217),
-                    MulAdd(10, 136, 216), MulAdd(9, 118, 220), MulAdd(9, 221, 219), Mul(206, 144),
-                    MulAdd(10, 145, 208), MulAdd(10, 224, 223), Mul(10, 134), MulAdd(205, 140, 226),
-                    MulAdd(9, 146, 227), MulAdd(9, 228, 225), Mul(37, 229), Mul(206, 121), MulAdd(10, 122, 207),
-                    MulAdd(10, 232, 231), Mul(10, 110), MulAdd(205, 116, 234), MulAdd(9, 123, 235),
-                    MulAdd(9, 236, 233), Mul(37, 237), Mul(42, 9), MulAdd(92, 10, 239), Mul(240, 111), Mul(92, 9),
-                    Mul(242, 9), Mul(243, 139), MulAdd(122, 230, 244), Mul(121, 230), Mul(161, 215),
-                    MulAdd(141, 247, 222), Mul(248, 167), MulAdd(162, 249, 247), NegMulAdd(240, 137, 241),
-                    NegMulAdd(145, 238, 245), NegMulAdd(144, 238, 246), Mul(10, 251), NegMulAdd(123, 230, 254),
-                    MulAdd(146, 238, 255), MulAdd(253, 169, 256), MulAdd(252, 171, 257), MulAdd(250, 175, 258),
-                    NegMulAdd(249, 177, 259), Mul(260, 180), MulAdd(171, 261, 250), NegMulAdd(169, 261, 249), Neg(262),
-                ],
-                results: &[261, 264, 263],
-            },
-            multipliers: TapeFunction {
-                operations: &[
-                    MulAdd(152, 261, 252), MulAdd(157, 261, 253), NegMulAdd(154, 262, 265), NegMulAdd(158, 262, 266),
-                    MulAdd(158, 263, 267), MulAdd(76, 263, 268), NegMulAdd(162, 269, 270), Mul(167, 271),
-                    NegMulAdd(141, 272, 269), Neg(272), Mul(161, 273),
-                ],
-                results: &[275, 274],
-            },
-            outputs: TapeFunction {
-                operations: &[Neg(15), Neg(16)],
-                results: &[276, 277],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 202990f57462f695
+// Hash of this file, its tape and its derivation: 1db098f980439645

@@ -1425,7 +1425,7 @@ impl Generated<5, 4> for NFourBar2 {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
@@ -1436,7 +1436,6 @@ pub const DESCRIPTION: Description = Description {
     name: "n-four-bar-2",
     doc: "Two coupled four-bars of equal rods under gravity: twice a turn all rods lie in line, and the loops lose their rank.",
     source: SOURCE,
-    code: include_str!("n_four_bar_2.rs"),
     derivation: include_str!("n_four_bar_2.md"),
     coordinates: &[
         QuantityDescription {
@@ -1547,6 +1546,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("n_four_bar_2.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "n-four-bar-2"
 doc = "Two coupled four-bars of equal rods under gravity: twice a turn all rods lie in line, and the loops lose their rank."
@@ -1623,180 +1626,4 @@ step = 1e-3
 end_time = 10
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 5,
-        constraints: 4,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[Number(1.0), PowI(0, 2), Mul(1, 71), Number(12.0), Div(72, 73), Number(9.81)],
-            results: &[70, 70, 74, 75, 70],
-        },
-        constants: &[
-            Mul(0, 1), Mul(0, 39), Mul(3, 39), Number(1.0), Number(2.0), Number(0.5), Number(1.25), Number(0.25),
-            Number(1.5), Number(0.125), Number(0.625), Number(0.0), Pi, Div(51, 43), Number(0.001), Number(10.0),
-            Mul(44, 2), Mul(45, 40), Add(2, 56), Mul(44, 40), Mul(46, 40), Add(2, 59), Mul(47, 41), Mul(44, 41),
-            Mul(48, 40), Add(55, 63), Mul(49, 40), Add(55, 65), Neg(41), Neg(4), Div(68, 0),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(11, 11), Mul(12, 12), Mul(13, 13), Mul(14, 14), Mul(15, 15), SinCos(6), SinCos(7), SinCos(8),
-                SinCos(9), SinCos(10), Mul(0, 76), Mul(0, 75), Mul(0, 77), Mul(0, 78), Mul(76, 70), Mul(75, 70),
-                Mul(78, 71), Mul(77, 71), Mul(82, 73), Mul(81, 73), Mul(84, 74), Mul(83, 74), Mul(0, 79), Mul(0, 81),
-                Mul(0, 82), Mul(0, 83), Mul(0, 80), Mul(0, 84), Mul(80, 72), Mul(79, 72), Mul(76, 82), Mul(75, 81),
-                Add(105, 106), Mul(58, 107), Mul(78, 84), Mul(77, 83), Add(109, 110), Mul(58, 111), Mul(58, 94),
-                Mul(58, 75), Mul(114, 93), Mul(58, 96), Mul(58, 77), Mul(117, 95), Mul(58, 90), Mul(58, 81),
-                Mul(120, 89), Mul(58, 92), Mul(58, 83), Mul(123, 91), Mul(62, 80), Neg(86), Neg(87), Neg(98), Neg(88),
-                Neg(100), Neg(101), Sub(89, 91), Sub(90, 92), Sub(91, 103), Sub(92, 104), Sub(61, 113), Sub(61, 116),
-                Sub(62, 119), Sub(62, 122), Neg(125), Add(132, 93), Mul(0, 141), Add(133, 94), Mul(0, 143),
-                Add(134, 95), Mul(0, 145), Add(135, 96), Mul(0, 147), Mul(76, 136), Add(149, 115), Mul(78, 137),
-                Add(151, 118), Mul(82, 138), Add(153, 121), Mul(84, 139), Add(155, 124), Neg(142), Neg(144), Neg(146),
-                Neg(148), Neg(150), Neg(152), Neg(154), Neg(156),
-            ],
-            results: &[
-                57, 50, 50, 108, 50, 50, 57, 50, 50, 112, 50, 50, 60, 50, 50, 108, 50, 50, 60, 50, 50, 112, 50, 50, 60,
-                161, 162, 140, 163, 164, 126, 87, 50, 128, 50, 85, 129, 50, 99, 50, 50, 127, 97, 50, 130, 50, 88, 131,
-                50, 102, 157, 158, 159, 160,
-            ],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[
-                SinCos(6), SinCos(7), SinCos(8), SinCos(9), SinCos(10), Mul(0, 71), Mul(0, 70), Add(42, 73),
-                Mul(0, 72), Mul(0, 73), Add(71, 77), Mul(0, 74), Mul(0, 76), Mul(0, 77), Mul(0, 78), Mul(0, 75),
-                Mul(0, 79), Neg(81), Neg(83), Sub(85, 82), Sub(70, 72), Sub(42, 73), Sub(72, 74), Neg(87), Neg(84),
-                Neg(89), Neg(90), Mul(0, 94), Add(95, 76), Mul(0, 103), Add(96, 75), Add(97, 78), Mul(0, 106),
-                Sub(105, 79), Mul(0, 108), Neg(109),
-            ],
-            results: &[
-                102, 104, 110, 107, 92, 83, 50, 98, 50, 80, 99, 50, 88, 50, 50, 93, 86, 50, 100, 50, 84, 101, 50, 91,
-                50, 50, 50, 50,
-            ],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[
-                SinCos(6), SinCos(7), SinCos(9), SinCos(10), Mul(71, 75), Mul(70, 74), Add(78, 79), Mul(58, 80),
-                Mul(73, 77), Mul(72, 76), Add(82, 83), Mul(58, 84),
-            ],
-            results: &[
-                57, 50, 50, 81, 50, 50, 57, 50, 50, 85, 50, 50, 60, 50, 50, 81, 50, 50, 60, 50, 50, 85, 50, 50, 60,
-            ],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(11, 11), Mul(12, 12), Mul(13, 13), Mul(14, 14), Mul(15, 15), Mul(11, 14), Mul(12, 15), Add(72, 73),
-                Add(77, 74), Mul(64, 78), Add(70, 71), Mul(66, 80), SinCos(6), SinCos(7), SinCos(9), SinCos(10),
-                Sin(8), Mul(83, 87), Mul(82, 86), Add(91, 92), Mul(85, 89), Mul(84, 88), Add(94, 95), Mul(75, 93),
-                Mul(76, 96), Add(97, 98), Mul(58, 99), Add(100, 79), Add(101, 81), Add(90, 86), Add(103, 88),
-                Mul(62, 104), Add(82, 84), Mul(61, 106), Add(105, 107),
-            ],
-            results: &[102, 108],
-        },
-        power: TapeFunction {
-            operations: &[],
-            results: &[50],
-        },
-        outputs: TapeFunction {
-            operations: &[SinCos(6), Mul(0, 71), Mul(0, 70), Mul(11, 73), Mul(11, 72), Neg(74)],
-            results: &[72, 73, 76, 75],
-        },
-        linearization: None,
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[52, 52, 52, 50, 50, 69, 50, 50, 50, 50],
-        },
-        given: &[true, false, false, false, false, true, false, false, false, false],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[53, 54],
-        },
-        kernel: TapeKernel {
-            operations: 196,
-            has_angle: &[true, true, true, true, true],
-            position: TapeFunction {
-                operations: &[
-                    Mul(0, 25), Mul(0, 26), Mul(0, 28), Mul(0, 30), Mul(0, 31), Mul(0, 33), Mul(0, 27), Mul(0, 29),
-                    Mul(0, 32), Mul(0, 34), Mul(30, 33), MulAdd(25, 28, 80), Mul(58, 81), Mul(31, 34),
-                    MulAdd(26, 29, 83), Mul(58, 84), Mul(62, 32), Mul(62, 30), Mul(62, 31), Sub(30, 42), Sub(89, 31),
-                    Sub(25, 26), Sub(42, 31), Sub(26, 27), Add(90, 33), Mul(0, 94), Add(91, 28), Mul(0, 96),
-                    Add(92, 32), Add(93, 29), Mul(0, 99), Recip(75), Recip(76), Mul(74, 101), Mul(77, 102),
-                    Mul(73, 101), Mul(71, 102), Mul(72, 101), Mul(78, 102), Sub(98, 34), NegMulAdd(72, 103, 71),
-                    NegMulAdd(78, 104, 79), NegMulAdd(72, 105, 70), Recip(110), Recip(111), Abs(107), Abs(108),
-                    Mul(0, 109), Mul(112, 113), Mul(106, 118), Mul(74, 118), Mul(74, 113), Mul(71, 113), Mul(77, 114),
-                    Mul(57, 118), Mul(85, 118), Abs(118), Abs(121), Abs(122), Abs(123), NegMulAdd(78, 119, 120),
-                    NegMulAdd(103, 118, 105), NegMulAdd(82, 131, 57), NegMulAdd(60, 131, 82), NegMulAdd(131, 133, 132),
-                    Neg(117), Mul(114, 130), NegMulAdd(104, 136, 119), NegMulAdd(85, 136, 124),
-                    NegMulAdd(60, 136, 125), Abs(137), Abs(131), Abs(136), Max(126, 140), Max(143, 141), Max(144, 142),
-                    Max(145, 115), Max(146, 127), Max(147, 128), Max(148, 116), Max(149, 129), Mul(60, 137),
-                    MulAdd(118, 138, 134), NegMulAdd(136, 139, 152), MulAdd(137, 151, 153), Recip(154),
-                ],
-                results: &[150, 95, 97, 135, 100],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[
-                    Mul(12, 71), Mul(12, 74), Neg(156), Neg(157), NegMulAdd(13, 76, 156), NegMulAdd(13, 78, 157),
-                    MulAdd(11, 70, 158), MulAdd(14, 72, 162), MulAdd(11, 73, 159), MulAdd(14, 75, 164),
-                    MulAdd(15, 77, 160), MulAdd(15, 79, 161), Neg(163), Neg(166),
-                ],
-                results: &[168, 165, 169, 167],
-            },
-            correction: TapeFunction {
-                operations: &[
-                    Mul(36, 101), MulAdd(72, 170, 35), Mul(171, 113), MulAdd(71, 172, 37), Mul(102, 173),
-                    MulAdd(103, 172, 170), Mul(175, 133), MulAdd(172, 138, 176), NegMulAdd(74, 172, 38),
-                    MulAdd(78, 174, 178), Mul(114, 179), MulAdd(104, 180, 174), MulAdd(139, 180, 177),
-                    MulAdd(151, 181, 182), Mul(183, 155), MulAdd(131, 184, 175), MulAdd(136, 184, 180),
-                    NegMulAdd(118, 184, 172), NegMulAdd(137, 184, 181), Neg(187), Neg(188), Neg(185), Neg(186),
-                ],
-                results: &[184, 189, 190, 191, 192],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(11, 11), Mul(12, 12), Mul(13, 13), Mul(14, 14), Mul(15, 15), Mul(30, 193), Mul(31, 194),
-                    Mul(33, 196), Mul(25, 193), Mul(26, 194), Mul(28, 196), Mul(34, 197), Add(199, 204), Mul(29, 197),
-                    Add(202, 206), Mul(58, 25), Mul(208, 200), MulAdd(58, 203, 67), Mul(58, 26), Mul(211, 204),
-                    MulAdd(58, 206, 67), Mul(58, 28), Mul(214, 198), Mul(58, 29), Mul(216, 199), Sub(198, 199),
-                    Sub(201, 202), NegMulAdd(32, 195, 205), NegMulAdd(27, 195, 207), NegMulAdd(30, 210, 209),
-                    NegMulAdd(31, 213, 212), NegMulAdd(58, 201, 62), NegMulAdd(58, 202, 62), Add(218, 200),
-                    Mul(0, 226), Add(219, 203), Mul(0, 228), Mul(0, 220), Mul(0, 221), Add(87, 222), Add(88, 223),
-                    MulAdd(33, 224, 215), MulAdd(34, 225, 217), Mul(229, 101), MulAdd(72, 236, 227), Mul(237, 113),
-                    MulAdd(71, 238, 230), Mul(102, 239), MulAdd(103, 238, 236), MulAdd(233, 118, 232),
-                    NegMulAdd(74, 238, 231), NegMulAdd(234, 131, 242), MulAdd(78, 240, 243), Mul(114, 245),
-                    MulAdd(104, 246, 240), MulAdd(241, 133, 244), NegMulAdd(235, 136, 248), MulAdd(86, 137, 249),
-                    MulAdd(238, 138, 250), MulAdd(139, 246, 251), MulAdd(151, 247, 252), Mul(155, 253),
-                    MulAdd(131, 254, 241), MulAdd(136, 254, 246), NegMulAdd(118, 254, 238), NegMulAdd(137, 254, 247),
-                    Neg(254),
-                ],
-                results: &[259, 257, 258, 255, 256],
-            },
-            multipliers: TapeFunction {
-                operations: &[
-                    MulAdd(60, 258, 86), MulAdd(85, 257, 235), MulAdd(60, 256, 261), MulAdd(104, 260, 262),
-                    Mul(114, 263), MulAdd(78, 264, 260), Mul(102, 265), MulAdd(57, 257, 233), MulAdd(85, 256, 267),
-                    NegMulAdd(82, 254, 234), Neg(266), Neg(264), MulAdd(60, 255, 269), MulAdd(103, 272, 268),
-                    NegMulAdd(74, 264, 273), MulAdd(71, 266, 274), Mul(113, 275), MulAdd(72, 276, 272), Mul(101, 277),
-                    Neg(276), Neg(278),
-                ],
-                results: &[279, 280, 270, 271],
-            },
-            outputs: TapeFunction {
-                operations: &[Mul(11, 70), Mul(11, 73), Neg(281)],
-                results: &[73, 70, 283, 282],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 228084187fae9def
+// Hash of this file, its tape and its derivation: f1730e8c09ef825b

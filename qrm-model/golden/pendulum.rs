@@ -726,7 +726,7 @@ impl Generated<2, 1> for Pendulum {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
@@ -737,7 +737,6 @@ pub const DESCRIPTION: Description = Description {
     name: "pendulum",
     doc: "A point mass on a rod without mass, in Cartesian coordinates: a constraint without an angle.",
     source: SOURCE,
-    code: include_str!("pendulum.rs"),
     derivation: include_str!("pendulum.md"),
     coordinates: &[
         QuantityDescription {
@@ -791,6 +790,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("pendulum.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "pendulum"
 doc = "A point mass on a rod without mass, in Cartesian coordinates: a constraint without an angle."
@@ -846,104 +849,4 @@ step = 1e-3
 end_time = 100
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 2,
-        constraints: 1,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[Number(1.0), Number(9.81)],
-            results: &[28, 28, 29],
-        },
-        constants: &[
-            Mul(1, 1), Mul(0, 2), Number(1.0), Recip(1), Number(0.5), Number(0.0), Number(0.001), Number(100.0),
-            Mul(16, 20), Mul(20, 0), Mul(19, 19), Neg(17),
-        ],
-        dynamics: TapeFunction {
-            operations: &[Mul(19, 4), Mul(19, 5), Mul(6, 6), Mul(7, 7), Add(30, 31), Mul(19, 32)],
-            results: &[0, 21, 21, 0, 21, 27, 28, 29, 33],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[
-                Mul(4, 4), Mul(5, 5), Add(28, 29), Mul(20, 30), Mul(19, 4), Mul(19, 5), Sub(24, 31), Mul(19, 34),
-                Neg(35),
-            ],
-            results: &[36, 32, 33, 21],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[],
-            results: &[0, 21, 21, 0],
-        },
-        energy: TapeFunction {
-            operations: &[Mul(6, 6), Mul(7, 7), Add(28, 29), Mul(25, 30), Mul(17, 5)],
-            results: &[31, 32],
-        },
-        power: TapeFunction {
-            operations: &[],
-            results: &[21],
-        },
-        outputs: TapeFunction {
-            operations: &[Mul(4, 4), Mul(5, 5), Add(28, 29), Mul(26, 30), Mul(31, 10)],
-            results: &[32],
-        },
-        linearization: None,
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[18, 21, 21, 21],
-        },
-        given: &[false, true, false, true],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[22, 23],
-        },
-        kernel: TapeKernel {
-            operations: 22,
-            has_angle: &[false, false],
-            position: TapeFunction {
-                operations: &[
-                    Mul(4, 4), Mul(19, 4), Mul(19, 5), MulAdd(5, 5, 28), NegMulAdd(20, 31, 24), Mul(19, 32), Neg(33),
-                    Recip(29), Mul(30, 35), Mul(0, 36), MulAdd(36, 37, 0), Recip(38), Abs(36),
-                ],
-                results: &[40, 34],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[Mul(6, 29), MulAdd(7, 30, 41)],
-                results: &[42],
-            },
-            correction: TapeFunction {
-                operations: &[Mul(15, 35), Mul(43, 37), Mul(44, 39), NegMulAdd(36, 45, 43), Neg(46), Neg(45)],
-                results: &[47, 48],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(6, 6), MulAdd(7, 7, 49), Mul(19, 50), Mul(51, 35), MulAdd(52, 37, 17), Mul(53, 39),
-                    NegMulAdd(36, 54, 52), Neg(55), Neg(54),
-                ],
-                results: &[56, 57],
-            },
-            multipliers: TapeFunction {
-                operations: &[Mul(0, 35), Mul(58, 55)],
-                results: &[59],
-            },
-            outputs: TapeFunction {
-                operations: &[Mul(26, 10), Mul(60, 31)],
-                results: &[61],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: d512303225e5f7b3
+// Hash of this file, its tape and its derivation: ad3a3c3815413669

@@ -1323,7 +1323,7 @@ impl Generated<3, 2> for QuickReturn {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
@@ -1334,7 +1334,6 @@ pub const DESCRIPTION: Description = Description {
     name: "quick-return",
     doc: "Quick-return mechanism: a crank drives a slotted rocker, whose rod pushes a ram along a guide.",
     source: SOURCE,
-    code: include_str!("quick_return.rs"),
     derivation: include_str!("quick_return.md"),
     coordinates: &[
         QuantityDescription {
@@ -1501,6 +1500,10 @@ pub const DESCRIPTION: Description = Description {
     until: "abs(phi2) >= 4*pi",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("quick_return.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "quick-return"
 doc = "Quick-return mechanism: a crank drives a slotted rocker, whose rod pushes a ram along a guide."
@@ -1593,164 +1596,4 @@ until = 'abs(phi2) >= 4*pi'
 max_time = 10
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 3,
-        constraints: 2,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[
-                Number(0.2), Number(0.7), Number(0.6), Number(0.3), Number(0.4), Number(0.9), Number(0.5), Number(6.0),
-                Number(4.0), Number(2.0), Number(100.0), Number(10.0), Number(1000.0), Number(150.0), Pi, Mul(89, 90),
-                Number(60.0), Div(91, 92),
-            ],
-            results: &[76, 77, 78, 79, 80, 79, 81, 82, 83, 84, 85, 86, 87, 83, 88, 93],
-        },
-        constants: &[
-            Mul(0, 0), Mul(3, 3), Mul(0, 3), Mul(7, 36), Add(11, 39), Mul(1, 1), Mul(9, 41), Add(12, 42), Mul(4, 4),
-            Mul(44, 8), Add(43, 45), Mul(10, 41), Mul(5, 9), Mul(2, 10), Mul(5, 48), Add(13, 50), Mul(2, 49),
-            Add(36, 37), Mul(36, 37), Mul(1, 48), Add(49, 48), Mul(1, 56), Mul(1, 14), Mul(2, 14), Number(0.5),
-            Number(4.0), Number(2.0), Number(10.0), Pi, Number(1.0), Number(0.0), Number(2.6), Number(0.001),
-            Mul(62, 38), Mul(60, 47), Mul(46, 60), Mul(51, 60), Mul(60, 52), Mul(40, 60), Mul(61, 64),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(21, 21), Mul(22, 22), Mul(38, 20), SinCos(17), SinCos(18), SinCos(19), Mul(0, 79), Mul(1, 82),
-                Mul(1, 81), Mul(2, 84), Mul(2, 83), Mul(82, 76), Mul(84, 77), Mul(76, 87), Mul(69, 79), Add(53, 93),
-                Mul(38, 80), Mul(81, 21), Mul(55, 82), Mul(84, 97), Mul(57, 83), Mul(81, 99), Add(98, 100),
-                Mul(47, 81), Mul(102, 81), Add(46, 103), Mul(83, 83), Mul(52, 105), Add(51, 106), Mul(47, 90),
-                Add(58, 108), Mul(57, 91), Add(109, 110), Mul(81, 111), Mul(83, 77), Mul(113, 97), Mul(57, 90),
-                Add(59, 115), Mul(52, 91), Add(116, 117), Mul(83, 118), Mul(55, 81), Mul(120, 84), Mul(121, 76),
-                Mul(77, 89), Add(92, 123), Sub(112, 114), Neg(125), Sub(119, 122), Neg(127), Neg(124), Sqrt(94),
-                Recip(130), Mul(81, 130), Mul(82, 131), Mul(54, 131), Mul(134, 133), Mul(80, 131), Mul(135, 136),
-                Mul(69, 131), Mul(138, 96), Mul(79, 133), Mul(140, 78), Mul(130, 90), Mul(95, 133), Add(85, 143),
-                Sub(0, 137), Neg(144), Mul(20, 145), Sub(147, 139), Mul(80, 148), Sub(149, 141), Mul(20, 150),
-                Sub(151, 142), Neg(152),
-            ],
-            results: &[40, 66, 66, 66, 104, 101, 66, 101, 107, 66, 126, 128, 146, 132, 66, 66, 86, 88, 153, 129],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[
-                SinCos(17), SinCos(18), SinCos(19), Mul(0, 77), Mul(0, 76), Mul(1, 79), Mul(1, 78), Mul(2, 81),
-                Mul(2, 80), Mul(69, 76), Add(53, 88), Mul(38, 77), Add(85, 87), Sub(91, 6), Sqrt(89), Div(79, 93),
-                Mul(79, 93), Mul(90, 94), Add(83, 96), Mul(78, 93), Sub(82, 95), Neg(97),
-            ],
-            results: &[99, 92, 100, 98, 66, 66, 84, 86, 66, 66],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[
-                SinCos(18), SinCos(19), Mul(55, 77), Mul(79, 80), Mul(57, 78), Mul(76, 82), Add(81, 83), Mul(47, 76),
-                Mul(85, 76), Add(46, 86), Mul(78, 78), Mul(52, 88), Add(51, 89),
-            ],
-            results: &[40, 66, 66, 66, 87, 84, 66, 84, 90],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(20, 20), Mul(22, 22), Mul(71, 21), Mul(74, 76), SinCos(18), SinCos(19), Mul(1, 81), Mul(2, 83),
-                Add(84, 85), Mul(80, 21), Mul(55, 81), Mul(83, 88), Mul(57, 82), Mul(82, 82), Mul(70, 87), Mul(22, 90),
-                Add(92, 93), Mul(80, 94), Mul(22, 89), Add(95, 96), Add(97, 78), Mul(21, 98), Mul(73, 91),
-                Add(72, 100), Mul(101, 77), Add(99, 102), Add(103, 79), Mul(14, 86), Neg(105),
-            ],
-            results: &[104, 106],
-        },
-        power: TapeFunction {
-            operations: &[],
-            results: &[66],
-        },
-        outputs: TapeFunction {
-            operations: &[
-                Mul(21, 21), Mul(22, 22), Mul(38, 20), SinCos(17), SinCos(18), SinCos(19), Mul(0, 80), Mul(0, 79),
-                Add(3, 86), Mul(1, 82), Mul(1, 81), Mul(2, 84), Add(88, 90), Mul(2, 83), Mul(82, 76), Mul(84, 77),
-                Mul(69, 79), Add(53, 95), Mul(21, 89), Mul(22, 92), Add(97, 98), Mul(81, 24), Add(93, 100),
-                Mul(1, 101), Mul(83, 25), Add(94, 103), Mul(2, 104), Add(102, 105), Mul(81, 85), Mul(87, 82), Neg(99),
-                Neg(106), Sub(107, 108), Neg(27), Sqrt(96), Recip(113), Mul(82, 114), Mul(80, 114), Mul(116, 78),
-                Mul(111, 115), Sub(81, 118), Mul(26, 119),
-            ],
-            results: &[91, 109, 110, 117, 120, 112],
-        },
-        linearization: None,
-        event: Some(TapeFunction {
-            operations: &[Abs(17), Sub(76, 75)],
-            results: &[77],
-        }),
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[66, 65, 67, 15, 66, 66],
-        },
-        given: &[true, false, false, true, false, false],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[68, 63],
-        },
-        kernel: TapeKernel {
-            operations: 108,
-            has_angle: &[true, true, true],
-            position: TapeFunction {
-                operations: &[
-                    MulAdd(69, 28, 53), Mul(38, 31), Mul(0, 31), Mul(1, 29), Mul(2, 30), Mul(0, 28), Mul(1, 32),
-                    Mul(2, 33), Mul(47, 29), MulAdd(84, 29, 46), Mul(55, 32), Mul(86, 33), Mul(57, 29),
-                    MulAdd(88, 30, 87), Mul(52, 30), MulAdd(90, 30, 51), Add(82, 83), Mul(32, 30), Mul(78, 29),
-                    Add(3, 81), Sqrt(76), Recip(76), Recip(29), Recip(83), NegMulAdd(32, 96, 78), Sub(79, 6),
-                    NegMulAdd(29, 33, 93), NegMulAdd(32, 95, 94), Mul(97, 96), Mul(77, 104), Add(101, 80),
-                    MulAdd(32, 105, 81), Mul(29, 96), Mul(98, 104), Mul(109, 107), Mul(82, 99), Mul(111, 110),
-                    Mul(82, 109), Mul(85, 110), Mul(89, 110), Mul(55, 102), Mul(32, 103), NegMulAdd(89, 112, 114),
-                    NegMulAdd(91, 112, 115), NegMulAdd(117, 104, 29), Abs(110), Abs(112), Abs(113), Max(121, 122),
-                    Max(124, 123), MulAdd(110, 118, 40), NegMulAdd(112, 119, 126), Recip(127),
-                ],
-                results: &[125, 100, 106],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[Mul(20, 107), Mul(21, 82), MulAdd(22, 83, 130), NegMulAdd(21, 108, 129), Neg(132)],
-                results: &[133, 131],
-            },
-            correction: TapeFunction {
-                operations: &[
-                    Mul(34, 109), Mul(134, 118), NegMulAdd(82, 134, 35), Mul(99, 136), MulAdd(137, 119, 135),
-                    Mul(138, 128), MulAdd(112, 139, 137), NegMulAdd(110, 139, 134), Neg(141), Neg(140),
-                ],
-                results: &[139, 142, 143],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(20, 20), Mul(21, 21), Mul(22, 22), Mul(20, 105), Mul(38, 28), Mul(148, 144),
-                    MulAdd(147, 147, 149), Mul(104, 150), Mul(78, 144), Mul(62, 29), Mul(153, 21),
-                    MulAdd(145, 96, 151), Mul(145, 79), MulAdd(80, 146, 156), Mul(145, 82), MulAdd(146, 83, 158),
-                    MulAdd(10, 159, 14), Mul(146, 116), Mul(145, 116), MulAdd(80, 160, 162), NegMulAdd(154, 147, 152),
-                    NegMulAdd(32, 155, 164), NegMulAdd(79, 160, 161), Mul(109, 165), Mul(166, 110),
-                    MulAdd(163, 112, 168), NegMulAdd(82, 167, 157), NegMulAdd(118, 167, 169), Mul(99, 170),
-                    NegMulAdd(119, 172, 171), Mul(128, 173), MulAdd(110, 174, 167), NegMulAdd(112, 174, 172),
-                ],
-                results: &[174, 175, 176],
-            },
-            multipliers: TapeFunction {
-                operations: &[
-                    MulAdd(89, 175, 163), MulAdd(91, 176, 177), Mul(99, 178), NegMulAdd(85, 175, 166),
-                    NegMulAdd(89, 176, 180), Neg(179), MulAdd(82, 179, 181), Mul(109, 183),
-                ],
-                results: &[184, 182],
-            },
-            outputs: TapeFunction {
-                operations: &[
-                    Mul(79, 21), MulAdd(80, 22, 185), Mul(29, 24), Mul(32, 21), MulAdd(188, 21, 187), Mul(1, 189),
-                    Mul(30, 25), Mul(33, 22), MulAdd(192, 22, 191), MulAdd(2, 193, 190), Mul(77, 20), Mul(195, 104),
-                    Mul(26, 120), Neg(27), Neg(186), Neg(194),
-                ],
-                results: &[92, 199, 200, 196, 197, 198],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 93a987e157b6afa8
+// Hash of this file, its tape and its derivation: c7a57a025a4901cc

@@ -1510,7 +1510,7 @@ impl Generated<3, 3> for QuickReturnDriven {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
 
@@ -1525,7 +1525,6 @@ pub const DESCRIPTION: Description = Description {
     name: "quick-return-driven",
     doc: "The quick-return mechanism with its crank driven at constant speed: the torque that takes.",
     source: SOURCE,
-    code: include_str!("quick_return_driven.rs"),
     derivation: include_str!("quick_return_driven.md"),
     coordinates: &[
         QuantityDescription {
@@ -1692,6 +1691,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("quick_return_driven.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "quick-return-driven"
 doc = "The quick-return mechanism with its crank driven at constant speed: the torque that takes."
@@ -1774,193 +1777,4 @@ end_time = '2*pi/w'
 stiff = true
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 3,
-        constraints: 3,
-        is_driven: true,
-        parameters: TapeFunction {
-            operations: &[
-                Number(0.2), Number(0.7), Number(0.6), Number(0.3), Number(0.4), Number(0.9), Number(0.5), Number(6.0),
-                Number(4.0), Number(2.0), Number(100.0), Number(10.0), Number(1000.0), Number(150.0), Pi,
-                Mul(103, 104), Number(60.0), Div(105, 106),
-            ],
-            results: &[90, 91, 92, 93, 94, 93, 95, 96, 97, 98, 99, 100, 101, 97, 102, 107],
-        },
-        constants: &[
-            Mul(0, 0), Mul(3, 3), Mul(0, 3), Mul(38, 39), Mul(7, 38), Add(11, 42), Mul(1, 1), Mul(9, 44), Add(12, 45),
-            Mul(4, 4), Mul(47, 8), Add(46, 48), Mul(10, 44), Mul(5, 9), Mul(2, 10), Add(52, 51), Mul(5, 51),
-            Add(13, 54), Mul(2, 52), Add(38, 39), Mul(1, 51), Mul(1, 53), Mul(1, 14), Mul(2, 14), Mul(1, 10),
-            Number(0.5), Number(2.0), Pi, Number(3.0), Number(1.0), Number(0.0), Number(2.6), Number(0.001),
-            Mul(1, 64), Mul(66, 41), Mul(64, 40), Mul(63, 50), Mul(49, 63), Mul(55, 63), Mul(63, 56), Mul(43, 63),
-            Mul(62, 71), Mul(64, 56), Mul(71, 51), Mul(53, 71), Mul(40, 72), Mul(64, 41), Mul(0, 64), Mul(2, 64),
-            Mul(64, 65), Neg(15), Div(87, 15),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(21, 21), Mul(22, 22), SinCos(17), SinCos(18), SinCos(19), Mul(0, 92), Mul(1, 95), Mul(2, 97),
-                Mul(95, 90), Mul(94, 90), Mul(97, 91), Mul(1, 102), Mul(96, 91), Mul(73, 92), Add(57, 106),
-                Mul(94, 21), Mul(73, 108), Mul(92, 20), Mul(58, 97), Mul(95, 111), Mul(59, 94), Mul(113, 96),
-                Add(112, 114), Mul(50, 94), Mul(116, 94), Add(49, 117), Mul(96, 96), Mul(56, 119), Add(55, 120),
-                Mul(50, 101), Add(60, 122), Mul(59, 103), Add(123, 124), Mul(94, 125), Mul(95, 96), Mul(58, 127),
-                Mul(91, 128), Mul(59, 101), Add(61, 130), Mul(56, 103), Add(131, 132), Mul(96, 133), Mul(102, 111),
-                Mul(2, 105), Add(104, 136), Sub(126, 129), Neg(138), Sub(134, 135), Neg(140), Neg(137), Sqrt(107),
-                Recip(143), Mul(94, 143), Mul(95, 144), Mul(93, 144), Mul(144, 147), Mul(41, 148), Mul(146, 149),
-                Mul(144, 109), Mul(146, 110), Mul(40, 152), Mul(143, 101), Mul(40, 147), Mul(95, 155), Add(98, 156),
-                Sub(0, 150), Neg(157), Mul(20, 158), Sub(160, 151), Mul(93, 161), Sub(162, 153), Mul(20, 163),
-                Sub(164, 154), Neg(165),
-            ],
-            results: &[
-                43, 68, 68, 68, 118, 115, 68, 115, 121, 68, 139, 141, 159, 145, 68, 68, 99, 100, 67, 68, 68, 166, 142,
-                68,
-            ],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[
-                Mul(15, 16), SinCos(17), SinCos(18), SinCos(19), Mul(0, 92), Mul(0, 91), Mul(1, 94), Mul(1, 93),
-                Mul(2, 96), Mul(2, 95), Mul(73, 91), Add(57, 103), Add(100, 102), Sub(17, 90), Sub(105, 6), Sqrt(104),
-                Div(92, 108), Mul(94, 108), Mul(40, 109), Mul(94, 111), Add(98, 112), Mul(93, 108), Sub(97, 110),
-                Neg(113),
-            ],
-            results: &[115, 107, 106, 116, 114, 68, 68, 99, 101, 67, 68, 68, 68, 68, 88],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[
-                SinCos(18), SinCos(19), Mul(58, 93), Mul(91, 94), Mul(59, 90), Mul(96, 92), Add(95, 97), Mul(50, 90),
-                Mul(99, 90), Add(49, 100), Mul(92, 92), Mul(56, 102), Add(55, 103),
-            ],
-            results: &[43, 68, 68, 68, 101, 98, 68, 98, 104],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(20, 20), Mul(22, 22), Mul(75, 21), Mul(78, 90), SinCos(18), SinCos(19), Mul(1, 95), Mul(2, 97),
-                Add(98, 99), Mul(94, 21), Mul(58, 97), Mul(95, 102), Mul(96, 96), Mul(74, 101), Mul(96, 22),
-                Mul(59, 106), Add(105, 107), Mul(94, 108), Mul(22, 103), Add(109, 110), Add(111, 92), Mul(21, 112),
-                Mul(77, 104), Add(76, 114), Mul(115, 91), Add(113, 116), Add(117, 93), Mul(14, 100), Neg(119),
-            ],
-            results: &[118, 120],
-        },
-        power: TapeFunction {
-            operations: &[Mul(15, 28), Neg(90)],
-            results: &[91],
-        },
-        outputs: TapeFunction {
-            operations: &[
-                SinCos(17), SinCos(18), SinCos(19), Mul(0, 91), Mul(0, 90), Add(3, 97), Mul(1, 93), Mul(2, 95),
-                Add(99, 100), Mul(73, 90), Add(57, 102), Mul(92, 21), Mul(94, 22), Mul(1, 104), Mul(2, 105),
-                Add(106, 107), Mul(92, 96), Mul(98, 93), Neg(28), Neg(108), Sub(109, 110), Neg(27), Sqrt(103),
-                Div(93, 115), Mul(113, 116), Sub(92, 117), Mul(26, 118),
-            ],
-            results: &[111, 101, 112, 119, 114],
-        },
-        linearization: Some(TapeFunction {
-            operations: &[
-                Mul(20, 20), Mul(21, 21), Mul(22, 22), Mul(1, 27), Mul(50, 91), Mul(2, 27), Mul(56, 92), Mul(40, 91),
-                Mul(40, 24), Mul(40, 23), Mul(64, 21), SinCos(17), SinCos(18), SinCos(19), Mul(0, 101), Mul(104, 91),
-                Mul(103, 91), Mul(106, 92), Mul(90, 107), Mul(105, 92), Mul(73, 101), Add(57, 113), Mul(103, 21),
-                Mul(73, 115), Mul(101, 20), Mul(58, 106), Mul(104, 118), Mul(59, 103), Mul(120, 105), Add(119, 121),
-                Mul(104, 105), Mul(58, 123), Mul(105, 22), Mul(40, 101), Mul(103, 26), Mul(105, 25), Add(110, 128),
-                Mul(103, 24), Mul(106, 25), Mul(103, 106), Add(108, 130), Mul(59, 129), Add(60, 134), Mul(79, 130),
-                Add(135, 136), Mul(79, 109), Mul(122, 92), Mul(59, 132), Mul(122, 91), Mul(59, 123), Mul(58, 132),
-                Mul(104, 24), Mul(59, 133), Add(61, 145), Mul(106, 146), Mul(79, 104), Mul(148, 115), Mul(81, 123),
-                Mul(82, 132), Mul(82, 123), Mul(81, 132), Mul(80, 106), Mul(154, 125), Mul(72, 101), Mul(117, 116),
-                Mul(90, 126), Mul(1, 133), Mul(2, 129), Mul(73, 103), Mul(71, 115), Mul(86, 125), Sub(131, 112),
-                Sub(124, 140), Sub(142, 143), Sub(144, 109), Sub(150, 151), Sub(152, 153), Neg(159), Neg(160),
-                Neg(162), Neg(163), Mul(58, 164), Add(174, 138), Add(175, 93), Mul(103, 176), Mul(25, 165),
-                Add(139, 178), Mul(24, 166), Mul(58, 167), Mul(80, 164), Mul(22, 168), Mul(21, 169), Neg(179),
-                Sub(141, 180), Neg(186), Sub(181, 182), Neg(183), Add(188, 95), Mul(105, 190), Sub(191, 147),
-                Sub(192, 96), Neg(193), Sqrt(114), Recip(195), Mul(104, 195), Mul(104, 196), Mul(102, 196),
-                Mul(196, 199), Mul(41, 200), Mul(198, 201), Mul(196, 116), Mul(198, 117), Mul(40, 199), Mul(198, 126),
-                Mul(127, 205), Mul(20, 199), Mul(21, 208), Mul(195, 26), Add(137, 210), Mul(104, 211), Mul(196, 196),
-                Mul(83, 199), Mul(214, 199), Add(215, 156), Mul(213, 216), Mul(84, 196), Mul(218, 209), Mul(90, 201),
-                Mul(195, 91), Mul(73, 209), Mul(195, 24), Add(222, 223), Mul(104, 224), Mul(84, 198), Mul(226, 200),
-                Mul(73, 204), Mul(161, 208), Mul(100, 197), Add(229, 230), Sub(0, 202), Sub(212, 177), Sub(40, 217),
-                Sub(219, 98), Sub(220, 99), Sub(85, 227), Mul(102, 232), Add(233, 94), Mul(234, 90), Add(240, 97),
-                Mul(104, 241), Mul(103, 235), Mul(102, 236), Add(244, 158), Mul(196, 245), Add(246, 221),
-                Mul(103, 247), Mul(20, 237), Sub(238, 206), Sub(242, 243), Sub(248, 225), Neg(252), Sub(203, 249),
-                Mul(26, 250), Mul(102, 251), Mul(250, 23), Mul(102, 254), Add(258, 228), Neg(255), Sub(256, 157),
-                Mul(196, 261), Add(111, 262), Sub(263, 257),
-            ],
-            results: &[
-                260, 207, 68, 207, 239, 185, 68, 187, 194, 68, 68, 68, 68, 149, 189, 68, 184, 155, 264, 253, 68, 68,
-                170, 171, 68, 68, 68, 259, 231, 68, 68, 172, 173, 68, 68, 68, 68, 68, 68, 68, 68, 68,
-            ],
-        }),
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[68, 67, 69, 68, 68, 68],
-        },
-        given: &[false, false, false, false, false, false],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[70, 89],
-        },
-        kernel: TapeKernel {
-            operations: 85,
-            has_angle: &[true, true, true],
-            position: TapeFunction {
-                operations: &[
-                    MulAdd(73, 29, 57), Mul(40, 32), Mul(0, 32), Mul(1, 30), Mul(2, 31), Mul(0, 29), Mul(1, 33),
-                    Mul(2, 34), Mul(50, 30), MulAdd(98, 30, 49), Mul(58, 33), Mul(100, 34), Mul(59, 30),
-                    MulAdd(102, 31, 101), Mul(56, 31), MulAdd(104, 31, 55), Add(96, 97), Mul(33, 31), Mul(92, 30),
-                    Add(3, 95), Sub(93, 6), NegMulAdd(15, 16, 17), NegMulAdd(30, 34, 107), NegMulAdd(33, 109, 108),
-                    Sqrt(90), Recip(90), Recip(97), Recip(30), Mul(115, 114), Mul(91, 118), Add(110, 94),
-                    MulAdd(33, 119, 95), Mul(30, 114), Mul(96, 116), Mul(117, 118), Mul(124, 121), Mul(96, 124),
-                    Mul(58, 112), Mul(33, 113), NegMulAdd(33, 114, 92), NegMulAdd(128, 118, 30), Abs(126), Abs(121),
-                    Max(131, 132),
-                ],
-                results: &[133, 129, 120, 111],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[
-                    Mul(20, 121), Mul(21, 96), MulAdd(22, 97, 135), NegMulAdd(21, 122, 134), Neg(137), Sub(20, 15),
-                ],
-                results: &[138, 136, 139],
-            },
-            correction: TapeFunction {
-                operations: &[
-                    Mul(35, 124), MulAdd(37, 125, 140), Mul(36, 116), NegMulAdd(123, 141, 142), Neg(37), Neg(141),
-                    Neg(143),
-                ],
-                results: &[144, 145, 146],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(20, 20), Mul(21, 21), Mul(22, 22), Mul(20, 119), Mul(40, 29), Mul(151, 147),
-                    MulAdd(150, 150, 152), Mul(118, 153), Mul(92, 147), Mul(64, 30), Mul(156, 21),
-                    MulAdd(148, 114, 154), Mul(148, 93), MulAdd(94, 149, 159), Mul(160, 116), NegMulAdd(157, 150, 155),
-                    NegMulAdd(33, 158, 162), Mul(124, 163), NegMulAdd(123, 164, 161),
-                ],
-                results: &[68, 164, 165],
-            },
-            multipliers: TapeFunction {
-                operations: &[
-                    Mul(148, 96), MulAdd(149, 97, 166), MulAdd(10, 167, 14), Mul(149, 127), Mul(148, 127),
-                    MulAdd(94, 168, 170), MulAdd(103, 164, 171), MulAdd(105, 165, 172), Mul(116, 173),
-                    NegMulAdd(93, 168, 169), NegMulAdd(99, 164, 175), NegMulAdd(103, 165, 176), Neg(174),
-                    MulAdd(123, 173, 177), Mul(125, 179), Mul(124, 179),
-                ],
-                results: &[181, 178, 180],
-            },
-            outputs: TapeFunction {
-                operations: &[Mul(93, 21), MulAdd(94, 22, 182), Mul(26, 130), Neg(28), Neg(27), Neg(183)],
-                results: &[185, 106, 187, 184, 186],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: c324d015eb6626a1
+// Hash of this file, its tape and its derivation: 5fd8eaf516689b1c

@@ -1879,7 +1879,7 @@ impl Generated<3, 2> for QuickReturnLoaded {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
 
@@ -1892,7 +1892,6 @@ pub const DESCRIPTION: Description = Description {
     name: "quick-return-loaded",
     doc: "The quick-return mechanism with gravity, a torque on the crank, a spring and a damper at the ram, all zero until set.",
     source: SOURCE,
-    code: include_str!("quick_return_loaded.rs"),
     derivation: include_str!("quick_return_loaded.md"),
     coordinates: &[
         QuantityDescription {
@@ -2101,6 +2100,10 @@ pub const DESCRIPTION: Description = Description {
     until: "abs(phi2) >= 4*pi",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("quick_return_loaded.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "quick-return-loaded"
 doc = "The quick-return mechanism with gravity, a torque on the crank, a spring and a damper at the ram, all zero until set."
@@ -2274,228 +2277,4 @@ accuracy = 1e-15
 values = { phi2 = 3.49825323822800346, phi4 = 2.73737497721061442, phi5 = 2.82393197153429284, phi2_dot = 6.27791886860780935, phi4_dot = 4.46098649299046409, phi5_dot = -1.51112035765659353 }
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 3,
-        constraints: 2,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[
-                Number(0.2), Number(0.7), Number(0.6), Number(0.3), Number(0.4), Number(0.9), Number(0.5), Number(6.0),
-                Number(4.0), Number(2.0), Number(100.0), Number(0.0), Number(10.0), Number(1000.0), Number(150.0), Pi,
-                Mul(142, 143), Number(60.0), Div(144, 145), PowI(0, 2), PowI(3, 2), Add(147, 148), Sqrt(149),
-                Mul(1, 0), Div(151, 21), PowI(2, 2), Mul(1, 3), Div(154, 21), Sub(6, 155), PowI(156, 2), Sub(153, 157),
-                Sqrt(158), Sub(152, 159),
-            ],
-            results: &[
-                128, 129, 130, 131, 132, 131, 133, 134, 135, 136, 137, 138, 139, 140, 135, 141, 139, 139, 139, 139,
-                146, 150, 160,
-            ],
-        },
-        constants: &[
-            Mul(0, 0), Mul(3, 3), Mul(0, 3), Mul(43, 44), Mul(7, 43), Add(11, 47), Mul(1, 1), Mul(4, 8), Add(12, 13),
-            Mul(9, 49), Add(51, 52), Mul(4, 50), Add(53, 54), Mul(10, 49), Mul(5, 9), Mul(2, 10), Add(58, 57),
-            Mul(5, 57), Add(14, 60), Mul(2, 2), Mul(10, 62), Mul(7, 17), Mul(1, 9), Mul(18, 49), Mul(18, 22),
-            Add(15, 67), Mul(19, 49), Mul(1, 18), Mul(1, 19), Mul(18, 62), Mul(19, 62), Add(43, 44), Mul(1, 57),
-            Mul(1, 59), Mul(0, 64), Mul(1, 15), Mul(1, 10), Add(65, 50), Mul(17, 80), Mul(2, 15), Mul(17, 57),
-            Mul(17, 50), Mul(9, 17), Mul(1, 68), Mul(2, 70), Mul(2, 71), Mul(2, 19), Mul(2, 18), Mul(2, 68),
-            Mul(2, 58), Mul(0, 7), Mul(93, 17), Mul(65, 17), Number(0.5), Number(4.0), Number(2.0), Number(0.0),
-            Number(10.0), Pi, Number(3.0), Number(1.0), Number(2.6), Number(0.001), Mul(1, 98), Mul(102, 46),
-            Mul(98, 45), Mul(96, 56), Mul(55, 96), Mul(61, 96), Mul(96, 63), Mul(48, 96), Mul(18, 96), Mul(98, 69),
-            Mul(98, 56), Mul(98, 66), Mul(98, 73), Mul(98, 63), Mul(98, 72), Mul(59, 106), Mul(57, 106), Mul(45, 107),
-            Mul(98, 46), Mul(0, 98), Mul(2, 98), Mul(97, 101),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(28, 28), Mul(29, 29), SinCos(24), SinCos(25), SinCos(26), Mul(0, 130), Mul(1, 133), Mul(2, 135),
-                Add(137, 138), Mul(133, 128), Mul(132, 128), Mul(1, 140), Mul(135, 129), Mul(5, 143), Add(142, 144),
-                Mul(1, 141), Mul(134, 129), Mul(5, 147), Add(146, 148), Mul(2, 143), Add(142, 150), Mul(108, 130),
-                Add(74, 152), Mul(132, 28), Mul(130, 27), Mul(75, 133), Mul(135, 156), Mul(76, 132), Mul(158, 134),
-                Add(157, 159), Mul(56, 132), Mul(161, 132), Add(55, 162), Mul(134, 134), Mul(63, 164), Add(61, 165),
-                Mul(1, 154), Mul(134, 29), Mul(2, 168), Add(167, 169), Mul(19, 170), Mul(65, 145), Add(78, 172),
-                Mul(79, 151), Add(173, 174), Mul(65, 149), Mul(57, 145), Add(82, 177), Mul(58, 151), Add(178, 179),
-                Mul(57, 149), Mul(77, 131), Mul(2, 147), Add(146, 183), Sub(139, 22), Sub(81, 176), Sub(83, 181),
-                Sub(16, 182), Neg(184), Mul(18, 185), Mul(133, 186), Mul(135, 187), Sub(190, 171), Mul(1, 193),
-                Mul(2, 193), Sub(175, 194), Sub(180, 195), Mul(132, 196), Add(198, 191), Mul(134, 197), Add(200, 192),
-                Neg(199), Neg(201), Sqrt(153), Recip(204), Mul(132, 204), Mul(133, 205), Mul(131, 205), Mul(205, 208),
-                Mul(46, 209), Mul(207, 210), Mul(108, 205), Mul(212, 154), Mul(45, 207), Mul(214, 155), Mul(204, 140),
-                Mul(45, 208), Mul(133, 217), Add(136, 218), Sub(0, 211), Neg(219), Mul(27, 220), Sub(222, 213),
-                Mul(131, 223), Sub(224, 215), Mul(27, 225), Sub(226, 216), Neg(227),
-            ],
-            results: &[48, 99, 99, 99, 163, 160, 99, 160, 166, 188, 202, 203, 221, 206, 99, 99, 137, 138, 228, 189],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[
-                SinCos(24), SinCos(25), SinCos(26), Mul(0, 129), Mul(0, 128), Mul(1, 131), Mul(1, 130), Mul(2, 133),
-                Mul(2, 132), Mul(108, 128), Add(74, 140), Add(137, 139), Sub(142, 6), Sqrt(141), Div(129, 144),
-                Mul(131, 144), Mul(45, 145), Mul(131, 147), Add(135, 148), Mul(130, 144), Sub(134, 146), Neg(149),
-            ],
-            results: &[151, 143, 152, 150, 99, 99, 136, 138, 99, 99],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[
-                SinCos(25), SinCos(26), Mul(75, 129), Mul(131, 132), Mul(76, 128), Mul(134, 130), Add(133, 135),
-                Mul(56, 128), Mul(137, 128), Add(55, 138), Mul(130, 130), Mul(63, 140), Add(61, 141),
-            ],
-            results: &[48, 99, 99, 99, 139, 136, 99, 136, 142],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(27, 27), Mul(29, 29), Mul(110, 28), Mul(113, 128), Mul(16, 24), SinCos(25), SinCos(26), Sin(24),
-                Mul(1, 134), Mul(1, 133), Mul(2, 136), Add(138, 140), Mul(5, 135), Add(139, 142), Mul(133, 28),
-                Mul(75, 134), Mul(135, 135), Mul(135, 29), Mul(0, 137), Add(3, 148), Mul(109, 144), Mul(76, 147),
-                Add(150, 151), Mul(133, 152), Mul(136, 29), Mul(145, 154), Add(153, 155), Add(156, 130), Mul(28, 157),
-                Mul(112, 146), Add(111, 159), Mul(160, 129), Add(158, 161), Add(162, 131), Mul(64, 149), Mul(84, 133),
-                Mul(85, 143), Mul(15, 141), Sub(141, 22), Sub(132, 164), Sub(169, 165), Sub(170, 166), Add(171, 167),
-                Mul(114, 168), Mul(173, 168), Sub(172, 174), Neg(175),
-            ],
-            results: &[163, 176],
-        },
-        power: TapeFunction {
-            operations: &[
-                Sin(26), Sin(25), Mul(129, 28), Mul(1, 130), Mul(128, 29), Mul(2, 132), Add(131, 133), Mul(19, 134),
-                Mul(134, 135), Neg(136),
-            ],
-            results: &[137],
-        },
-        outputs: TapeFunction {
-            operations: &[
-                Mul(28, 28), Mul(29, 29), SinCos(24), SinCos(25), SinCos(26), Mul(0, 131), Mul(0, 130), Add(3, 137),
-                Mul(1, 133), Mul(2, 135), Add(139, 140), Mul(133, 128), Mul(135, 129), Mul(108, 130), Add(74, 144),
-                Mul(132, 28), Mul(1, 146), Mul(134, 29), Mul(2, 148), Add(147, 149), Mul(132, 31), Add(142, 151),
-                Mul(1, 152), Mul(134, 32), Add(143, 154), Mul(2, 155), Add(153, 156), Mul(132, 136), Mul(138, 133),
-                Neg(150), Neg(157), Sub(158, 159), Neg(34), Sqrt(145), Recip(164), Mul(133, 165), Mul(131, 165),
-                Mul(27, 167), Mul(45, 168), Mul(162, 166), Sub(132, 170), Mul(33, 171),
-            ],
-            results: &[141, 160, 161, 169, 172, 163],
-        },
-        linearization: Some(TapeFunction {
-            operations: &[
-                Mul(27, 27), Mul(28, 28), Mul(29, 29), Mul(115, 28), Mul(116, 31), Add(131, 132), Mul(76, 130),
-                Mul(88, 29), Mul(76, 32), Add(135, 136), Mul(116, 129), Mul(1, 34), Mul(56, 129), Mul(118, 29),
-                Mul(119, 32), Add(141, 142), Mul(119, 130), Mul(2, 34), Mul(76, 129), Mul(88, 28), Mul(76, 31),
-                Add(147, 148), Mul(63, 130), Mul(122, 29), Mul(121, 28), Mul(45, 129), Mul(45, 31), Mul(45, 30),
-                Sub(87, 134), Sub(117, 138), Sub(120, 144), Sub(87, 146), SinCos(24), SinCos(25), SinCos(26),
-                Mul(0, 160), Mul(163, 129), Mul(162, 129), Mul(165, 130), Mul(128, 166), Mul(164, 130), Mul(108, 160),
-                Add(74, 172), Mul(162, 28), Mul(160, 27), Mul(75, 163), Mul(164, 29), Mul(165, 29), Mul(162, 31),
-                Add(167, 179), Mul(1, 180), Mul(164, 32), Add(169, 182), Mul(2, 183), Mul(45, 160), Mul(162, 33),
-                Mul(162, 165), Mul(163, 28), Mul(163, 164), Mul(88, 164), Mul(108, 175), Mul(77, 160), Mul(162, 133),
-                Add(86, 193), Mul(165, 156), Mul(164, 137), Mul(162, 157), Mul(165, 32), Mul(76, 171), Mul(89, 178),
-                Mul(90, 164), Add(200, 201), Mul(1, 202), Mul(176, 169), Mul(164, 176), Mul(76, 187), Mul(76, 168),
-                Mul(71, 188), Mul(70, 162), Add(208, 209), Mul(2, 210), Mul(75, 165), Mul(212, 167), Mul(76, 189),
-                Mul(75, 187), Mul(165, 143), Mul(164, 158), Mul(163, 31), Mul(163, 159), Mul(162, 149), Mul(116, 188),
-                Mul(69, 162), Add(221, 222), Mul(162, 223), Mul(121, 178), Add(225, 190), Mul(162, 226), Mul(151, 189),
-                Mul(122, 165), Mul(229, 28), Mul(152, 189), Mul(119, 178), Mul(73, 164), Add(232, 233), Mul(164, 234),
-                Mul(107, 160), Mul(174, 191), Mul(128, 185), Mul(108, 162), Mul(106, 174), Mul(126, 177),
-                Sub(194, 195), Sub(81, 197), Sub(198, 171), Sub(199, 203), Sub(205, 206), Sub(207, 211), Sub(214, 215),
-                Sub(83, 216), Sub(249, 217), Sub(218, 168), Sub(91, 219), Sub(227, 228), Sub(190, 230), Neg(181),
-                Neg(184), Neg(240), Neg(241), Add(242, 196), Mul(75, 244), Add(243, 260), Add(261, 139), Mul(162, 262),
-                Mul(162, 245), Add(264, 204), Mul(32, 246), Add(265, 266), Mul(164, 247), Add(268, 213), Mul(31, 248),
-                Mul(75, 251), Add(250, 271), Add(272, 145), Mul(164, 273), Add(72, 274), Add(252, 220), Mul(165, 276),
-                Mul(162, 254), Add(278, 231), Neg(267), Sub(269, 270), Neg(281), Sub(275, 277), Sub(283, 150),
-                Neg(284), Sqrt(173), Recip(286), Mul(163, 287), Mul(161, 287), Mul(287, 289), Mul(46, 290),
-                Mul(288, 291), Mul(108, 287), Mul(293, 174), Mul(27, 289), Mul(45, 289), Mul(288, 185), Mul(186, 296),
-                Mul(28, 295), Mul(286, 33), Add(259, 300), Mul(163, 301), Mul(287, 287), Mul(123, 289), Mul(304, 289),
-                Add(305, 236), Mul(303, 306), Mul(124, 287), Mul(308, 299), Mul(128, 291), Mul(286, 129),
-                Mul(108, 299), Mul(286, 31), Add(312, 313), Mul(163, 314), Mul(124, 288), Mul(316, 290), Mul(288, 191),
-                Mul(239, 295), Mul(98, 286), Mul(320, 188), Add(319, 321), Sub(0, 292), Sub(66, 302), Sub(45, 307),
-                Sub(309, 154), Sub(310, 155), Sub(125, 317), Mul(161, 323), Add(324, 263), Mul(325, 128),
-                Add(331, 153), Mul(163, 332), Mul(162, 326), Mul(161, 327), Add(335, 238), Mul(287, 336),
-                Add(337, 311), Mul(162, 338), Mul(27, 328), Sub(329, 297), Sub(330, 140), Neg(342), Sub(333, 334),
-                Sub(339, 315), Neg(345), Sub(294, 340), Mul(33, 341), Add(192, 348), Mul(161, 344), Mul(341, 30),
-                Mul(161, 347), Add(352, 318), Neg(349), Sub(350, 237), Mul(287, 355), Add(170, 356), Sub(357, 351),
-            ],
-            results: &[
-                354, 298, 99, 298, 343, 280, 99, 282, 285, 99, 99, 99, 99, 224, 253, 99, 279, 235, 358, 346, 99, 99,
-                255, 256, 353, 322, 99, 99, 257, 258, 99, 99, 99, 99, 99,
-            ],
-        }),
-        event: Some(TapeFunction {
-            operations: &[Abs(24), Sub(128, 127)],
-            results: &[129],
-        }),
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[99, 103, 104, 20, 99, 99],
-        },
-        given: &[true, false, false, true, false, false],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[105, 100],
-        },
-        kernel: TapeKernel {
-            operations: 131,
-            has_angle: &[true, true, true],
-            position: TapeFunction {
-                operations: &[
-                    MulAdd(108, 35, 74), Mul(45, 38), Mul(0, 38), Mul(1, 36), Mul(2, 37), Mul(0, 35), Mul(1, 39),
-                    Mul(2, 40), Mul(56, 36), MulAdd(136, 36, 55), Mul(75, 39), Mul(40, 138), Mul(76, 36),
-                    MulAdd(140, 37, 139), Mul(92, 37), MulAdd(142, 37, 61), Add(134, 135), Mul(84, 39), Mul(75, 36),
-                    Mul(130, 36), Add(3, 133), Sub(131, 6), Sub(134, 22), NegMulAdd(94, 38, 16),
-                    NegMulAdd(39, 148, 147), Sqrt(128), Recip(128), Recip(36), Recip(135), Mul(154, 153),
-                    Mul(129, 157), Add(149, 132), MulAdd(39, 158, 133), Mul(36, 153), Mul(155, 157), Mul(162, 160),
-                    Mul(134, 156), Mul(164, 163), Mul(134, 162), Mul(137, 163), Mul(141, 163), Add(150, 135),
-                    Mul(18, 169), Mul(39, 152), NegMulAdd(39, 153, 130), NegMulAdd(141, 165, 167),
-                    NegMulAdd(143, 165, 168), NegMulAdd(171, 157, 36), Abs(163), Abs(165), Abs(166), Max(176, 177),
-                    Max(179, 178), MulAdd(163, 173, 48), NegMulAdd(165, 174, 181), Recip(182),
-                ],
-                results: &[180, 172, 159],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[Mul(27, 160), Mul(28, 134), MulAdd(29, 135, 185), NegMulAdd(28, 161, 184), Neg(187)],
-                results: &[188, 186],
-            },
-            correction: TapeFunction {
-                operations: &[
-                    Mul(41, 162), Mul(189, 173), NegMulAdd(134, 189, 42), Mul(156, 191), MulAdd(192, 174, 190),
-                    Mul(193, 183), MulAdd(165, 194, 192), NegMulAdd(163, 194, 189), Neg(196), Neg(195),
-                ],
-                results: &[194, 197, 198],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(27, 27), Mul(28, 28), Mul(29, 29), Mul(27, 158), Mul(45, 35), Mul(203, 199),
-                    MulAdd(202, 202, 204), Mul(157, 205), Mul(130, 199), Mul(98, 36), Mul(208, 28),
-                    MulAdd(200, 153, 206), Mul(200, 131), MulAdd(132, 201, 211), Mul(28, 131), MulAdd(29, 132, 213),
-                    Mul(200, 134), MulAdd(201, 135, 215), Mul(40, 201), Mul(217, 146), Mul(75, 37), Mul(37, 200),
-                    Mul(220, 138), NegMulAdd(209, 202, 207), NegMulAdd(39, 210, 222), Sub(15, 170),
-                    NegMulAdd(219, 201, 95), NegMulAdd(200, 146, 83), MulAdd(19, 214, 224), MulAdd(10, 216, 227),
-                    MulAdd(39, 225, 218), Add(145, 229), MulAdd(131, 228, 230), MulAdd(40, 226, 221),
-                    MulAdd(132, 228, 232), Mul(162, 223), NegMulAdd(134, 234, 212), NegMulAdd(231, 163, 151),
-                    Mul(156, 235), MulAdd(233, 165, 236), NegMulAdd(173, 234, 238), NegMulAdd(174, 237, 239),
-                    Mul(183, 240), MulAdd(163, 241, 234), NegMulAdd(165, 241, 237),
-                ],
-                results: &[241, 242, 243],
-            },
-            multipliers: TapeFunction {
-                operations: &[
-                    MulAdd(141, 242, 233), MulAdd(143, 243, 244), Mul(156, 245), MulAdd(137, 242, 231),
-                    MulAdd(141, 243, 247), NegMulAdd(134, 246, 248), Neg(246), Mul(162, 249), Neg(251),
-                ],
-                results: &[252, 250],
-            },
-            outputs: TapeFunction {
-                operations: &[
-                    Mul(131, 28), MulAdd(132, 29, 253), Mul(36, 31), Mul(39, 28), MulAdd(256, 28, 255), Mul(1, 257),
-                    Mul(37, 32), Mul(40, 29), MulAdd(260, 29, 259), MulAdd(2, 261, 258), Mul(129, 27), Mul(263, 157),
-                    Mul(33, 175), Neg(34), Neg(254), Neg(262),
-                ],
-                results: &[144, 267, 268, 264, 265, 266],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 4c8f45c82edf97cb
+// Hash of this file, its tape and its derivation: 2e4c78e1fffe25b4

@@ -1174,7 +1174,7 @@ impl Generated<3, 2> for SliderCrank {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
 
@@ -1187,7 +1187,6 @@ pub const DESCRIPTION: Description = Description {
     name: "slider-crank",
     doc: "A slider-crank with a spring and a damper between crank and rod, and a force on the slider.",
     source: SOURCE,
-    code: include_str!("slider_crank.rs"),
     derivation: include_str!("slider_crank.md"),
     coordinates: &[
         QuantityDescription {
@@ -1286,6 +1285,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("slider_crank.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "slider-crank"
 doc = "A slider-crank with a spring and a damper between crank and rod, and a force on the slider."
@@ -1355,183 +1358,4 @@ end_time = 10
 stiff = true
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 3,
-        constraints: 2,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[Number(0.5), Number(1.0), Number(2.0)],
-            results: &[54, 55, 55, 56, 55, 55, 55, 55],
-        },
-        constants: &[
-            Mul(0, 5), Mul(0, 4), Mul(0, 28), Number(0.5), Number(1.0), Number(2.0), Number(0.25), Number(0.125),
-            Number(0.0), Pi, Div(37, 33), Number(0.87), Number(-0.52), Number(0.01), Number(10.0), Mul(0, 34),
-            Mul(0, 31), Mul(1, 31), Mul(3, 31), Mul(2, 31), Mul(31, 4), Mul(0, 35), Mul(0, 43), Mul(31, 5), Mul(31, 6),
-            Mul(0, 33),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(12, 12), Mul(14, 14), Mul(31, 10), SinCos(9), SinCos(11), Mul(0, 58), Mul(0, 57), Mul(54, 61),
-                Mul(60, 55), Add(63, 64), Mul(54, 62), Mul(59, 14), Mul(14, 67), Add(66, 68), Mul(43, 57), Mul(34, 59),
-                Add(70, 71), Mul(43, 58), Mul(34, 60), Mul(58, 72), Mul(44, 57), Mul(31, 59), Add(76, 77), Mul(44, 58),
-                Mul(31, 60), Mul(78, 78), Mul(60, 72), Mul(7, 59), Neg(61), Neg(60), Sub(56, 73), Sub(86, 74),
-                Sub(10, 80), Sub(88, 79), Mul(57, 87), Add(75, 90), Mul(0, 91), Mul(89, 89), Add(81, 93), Mul(59, 87),
-                Add(82, 95), Mul(14, 96), Mul(12, 92), Mul(89, 13), Add(98, 99), Add(97, 100), Sqrt(94), Recip(102),
-                Mul(5, 103), Mul(101, 104), Sub(102, 6), Mul(4, 106), Add(107, 105), Mul(103, 108), Mul(92, 109),
-                Mul(89, 109), Mul(96, 109), Add(83, 112), Neg(110), Sub(7, 111), Neg(113),
-            ],
-            results: &[1, 36, 36, 36, 2, 36, 36, 36, 3, 114, 115, 116, 62, 32, 59, 84, 36, 85, 65, 69],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[
-                SinCos(9), SinCos(11), Mul(0, 55), Mul(0, 54), Add(56, 59), Sub(10, 57), Sub(61, 58), Neg(60), Neg(58),
-                Neg(57),
-            ],
-            results: &[62, 63, 59, 32, 56, 64, 36, 65, 36, 36],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[],
-            results: &[1, 36, 36, 36, 2, 36, 36, 36, 3],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(12, 12), Mul(14, 14), Mul(45, 54), Mul(46, 55), Add(56, 57), Mul(47, 13), Mul(59, 13), Add(58, 60),
-                SinCos(9), SinCos(11), Mul(44, 62), Mul(31, 64), Add(66, 67), Mul(44, 63), Mul(31, 65), Mul(68, 68),
-                Add(10, 65), Mul(7, 72), Sub(10, 70), Sub(74, 69), Mul(75, 75), Add(71, 76), Sqrt(77), Sub(78, 6),
-                Mul(48, 79), Mul(79, 80), Sub(81, 73),
-            ],
-            results: &[61, 82],
-        },
-        power: TapeFunction {
-            operations: &[
-                Mul(31, 10), SinCos(9), SinCos(11), Mul(43, 55), Mul(34, 57), Add(59, 60), Mul(43, 56), Mul(34, 58),
-                Mul(56, 61), Mul(44, 55), Mul(31, 57), Add(65, 66), Mul(44, 56), Mul(31, 58), Mul(67, 67), Mul(58, 61),
-                Sub(54, 62), Sub(72, 63), Sub(10, 69), Sub(74, 68), Mul(55, 73), Add(64, 76), Mul(0, 77), Mul(75, 75),
-                Add(70, 79), Mul(57, 73), Add(71, 81), Mul(14, 82), Mul(12, 78), Mul(75, 13), Add(84, 85), Add(83, 86),
-                Mul(5, 87), Mul(88, 87), Sqrt(80), Recip(90), Mul(91, 91), Mul(89, 92), Neg(93),
-            ],
-            results: &[94],
-        },
-        outputs: TapeFunction {
-            operations: &[
-                Mul(12, 12), Mul(14, 14), Mul(45, 54), Mul(46, 55), Add(56, 57), Mul(47, 13), Mul(59, 13), Add(58, 60),
-                SinCos(9), SinCos(11), Mul(44, 62), Mul(31, 64), Add(66, 67), Mul(44, 63), Mul(31, 65), Mul(68, 68),
-                Sub(10, 70), Sub(72, 69), Mul(73, 73), Add(71, 74), Sqrt(75),
-            ],
-            results: &[76, 61],
-        },
-        linearization: Some(TapeFunction {
-            operations: &[
-                Mul(12, 12), Mul(14, 14), Mul(31, 10), Mul(34, 10), Mul(0, 12), Mul(53, 12), Add(7, 18), SinCos(9),
-                SinCos(11), Mul(0, 61), Mul(64, 55), Mul(63, 14), Mul(14, 67), Mul(43, 61), Mul(34, 63), Add(69, 70),
-                Mul(43, 62), Mul(34, 64), Mul(62, 71), Mul(44, 61), Mul(31, 63), Add(75, 76), Mul(44, 62), Mul(31, 64),
-                Mul(77, 77), Mul(64, 71), Mul(49, 61), Mul(35, 63), Add(82, 83), Mul(49, 62), Mul(35, 64), Mul(64, 84),
-                Mul(62, 84), Mul(62, 77), Mul(61, 71), Mul(62, 62), Mul(61, 61), Add(91, 92), Mul(50, 93), Mul(62, 64),
-                Mul(61, 63), Add(95, 96), Mul(43, 97), Mul(13, 75), Mul(14, 98), Mul(12, 75), Mul(14, 76), Mul(64, 77),
-                Mul(13, 76), Mul(12, 98), Mul(62, 18), Mul(61, 19), Add(106, 107), Mul(0, 108), Mul(64, 60),
-                Mul(63, 19), Mul(62, 15), Mul(61, 54), Mul(64, 17), Mul(62, 54), Mul(61, 15), Add(115, 116),
-                Mul(0, 117), Mul(63, 17), Add(66, 119), Mul(62, 59), Mul(33, 64), Mul(122, 14), Mul(61, 59),
-                Mul(33, 67), Sub(56, 72), Sub(126, 73), Sub(10, 79), Sub(128, 78), Sub(57, 85), Sub(130, 86),
-                Sub(70, 71), Sub(112, 113), Sub(68, 114), Neg(134), Mul(61, 127), Add(74, 136), Mul(0, 137),
-                Mul(129, 129), Add(80, 139), Mul(63, 127), Add(81, 141), Mul(14, 142), Mul(12, 138), Mul(129, 13),
-                Add(144, 145), Add(143, 146), Mul(63, 131), Add(87, 148), Mul(14, 149), Mul(61, 131), Add(88, 151),
-                Mul(58, 152), Add(153, 150), Mul(61, 129), Add(89, 155), Mul(0, 156), Mul(62, 127), Mul(154, 157),
-                Mul(138, 145), Add(159, 160), Mul(63, 129), Add(103, 162), Add(73, 127), Mul(64, 164), Mul(63, 132),
-                Add(165, 166), Mul(142, 146), Mul(163, 150), Add(168, 169), Mul(14, 167), Mul(127, 13), Add(172, 154),
-                Mul(28, 137), Mul(28, 142), Mul(5, 142), Mul(30, 137), Mul(5, 129), Mul(0, 133), Sqrt(140), Recip(180),
-                Recip(140), Mul(5, 181), Mul(147, 183), Mul(181, 181), Mul(29, 181), Mul(186, 137), Mul(161, 185),
-                Mul(51, 181), Mul(189, 147), Mul(4, 181), Mul(129, 185), Mul(129, 191), Mul(147, 192), Mul(142, 191),
-                Mul(170, 185), Mul(31, 180), Mul(173, 183), Mul(137, 182), Mul(129, 182), Mul(174, 200), Mul(175, 199),
-                Mul(200, 176), Mul(177, 199), Mul(178, 200), Mul(142, 182), Mul(206, 176), Sub(180, 6), Sub(158, 90),
-                Sub(188, 99), Sub(13, 194), Sub(196, 104), Sub(212, 105), Sub(213, 171), Sub(52, 197), Mul(4, 208),
-                Add(216, 184), Mul(48, 208), Mul(0, 209), Add(219, 94), Mul(12, 220), Add(218, 190), Mul(222, 185),
-                Add(211, 101), Add(224, 102), Mul(225, 183), Add(193, 226), Mul(217, 192), Mul(214, 183), Mul(217, 98),
-                Mul(4, 215), Mul(157, 223), Mul(217, 220), Mul(222, 65), Mul(163, 223), Mul(217, 167), Sub(210, 221),
-                Sub(237, 100), Sub(227, 228), Sub(195, 229), Sub(231, 198), Sub(240, 235), Mul(238, 183),
-                Mul(241, 185), Mul(157, 244), Mul(163, 244), Add(240, 246), Mul(63, 241), Mul(239, 138), Add(249, 234),
-                Mul(181, 250), Mul(242, 138), Add(252, 230), Mul(181, 253), Mul(241, 65), Mul(129, 239), Add(217, 256),
-                Mul(181, 257), Mul(129, 247), Mul(142, 239), Mul(142, 247), Add(261, 236), Mul(181, 262),
-                Add(263, 110), Add(264, 111), Sub(187, 243), Sub(266, 232), Sub(259, 248), Sub(248, 260),
-                Add(266, 245), Mul(267, 138), Add(271, 233), Mul(181, 272), Add(273, 109), Mul(129, 270),
-                Mul(181, 268), Mul(142, 270), Add(230, 277), Mul(181, 278), Mul(181, 269), Sub(275, 255), Neg(280),
-                Mul(181, 281),
-            ],
-            results: &[
-                274, 251, 254, 283, 258, 276, 279, 282, 265, 204, 201, 202, 201, 205, 203, 202, 203, 207, 179, 36, 135,
-                118, 36, 120, 121, 36, 123, 124, 36, 125, 36, 36, 36, 36, 36,
-            ],
-        }),
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[38, 39, 40, 36, 36, 36],
-        },
-        given: &[true, false, false, true, false, false],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[41, 42],
-        },
-        kernel: TapeKernel {
-            operations: 91,
-            has_angle: &[true, false, true],
-            position: TapeFunction {
-                operations: &[
-                    Mul(44, 20), MulAdd(31, 22, 54), Mul(55, 55), Mul(43, 23), Mul(43, 25), Mul(22, 57), Mul(20, 58),
-                    Mul(0, 23), Mul(0, 20), Add(22, 62), Mul(7, 22), NegMulAdd(44, 23, 10), NegMulAdd(31, 25, 65),
-                    Neg(58), Neg(57), Sub(10, 25), Sub(69, 61), Neg(63), MulAdd(66, 66, 56), MulAdd(44, 10, 67),
-                    MulAdd(20, 73, 59), MulAdd(31, 10, 68), MulAdd(22, 75, 60), Sqrt(72), Recip(72), Recip(25),
-                    Mul(78, 77), Mul(74, 80), Mul(66, 80), Mul(76, 80), Mul(61, 79), Mul(22, 79), Mul(3, 84),
-                    MulAdd(84, 86, 1), NegMulAdd(22, 84, 62), Sub(6, 77), Abs(88), Abs(84), Abs(85), Max(90, 91),
-                    Max(93, 92), Mul(2, 88), MulAdd(88, 95, 87), Mul(4, 89), Recip(96),
-                ],
-                results: &[94, 70, 71],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[MulAdd(14, 22, 13), MulAdd(12, 62, 99), Mul(14, 25), MulAdd(12, 61, 101), Neg(102)],
-                results: &[100, 103],
-            },
-            correction: TapeFunction {
-                operations: &[
-                    Mul(27, 79), MulAdd(22, 104, 26), Mul(105, 95), NegMulAdd(104, 86, 106), Mul(107, 98),
-                    MulAdd(84, 108, 104), NegMulAdd(88, 108, 105), Neg(108), Neg(110),
-                ],
-                results: &[111, 112, 109],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(12, 12), Mul(14, 14), Mul(12, 81), MulAdd(13, 82, 115), MulAdd(14, 83, 116), Mul(61, 113),
-                    MulAdd(25, 114, 118), Mul(62, 113), MulAdd(22, 114, 120), Mul(121, 79), MulAdd(22, 122, 119),
-                    Neg(97), MulAdd(5, 117, 124), Mul(81, 125), MulAdd(83, 125, 64), NegMulAdd(82, 125, 7),
-                    NegMulAdd(122, 86, 126), MulAdd(123, 95, 129), MulAdd(88, 128, 130), NegMulAdd(84, 127, 131),
-                    Mul(98, 132), MulAdd(84, 133, 122), NegMulAdd(88, 133, 123), Neg(133), Neg(135),
-                ],
-                results: &[136, 137, 134],
-            },
-            multipliers: TapeFunction {
-                operations: &[MulAdd(2, 135, 128), MulAdd(3, 134, 127), MulAdd(22, 138, 139), Mul(79, 140)],
-                results: &[138, 141],
-            },
-            outputs: TapeFunction {
-                operations: &[
-                    Mul(47, 13), Mul(45, 12), Mul(143, 12), Mul(46, 14), MulAdd(145, 14, 144), MulAdd(142, 13, 146),
-                ],
-                results: &[77, 147],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: efeac3de71ab1eaf
+// Hash of this file, its tape and its derivation: 0059d78df62a5180

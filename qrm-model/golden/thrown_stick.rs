@@ -737,7 +737,7 @@ impl Generated<3, 0> for ThrownStick {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
@@ -748,7 +748,6 @@ pub const DESCRIPTION: Description = Description {
     name: "thrown-stick",
     doc: "A stick that is thrown, described by one of its ends: three freedoms, no constraint.",
     source: SOURCE,
-    code: include_str!("thrown_stick.rs"),
     derivation: include_str!("thrown_stick.md"),
     coordinates: &[
         QuantityDescription {
@@ -818,6 +817,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("thrown_stick.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "thrown-stick"
 doc = "A stick that is thrown, described by one of its ends: three freedoms, no constraint."
@@ -869,112 +872,4 @@ step = 1e-3
 end_time = 2
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 3,
-        constraints: 0,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[
-                Number(1.2), Number(0.8), PowI(0, 2), Mul(1, 47), Number(12.0), Div(48, 49), Number(9.81),
-                Number(10.0),
-            ],
-            results: &[45, 46, 50, 51, 52],
-        },
-        constants: &[
-            Mul(0, 1), Mul(0, 21), Mul(1, 3), Number(2.0), Number(0.5), Number(0.25), Number(0.125), Recip(1),
-            Number(0.0), Number(3.0), Number(5.0), Number(0.001), Mul(25, 21), Mul(25, 0), Mul(26, 22), Add(2, 35),
-            Mul(3, 33), Mul(25, 2), Mul(27, 22), Add(38, 39), Mul(25, 1), Mul(0, 26), Mul(42, 21), Add(2, 43),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(11, 11), SinCos(8), Mul(33, 46), Mul(33, 47), Mul(45, 49), Mul(45, 48), Mul(37, 47), Neg(48),
-                Sub(23, 51), Neg(54), Neg(52),
-            ],
-            results: &[1, 29, 53, 29, 1, 49, 53, 49, 36, 50, 55, 56],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[SinCos(8), Mul(33, 45), Mul(33, 46), Neg(47)],
-            results: &[1, 29, 49, 29, 1, 48, 49, 48, 36],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(40, 11), Mul(9, 9), Mul(10, 10), Add(46, 47), Mul(41, 48), SinCos(8), Mul(34, 50), Add(7, 52),
-                Mul(51, 10), Mul(50, 9), Mul(23, 53), Sub(54, 55), Mul(33, 57), Add(58, 45), Mul(11, 59), Add(60, 49),
-            ],
-            results: &[61, 56],
-        },
-        power: TapeFunction {
-            operations: &[],
-            results: &[29],
-        },
-        outputs: TapeFunction {
-            operations: &[SinCos(8), Mul(34, 46), Add(6, 47), Mul(34, 45), Add(7, 49)],
-            results: &[48, 50],
-        },
-        linearization: None,
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[29, 29, 29, 30, 31, 4],
-        },
-        given: &[true, true, true, true, true, true],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[32, 24],
-        },
-        kernel: TapeKernel {
-            operations: 27,
-            has_angle: &[false, false, true],
-            position: TapeFunction {
-                operations: &[
-                    Mul(33, 17), Mul(33, 20), Mul(28, 45), Mul(28, 46), MulAdd(34, 20, 6), MulAdd(34, 17, 7),
-                    Mul(37, 20), NegMulAdd(45, 47, 44), NegMulAdd(46, 48, 52), Recip(53), Mul(44, 54), Abs(55),
-                ],
-                results: &[56],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            correction: TapeFunction {
-                operations: &[],
-                results: &[29, 29, 29],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(11, 11), Mul(46, 57), Mul(28, 58), NegMulAdd(45, 57, 23), NegMulAdd(47, 58, 51),
-                    NegMulAdd(48, 60, 61), Mul(62, 54), Mul(28, 60), NegMulAdd(48, 63, 64), NegMulAdd(47, 63, 59),
-                    Neg(65), Neg(63),
-                ],
-                results: &[66, 67, 68],
-            },
-            multipliers: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            outputs: TapeFunction {
-                operations: &[],
-                results: &[49, 50],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: c17cfd35dfb7306f
+// Hash of this file, its tape and its derivation: af79516439bcf81b

@@ -197,7 +197,6 @@ mod tests {
             name: "two",
             doc: "",
             source: "",
-            code: "",
             derivation: "",
             coordinates: const { &[quantity("a"), quantity("b")] },
             constraints: const { &[quantity("c"), quantity("d")] },

@@ -21,7 +21,6 @@ static DESCRIPTION: Description = Description {
     name: "line",
     doc: "",
     source: "",
-    code: "",
     derivation: "",
     coordinates: &[X],
     constraints: &[],

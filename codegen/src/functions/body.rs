@@ -9,8 +9,9 @@ use qrm_scene::function::Function;
 use super::naming::{power_name, untaken};
 use super::scene_formula::call;
 use crate::graph::{Graph, Id, Op, Signed};
-use crate::tape::{Statement, Tape};
 use crate::term::Symbol;
+use qrm_core::NamedTape;
+use qrm_core::named_tape::Statement;
 
 /// Sums of more than twice so many terms are made in parts, which need not wait for each other.
 const CHAIN: usize = 8;
@@ -18,7 +19,7 @@ const CHAIN: usize = 8;
 /// Makes the statements of one function.
 pub(super) struct Body<'g> {
     graph: &'g Graph,
-    tape: &'g RefCell<Tape>,
+    tape: &'g RefCell<NamedTape>,
     /// Values that stand outside the function: inputs, parameters, precomputed constants.
     outside: &'g HashMap<Id, u32>,
     uses: HashMap<Id, usize>,
@@ -41,7 +42,7 @@ impl<'g> Body<'g> {
     /// The body that computes `roots`. Values that have a name outside are not computed; `named` ones get a
     /// statement of their own even if they serve only once.
     pub(super) fn new(
-        (graph, tape): (&'g Graph, &'g RefCell<Tape>),
+        (graph, tape): (&'g Graph, &'g RefCell<NamedTape>),
         outside: &'g HashMap<Id, u32>,
         hints: &'g HashMap<Id, String>,
         named: &HashSet<Id>,
@@ -56,7 +57,7 @@ impl<'g> Body<'g> {
     /// A body in which nothing is defined yet. With the `depths` of values, products and sums are joined, the deepest
     /// last.
     pub(super) fn begin(
-        (graph, tape): (&'g Graph, &'g RefCell<Tape>),
+        (graph, tape): (&'g Graph, &'g RefCell<NamedTape>),
         outside: &'g HashMap<Id, u32>,
         hints: &'g HashMap<Id, String>,
         taken: HashSet<String>,
@@ -152,7 +153,7 @@ impl<'g> Body<'g> {
         for (id, value) in ids.iter().zip(value..) {
             self.values.insert(*id, value);
         }
-        self.statements.push(Statement { comment: self.comment.take(), value, names });
+        self.statements.push(Statement { comment: self.comment.take().map(str::to_owned), value, names });
     }
 
     fn operation(&self, operation: Operation) -> u32 {

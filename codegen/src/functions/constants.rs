@@ -8,8 +8,8 @@ use super::layout::Plan;
 use super::naming::{power_name, untaken};
 use super::scene_formula;
 use crate::graph::{Id, Op, Signed};
-use crate::tape::{Function, Part, Shape};
 use crate::term::Symbol;
+use qrm_core::named_tape::{Function, Part, Shape};
 
 /// Constants whose formula makes a longer name are numbered.
 const LONGEST_NAME: usize = 34;
@@ -61,7 +61,7 @@ impl Writer<'_> {
             Part { name: name.clone(), doc, values: Shape::Scalar(*value) }
         };
         let parts = names.iter().zip(&values).map(part).collect();
-        self.add(Function { name: "constants", statements, parts, ..Default::default() });
+        self.add(Function { name: "constants".to_owned(), statements, parts, ..Default::default() });
         self.outside.extend(names.iter().zip(values).map(|((_, id), value)| (*id, value)));
     }
 

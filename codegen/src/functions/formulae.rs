@@ -1,8 +1,8 @@
 //! What a function computes, as formulae for its documentation.
 
 use crate::formula::Writer;
-use crate::tape::Shape;
 use crate::term::Term;
+use qrm_core::named_tape::Shape;
 
 /// Longer formulae are better read in the derivation.
 const LONGEST: usize = 400;

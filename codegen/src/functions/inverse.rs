@@ -4,7 +4,7 @@ use super::Writer;
 use super::kernel::Emitter;
 use crate::graph::Signed;
 use crate::kernel::Kernel;
-use crate::tape::Argument;
+use qrm_core::named_tape::Argument;
 
 /// Adds the function that gives the forces and torques along the coordinates that move freely, and the multipliers.
 pub(super) fn add_inverse_dynamics(writer: &Writer, kernel: &Kernel) {

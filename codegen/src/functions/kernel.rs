@@ -9,8 +9,8 @@ use super::Writer;
 use super::body::Body;
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::kernel::{Block, Kernel, Local};
-use crate::tape::{Argument, Function, Operations, Part, Shape, place};
 use crate::term::Symbol;
+use qrm_core::named_tape::{Argument, Function, Operations, Part, Shape, place};
 
 /// A function of a kernel.
 struct KernelFunction<'k> {
@@ -247,12 +247,12 @@ impl<'a> Emitter<'a> {
             values: Shape::Scalar(*value),
         };
         self.writer.add(Function {
-            name: "position",
+            name: "position".to_owned(),
             doc: doc.to_owned(),
             arguments,
             statements: body.finish(),
             parts: names.iter().map(part).collect(),
-            structure: Some("Position"),
+            structure: Some("Position".to_owned()),
             ..Default::default()
         });
         Position { values, names: names.into_keys().collect() }
@@ -269,7 +269,7 @@ impl<'a> Emitter<'a> {
         body.define_all(&ends, &HashSet::new());
         let parts = vectors(&mut body, &part.results);
         self.writer.add(Function {
-            name: part.name,
+            name: part.name.to_owned(),
             doc: part.doc.to_owned(),
             arguments: part.arguments.to_vec(),
             statements: body.finish(),
@@ -307,7 +307,7 @@ impl<'a> Emitter<'a> {
     }
 
     /// A function that is given no position.
-    pub(super) fn whole(&self, name: &'static str, arguments: &[Argument], results: &[&[Signed]]) -> Function {
+    pub(super) fn whole(&self, name: &str, arguments: &[Argument], results: &[&[Signed]]) -> Function {
         let ends: Vec<Signed> = results.iter().copied().flatten().copied().collect();
         let locals = self.needed_locals(ends.iter().copied(), &self.outside);
         let roots: Vec<Signed> = locals.iter().map(|local| local.value).chain(ends.clone()).collect();
@@ -315,7 +315,13 @@ impl<'a> Emitter<'a> {
         define(&mut body, &locals, &HashSet::new());
         body.define_all(&ends, &HashSet::new());
         let parts = vectors(&mut body, results);
-        Function { name, arguments: arguments.to_vec(), statements: body.finish(), parts, ..Default::default() }
+        Function {
+            name: name.to_owned(),
+            arguments: arguments.to_vec(),
+            statements: body.finish(),
+            parts,
+            ..Default::default()
+        }
     }
 
     /// Whether a coordinate or time is among a function's arguments.
@@ -338,7 +344,7 @@ impl<'a> Emitter<'a> {
             (true, false) => sizes[1..].iter().fold(sizes[0], |most, &size| tape.operation(Operation::Max(most, size))),
         };
         tape.functions.push(Function {
-            name: "growth_factor",
+            name: "growth_factor".to_owned(),
             doc: "How much the elimination of dependent coordinates magnifies rounding errors.".to_owned(),
             arguments: vec![Argument::Position],
             parts: vec![Part { name: String::new(), doc: String::new(), values: Shape::Scalar(most) }],

@@ -8,8 +8,8 @@ use crate::graph::{Graph, Id, Op, Signed};
 use crate::kernel::Kernel;
 use crate::lower::Lowering;
 use crate::share::share_pairs;
-use crate::tape::{Argument, Shape};
 use crate::term::{Equations, Named, Symbol, Term};
+use qrm_core::named_tape::{Argument, Shape};
 use qrm_scene::scene::Scene;
 
 /// A function to write.

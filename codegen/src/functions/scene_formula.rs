@@ -8,20 +8,21 @@ use qrm_scene::function::Function;
 use qrm_scene::lexer::Comparison;
 use qrm_scene::scene::{Coordinate, Quantity, Scene, Start, Value};
 
-use crate::tape::{self, Argument, Part, Shape, Statement, Tape};
+use qrm_core::NamedTape;
+use qrm_core::named_tape::{self, Argument, Part, Shape, Statement};
 
 /// The function that gives the scene's values of the parameters: each follows from those before it.
-pub(super) fn parameters(scene: &Scene, tape: &mut Tape) -> tape::Function {
+pub(super) fn parameters(scene: &Scene, tape: &mut NamedTape) -> named_tape::Function {
     let kept = || scene.parameters.iter().filter(|p| !p.left_out);
     let parts = kept().map(|p| {
         let value = Formula::new(scene, tape).value(&p.formula);
         Part { name: p.name.clone(), doc: String::new(), values: Shape::Scalar(value) }
     });
-    tape::Function { name: "parameters", parts: parts.collect(), ..Default::default() }
+    named_tape::Function { name: "parameters".to_owned(), parts: parts.collect(), ..Default::default() }
 }
 
 /// The function that gives the start of the motion.
-pub(super) fn start(scene: &Scene, tape: &mut Tape) -> tape::Function {
+pub(super) fn start(scene: &Scene, tape: &mut NamedTape) -> named_tape::Function {
     let mut values = |start: fn(&Coordinate) -> &Start| {
         let each = scene.coordinates.iter().map(|coordinate| match start(coordinate) {
             Start::Given(value) | Start::Guess(value) => Formula::new(scene, tape).value(value),
@@ -31,20 +32,20 @@ pub(super) fn start(scene: &Scene, tape: &mut Tape) -> tape::Function {
     };
     let (q, qd) = (values(|c| &c.position), values(|c| &c.rate));
     let parts = [("q", q), ("qd", qd)].map(|(name, values)| Part { name: name.to_owned(), doc: String::new(), values });
-    tape::Function { name: "start", parts: parts.into(), ..Default::default() }
+    named_tape::Function { name: "start".to_owned(), parts: parts.into(), ..Default::default() }
 }
 
 /// The function that gives step and end of the motion.
-pub(super) fn schedule(scene: &Scene, tape: &mut Tape) -> tape::Function {
+pub(super) fn schedule(scene: &Scene, tape: &mut NamedTape) -> named_tape::Function {
     let parts = [("step", &scene.run.step), ("end_time", &scene.run.end_time)].map(|(name, formula)| {
         let value = Formula::new(scene, tape).value(formula);
         Part { name: name.to_owned(), doc: String::new(), values: Shape::Scalar(value) }
     });
-    tape::Function { name: "schedule", parts: parts.into(), ..Default::default() }
+    named_tape::Function { name: "schedule".to_owned(), parts: parts.into(), ..Default::default() }
 }
 
 /// The function that gives the value of the stop condition, if there is one.
-pub(super) fn event(scene: &Scene, tape: &mut Tape) -> Option<tape::Function> {
+pub(super) fn event(scene: &Scene, tape: &mut NamedTape) -> Option<named_tape::Function> {
     let condition = scene.run.until.as_ref()?;
     let mut formula = Formula::new(scene, tape);
     let difference = formula.value(&condition.difference);
@@ -53,8 +54,8 @@ pub(super) fn event(scene: &Scene, tape: &mut Tape) -> Option<tape::Function> {
         Comparison::GreaterOrEqual => difference,
         Comparison::LessOrEqual => tape.negative(difference),
     };
-    Some(tape::Function {
-        name: "event",
+    Some(named_tape::Function {
+        name: "event".to_owned(),
         arguments: vec![Argument::Time, Argument::Coordinates, Argument::Rates],
         statements,
         parts: vec![Part { name: String::new(), doc: String::new(), values: Shape::Scalar(rising) }],
@@ -65,14 +66,14 @@ pub(super) fn event(scene: &Scene, tape: &mut Tape) -> Option<tape::Function> {
 /// A formula of a scene on its way into a tape.
 struct Formula<'s> {
     scene: &'s Scene,
-    tape: &'s mut Tape,
+    tape: &'s mut NamedTape,
     /// The points that it needs, each with its name.
     statements: Vec<Statement>,
     points: HashMap<(usize, usize), u32>,
 }
 
 impl<'s> Formula<'s> {
-    fn new(scene: &'s Scene, tape: &'s mut Tape) -> Self {
+    fn new(scene: &'s Scene, tape: &'s mut NamedTape) -> Self {
         Self { scene, tape, statements: Vec::new(), points: HashMap::new() }
     }
 
@@ -112,10 +113,12 @@ impl<'s> Formula<'s> {
     }
 
     fn quantity(&mut self, quantity: Quantity) -> u32 {
-        let at = |argument, i| self.tape.input(argument) + tape::place(i);
+        let at = |argument, i| self.tape.input(argument) + named_tape::place(i);
         match quantity {
             Quantity::Parameter(i) if self.scene.parameters[i].left_out => self.tape.number(0.0),
-            Quantity::Parameter(i) => tape::place(self.scene.parameters[..i].iter().filter(|p| !p.left_out).count()),
+            Quantity::Parameter(i) => {
+                named_tape::place(self.scene.parameters[..i].iter().filter(|p| !p.left_out).count())
+            }
             Quantity::Coordinate(i) => at(Argument::Coordinates, i),
             Quantity::Rate(i) => at(Argument::Rates, i),
             Quantity::Time => at(Argument::Time, 0),

@@ -1,12 +1,10 @@
 //! Doubles with the sines and cosines of the system's library, which programs in C call too.
 
-use std::cell::RefCell;
-use std::collections::VecDeque;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use qrm_core::Scalar;
 
-use super::interpret::Number;
+use crate::verify::Number;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Libm(pub(super) f64);
@@ -97,22 +95,8 @@ impl Scalar for Libm {
     }
 }
 
-thread_local! {
-    /// What stands for the next parameters; none where it is not a number.
-    static PARAMETERS: RefCell<VecDeque<f64>> = const { RefCell::new(VecDeque::new()) };
-}
-
-/// Replaces the next parameters that are run.
-pub(super) fn replace(parameters: &[f64]) {
-    PARAMETERS.with_borrow_mut(|next| next.extend(parameters));
-}
-
 impl Number for Libm {
-    fn literal(digits: &str) -> Option<Self> {
-        digits.parse().ok().map(Self)
-    }
-    fn parameter(self) -> Self {
-        let next = PARAMETERS.with_borrow_mut(VecDeque::pop_front);
-        next.filter(|value| !value.is_nan()).map_or(self, Self)
+    fn decimal(number: f64) -> Self {
+        Self(number)
     }
 }

@@ -1,10 +1,11 @@
-//! Random states, and what the functions of a module give there.
+//! Random states, and what the functions of a tape give there.
 
-use std::collections::HashMap;
+use qrm_core::NamedTape;
+use qrm_core::named_tape::Argument;
+use qrm_language::ir::{Program, StructKind};
 
-use super::interpret::{GeneratedModule, Value};
-use super::libm::{self, Libm};
-use qrm_language::ir::{Function, Program, Shape, StructKind};
+use super::libm::Libm;
+use crate::verify::Evaluation;
 
 pub(super) struct State {
     t: f64,
@@ -51,131 +52,48 @@ pub(super) fn fields(program: &Program, kind: StructKind) -> Vec<&str> {
 }
 
 /// The numbers that the program prints, with the names of the functions that give them.
-pub(super) fn expected<'p>(program: &'p Program, module: &syn::File, states: &[State]) -> Vec<(&'p str, f64)> {
-    let generated = GeneratedModule::new(module).expect("a module");
+pub(super) fn expected<'p>(program: &'p Program, tape: &NamedTape, states: &[State]) -> Vec<(&'p str, f64)> {
+    let defaults = Evaluation::<Libm>::parameters(tape, |_| None);
     let mut results = Vec::new();
     for state in states {
-        let mut values = Values::new(state);
+        // Every other one is replaced.
+        let replaced = |i: usize| (i % 2 == 0).then(|| Libm(defaults[i].0 + state.change[i]));
+        let parameters = Evaluation::parameters(tape, replaced);
+        let on = |values: &[f64]| values.iter().map(|&value| Libm(value)).collect::<Vec<Libm>>();
+        let arguments = [
+            (Argument::Time, on(&[state.t])),
+            (Argument::Coordinates, on(&state.q)),
+            (Argument::Rates, on(&state.qd)),
+            (Argument::Accelerations, on(&state.qdd)),
+            (Argument::Multipliers, on(&state.multipliers)),
+            (Argument::Residuals, on(&state.residuals)),
+        ];
+        let arguments = arguments.each_ref().map(|(argument, values)| (*argument, &values[..]));
+        let evaluation = Evaluation::new(tape, &parameters, &arguments);
+        let of = |name: &str| evaluation.results(name);
+        let n = state.q.len();
         for function in &program.functions {
-            let value = values.call(program, &generated, function, &state.change);
-            results
-                .extend(numbers(program, function, &value).into_iter().map(|number| (function.name.as_str(), number)));
+            let numbers = match &*function.name {
+                "default_parameters" => defaults.clone(),
+                "parameters_with" => parameters.clone(),
+                "angles" => {
+                    let angles = |compute: fn(f64) -> f64| {
+                        let q = state.q.iter().zip(&tape.has_angle);
+                        q.map(|(q, is_angle)| if *is_angle { compute(*q) } else { 0.0 }).collect::<Vec<f64>>()
+                    };
+                    on(&[angles(f64::sin), angles(f64::cos)].concat())
+                }
+                "start" => {
+                    let given =
+                        |values: &[bool]| -> Vec<f64> { values.iter().map(|&v| f64::from(u8::from(v))).collect() };
+                    let (q, qd) = tape.given.split_at(n);
+                    [of("start.q"), on(&given(q)), of("start.qd"), on(&given(qd))].concat()
+                }
+                "event" if tape.function("event").is_none() => vec![Libm(f64::NEG_INFINITY)],
+                name => of(name),
+            };
+            results.extend(numbers.into_iter().map(|number| (function.name.as_str(), number.0)));
         }
     }
     results
-}
-
-/// Arguments of functions by their names.
-struct Values {
-    named: HashMap<String, Value<Libm>>,
-    /// What replaces parameters.
-    replace: Vec<f64>,
-}
-
-impl Values {
-    fn new(state: &State) -> Self {
-        let lists = [
-            ("q", &state.q),
-            ("qd", &state.qd),
-            ("qdd", &state.qdd),
-            ("multipliers", &state.multipliers),
-            ("residuals", &state.residuals),
-        ];
-        let mut named: HashMap<String, Value<Libm>> =
-            lists.into_iter().map(|(name, list)| (name.to_owned(), Value::list(list))).collect();
-        named.insert("t".to_owned(), Value::Number(Libm(state.t)));
-        Self { named, replace: Vec::new() }
-    }
-
-    /// The result of a function, kept where others need it.
-    fn call(
-        &mut self,
-        program: &Program,
-        generated: &GeneratedModule,
-        function: &Function,
-        change: &[f64],
-    ) -> Value<Libm> {
-        let name = function.name.as_str();
-        match name {
-            "default_parameters" => {
-                let defaults = generated.method::<Libm>("with", &[Value::Nothing]).expect("parameters");
-                let number = |name: &&str| defaults.field(name).expect("a field").numbers()[0].0;
-                let names = fields(program, StructKind::Parameters);
-                let places = names.iter().zip(change).enumerate();
-                // Every other one is replaced.
-                let replace =
-                    places.map(|(i, (name, change))| if i % 2 == 1 { f64::NAN } else { number(name) + change });
-                self.replace = replace.collect();
-                defaults
-            }
-            "parameters_with" => {
-                libm::replace(&self.replace);
-                let parameters = generated.method::<Libm>("with", &[Value::Nothing]).expect("parameters");
-                self.named.insert("p".to_owned(), parameters.clone());
-                self.named.insert("m".to_owned(), Value::fields([("parameters", parameters.clone())]));
-                parameters
-            }
-            "constants" => {
-                let p = self.named["p"].clone();
-                let constants = generated.method("Constants::new", std::slice::from_ref(&p)).expect("constants");
-                self.named.insert("m".to_owned(), Value::fields([("parameters", p), ("constants", constants.clone())]));
-                constants
-            }
-            "angles" => {
-                let is_angle = generated.method::<Libm>("has_angle", &[Value::Nothing]).expect("truths").truths();
-                let of = |compute: fn(f64) -> f64| {
-                    let q = self.named["q"].numbers().into_iter().zip(&is_angle);
-                    Value::list(&q.map(|(q, is_angle)| if *is_angle { compute(q.0) } else { 0.0 }).collect::<Vec<_>>())
-                };
-                let angles = Value::fields([("sin", of(f64::sin)), ("cos", of(f64::cos))]);
-                self.named.insert("angles".to_owned(), angles.clone());
-                angles
-            }
-            _ => {
-                let value = match generated.functions.get(name) {
-                    Some(item) => generated.value(name, &self.arguments(&item.sig)),
-                    None => generated.method(name, &self.arguments(&generated.methods[name].sig)),
-                };
-                // The interpreter knows no options.
-                let without = Value::Number(Libm(f64::NEG_INFINITY));
-                let value = if name == "event" { value.unwrap_or(without) } else { value.expect(name) };
-                if name == "position" {
-                    self.named.insert(name.to_owned(), value.clone());
-                }
-                value
-            }
-        }
-    }
-
-    fn arguments(&self, signature: &syn::Signature) -> Vec<Value<Libm>> {
-        let value = |input: &syn::FnArg| match input {
-            syn::FnArg::Receiver(_) => self.named["m"].clone(),
-            syn::FnArg::Typed(input) => match &*input.pat {
-                syn::Pat::Ident(name) => self.named[name.ident.to_string().trim_start_matches('_')].clone(),
-                _ => panic!("an argument without a name"),
-            },
-        };
-        signature.inputs.iter().map(value).collect()
-    }
-}
-
-/// The numbers of a result in their order.
-fn numbers(program: &Program, function: &Function, value: &Value<Libm>) -> Vec<f64> {
-    let plain = |value: &Value<Libm>| value.numbers().into_iter().map(|number| number.0).collect::<Vec<_>>();
-    let of = |name: &str| value.field(name).expect("a field");
-    match &function.results[..] {
-        [result] => match result.shape {
-            Shape::Struct(StructKind::Angles) => ["sin", "cos"].into_iter().flat_map(|name| plain(of(name))).collect(),
-            Shape::Struct(kind) => fields(program, kind).into_iter().flat_map(|name| plain(of(name))).collect(),
-            _ => plain(value),
-        },
-        _ if matches!(value, Value::List(_)) => plain(value),
-        results => {
-            let number = |result: &qrm_language::ir::Variable| match result.shape {
-                Shape::Booleans(_) => of(&result.name).truths().into_iter().map(|t| f64::from(u8::from(t))).collect(),
-                _ => plain(of(&result.name)),
-            };
-            results.iter().flat_map(number).collect()
-        }
-    }
 }

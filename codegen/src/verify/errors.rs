@@ -2,13 +2,13 @@
 
 use std::cell::OnceCell;
 
-use qrm_core::DoubleDouble;
+use qrm_core::{DoubleDouble, NamedTape};
 
+use super::evaluation::Evaluation;
 use super::expected::Expected;
 use super::sample::Sample;
 use super::wide::Wide;
 use super::{SMALLEST, size};
-use crate::tape::{Evaluation, Tape};
 use crate::term::Equations;
 use qrm_scene::expression::Node;
 use qrm_scene::resolve::all_values;
@@ -44,7 +44,7 @@ pub(super) fn has_rounded_constants(scene: &Scene) -> bool {
 pub(super) struct Errors<'a> {
     scene: &'a Scene,
     equations: &'a Equations,
-    tape: &'a Tape,
+    tape: &'a NamedTape,
     sample: &'a Sample,
     has_rounded_constants: bool,
     /// The expected numbers in doubles, and with 32 digits at a state nearby.
@@ -56,7 +56,7 @@ pub(super) struct Errors<'a> {
 }
 
 impl<'a> Errors<'a> {
-    pub(super) fn new(scene: &'a Scene, equations: &'a Equations, tape: &'a Tape, sample: &'a Sample) -> Self {
+    pub(super) fn new(scene: &'a Scene, equations: &'a Equations, tape: &'a NamedTape, sample: &'a Sample) -> Self {
         let (known, nearby, force_sizes, rounded) = Default::default();
         let has_rounded_constants = has_rounded_constants(scene);
         Self { scene, equations, tape, sample, has_rounded_constants, known, nearby, force_sizes, rounded }

@@ -1,15 +1,15 @@
 //! The kernel of a tape against the equations of motion as one system, solved by elimination with pivots.
 
 use num_traits::Signed;
-use qrm_core::{DoubleDouble, MAX_GROWTH, Scalar};
+use qrm_core::{DoubleDouble, MAX_GROWTH, NamedTape, Scalar};
 
 use super::errors::{CONSTANTS, Errors};
+use super::evaluation::Evaluation;
 use super::expected::Expected;
 use super::sample::Sample;
 use super::size;
 use super::system::System;
 use super::wide::Wide;
-use crate::tape::{Evaluation, Tape};
 use crate::term::Equations;
 use qrm_scene::scene::Scene;
 
@@ -25,7 +25,7 @@ const ROUNDING: f64 = 1e-26;
 pub(super) fn agrees(
     scene: &Scene,
     equations: &Equations,
-    tape: &Tape,
+    tape: &NamedTape,
     (sample, expected): (&Sample, &Expected<Wide>),
 ) -> Result<(), String> {
     let opened: Vec<f64> = (0..scene.constraints.len()).map(|k| 0.1 * (k as f64 + 1.0)).collect();
@@ -119,7 +119,7 @@ pub(super) fn agrees(
 
 /// Whether forces and multipliers balance accelerations and loads in every row of the equations of motion.
 fn inverse_dynamics(
-    tape: &Tape,
+    tape: &NamedTape,
     evaluation: &Evaluation<DoubleDouble>,
     (sample, expected): (&Sample, &Expected<Wide>),
 ) -> Result<(), String> {

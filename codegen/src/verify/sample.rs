@@ -1,7 +1,9 @@
 //! Random states at which generated functions are compared.
 
+use super::evaluation::{Evaluation, Number};
 use super::{SMALLEST, between};
-use crate::tape::{Argument, Evaluation, Number, Tape};
+use qrm_core::NamedTape;
+use qrm_core::named_tape::Argument;
 use qrm_scene::evaluate::constant;
 use qrm_scene::function::Differentiable;
 use qrm_scene::scene::{Scene, Start};
@@ -110,7 +112,7 @@ impl Sample {
     pub(super) fn evaluation<'t, N: Number>(
         &self,
         scene: &Scene,
-        tape: &'t Tape,
+        tape: &'t NamedTape,
         residuals: &[f64],
     ) -> Evaluation<'t, N> {
         let on = |values: &[f64]| -> Vec<N> { values.iter().map(|&value| N::from_f64(value)).collect() };

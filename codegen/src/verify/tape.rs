@@ -1,14 +1,15 @@
 //! What evaluators run against the tape that it was made of, to the last bit: both do the same operations.
 
-use qrm_core::{TapeEvaluator, TapeFunction};
+use qrm_core::named_tape::Argument;
+use qrm_core::{NamedTape, Tape, TapeEvaluator, TapeFunction};
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::scene::Scene;
 
+use super::evaluation::Evaluation;
 use super::sample::Sample;
-use crate::tape::{Argument, Evaluation, Tape};
 
 /// Compares every function at a state.
-pub(super) fn agrees(scene: &Scene, tape: &Tape, placed: &qrm_core::Tape, sample: &Sample) -> Result<(), String> {
+pub(super) fn agrees(scene: &Scene, tape: &NamedTape, placed: &Tape, sample: &Sample) -> Result<(), String> {
     let kept = scene.parameters.iter().zip(&sample.parameters).filter(|(p, _)| !p.left_out);
     let kept: Vec<f64> = kept.map(|(_, value)| *value).collect();
     let mut evaluator = TapeEvaluator::<Vec<f64>>::with_parameters(placed, &kept);
@@ -56,9 +57,9 @@ pub(super) fn agrees(scene: &Scene, tape: &Tape, placed: &qrm_core::Tape, sample
 }
 
 /// Compares parameters, start and schedule of the scene itself.
-pub(super) fn agrees_at_start(scene: &Scene, tape: &Tape, placed: &qrm_core::Tape) -> Result<(), String> {
+pub(super) fn agrees_at_start(scene: &Scene, tape: &NamedTape, placed: &Tape) -> Result<(), String> {
     let mut evaluator = TapeEvaluator::new(placed);
-    same("parameters", evaluator.parameters(), &Evaluation::parameters(tape))?;
+    same("parameters", evaluator.parameters(), &Evaluation::parameters(tape, |_| None))?;
     let values = scene.parameters.iter().zip(parameter_values::<f64>(scene, |_| None));
     let kept: Vec<f64> = values.filter(|(p, _)| !p.left_out).map(|(_, value)| value).collect();
     let evaluation = Evaluation::new(tape, &kept, &[(Argument::Time, &[0.0])]);

@@ -6,7 +6,6 @@ use super::{Operation, Tape, TapeFunction, TapeKernel};
 
 /// A [`Tape`] with its lists.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[allow(missing_docs, reason = "the fields are those of a tape")]
 pub struct OwnedTape {
     pub coordinates: u32,
@@ -33,7 +32,6 @@ pub struct OwnedTape {
 
 /// A [`TapeFunction`] with its lists.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[allow(missing_docs, reason = "the fields are those of a function")]
 pub struct OwnedFunction {
     pub operations: Vec<Operation>,
@@ -42,7 +40,6 @@ pub struct OwnedFunction {
 
 /// A [`TapeKernel`] with its lists.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[allow(missing_docs, reason = "the fields are those of a kernel")]
 pub struct OwnedKernel {
     pub operations: usize,

@@ -1090,7 +1090,7 @@ impl Generated<3, 2> for Wiper {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
@@ -1101,7 +1101,6 @@ pub const DESCRIPTION: Description = Description {
     name: "wiper",
     doc: "A windscreen wiper: a motor turns a crank, whose rod swings the arm of the blade.",
     source: SOURCE,
-    code: include_str!("wiper.rs"),
     derivation: include_str!("wiper.md"),
     coordinates: &[
         QuantityDescription {
@@ -1224,6 +1223,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("wiper.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "wiper"
 doc = "A windscreen wiper: a motor turns a crank, whose rod swings the arm of the blade."
@@ -1281,141 +1284,4 @@ step = 1e-3
 end_time = 2
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 3,
-        constraints: 2,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[
-                Number(0.04), Number(0.22), Number(0.06), Number(0.006), Number(0.15), Number(0.0006), Number(0.03),
-                Number(6.0), Number(7.0), Number(1.0), Number(0.1),
-            ],
-            results: &[69, 70, 71, 70, 72, 73, 74, 75, 76, 77, 78, 79],
-        },
-        constants: &[
-            Mul(0, 0), Mul(32, 5), Add(4, 33), Mul(1, 5), Mul(1, 35), Mul(0, 5), Mul(0, 37), Add(4, 38), Mul(1, 1),
-            Mul(40, 5), Number(1.0), Recip(9), Number(0.5), Number(0.25), Recip(11), Number(0.125), Number(180.0), Pi,
-            Div(48, 49), Number(0.0), Number(1.6), Number(0.001), Number(2.0), Mul(44, 1), Mul(0, 44), Mul(56, 35),
-            Mul(45, 36), Add(6, 58), Mul(8, 43), Mul(44, 34), Mul(44, 6), Mul(47, 36), Add(62, 63), Mul(44, 7),
-            Mul(55, 37), Mul(41, 45), Add(6, 67),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(16, 16), Mul(17, 17), Mul(18, 18), Mul(60, 16), Mul(46, 18), SinCos(13), SinCos(14), SinCos(15),
-                Tanh(73), Mul(0, 75), Mul(0, 74), Mul(69, 81), Mul(69, 82), Mul(2, 79), Mul(2, 78), Mul(1, 77),
-                Mul(1, 76), Mul(70, 87), Add(83, 89), Mul(71, 85), Mul(70, 88), Add(84, 92), Mul(71, 86), Mul(75, 77),
-                Mul(74, 76), Add(95, 96), Mul(57, 97), Mul(75, 76), Mul(77, 74), Mul(10, 80), Neg(82), Neg(88),
-                Neg(85), Sub(90, 91), Neg(105), Sub(93, 94), Neg(107), Sub(99, 100), Sub(8, 72), Neg(101),
-                Mul(57, 109), Mul(70, 112), Add(113, 110), Mul(69, 112), Neg(115),
-            ],
-            results: &[34, 98, 51, 98, 59, 51, 51, 51, 7, 114, 116, 111, 102, 103, 86, 81, 87, 104, 106, 108],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[
-                SinCos(13), SinCos(14), SinCos(15), Mul(0, 70), Mul(0, 69), Mul(2, 74), Add(3, 77), Mul(2, 73),
-                Mul(1, 72), Add(75, 80), Mul(1, 71), Add(76, 82), Neg(76), Sub(81, 78), Sub(83, 79), Neg(82), Neg(77),
-            ],
-            results: &[85, 86, 84, 87, 79, 75, 80, 88, 51, 51],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[SinCos(13), SinCos(14), Mul(70, 72), Mul(69, 71), Add(73, 74), Mul(57, 75)],
-            results: &[34, 76, 51, 76, 59, 51, 51, 51, 7],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(17, 17), Mul(18, 18), Mul(61, 16), Mul(64, 69), Mul(65, 70), SinCos(13), SinCos(14), Mul(75, 77),
-                Mul(74, 76), Add(78, 79), Mul(57, 80), Mul(17, 81), Add(82, 71), Mul(16, 83), Add(84, 72), Add(85, 73),
-            ],
-            results: &[86, 51],
-        },
-        power: TapeFunction {
-            operations: &[
-                Mul(46, 18), Mul(8, 16), Mul(43, 16), Sub(42, 71), Mul(70, 72), Tanh(69), Mul(10, 74), Mul(18, 75),
-                Sub(73, 76),
-            ],
-            results: &[77],
-        },
-        outputs: TapeFunction {
-            operations: &[Mul(60, 16), Mul(50, 15), Sub(8, 69)],
-            results: &[70, 71],
-        },
-        linearization: None,
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[Mul(46, 18)],
-            results: &[69],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[51, 45, 52, 51, 51, 51],
-        },
-        given: &[true, false, false, true, false, false],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[53, 54],
-        },
-        kernel: TapeKernel {
-            operations: 89,
-            has_angle: &[true, true, true],
-            position: TapeFunction {
-                operations: &[
-                    Mul(50, 15), Mul(0, 27), Mul(1, 28), Mul(2, 29), Mul(0, 24), Mul(1, 25), Mul(2, 26), Add(73, 74),
-                    Mul(27, 28), MulAdd(24, 25, 77), Mul(66, 78), Mul(27, 25), Sub(70, 3), Sub(76, 75),
-                    NegMulAdd(28, 24, 80), Add(81, 71), Mul(66, 83), Sub(84, 72), Recip(74), Mul(75, 87), Mul(73, 87),
-                    Mul(71, 87), NegMulAdd(71, 88, 72), NegMulAdd(71, 89, 70), Recip(91), Abs(90), Mul(92, 93),
-                    Mul(75, 93), Mul(7, 95), Abs(95), Abs(96), NegMulAdd(88, 95, 89), NegMulAdd(79, 100, 39),
-                    NegMulAdd(68, 100, 79), MulAdd(95, 97, 101), NegMulAdd(100, 102, 103), Recip(104), Abs(100),
-                    Max(106, 98), Max(107, 94), Max(108, 99),
-                ],
-                results: &[109, 86, 82],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[
-                    Mul(16, 73), MulAdd(17, 74, 110), Mul(16, 70), MulAdd(17, 71, 112), NegMulAdd(18, 75, 111),
-                    Neg(114), NegMulAdd(18, 72, 113),
-                ],
-                results: &[115, 116],
-            },
-            correction: TapeFunction {
-                operations: &[
-                    Mul(30, 87), MulAdd(71, 117, 31), Mul(118, 93), MulAdd(88, 119, 117), Mul(119, 97),
-                    MulAdd(120, 102, 121), Mul(122, 105), MulAdd(100, 123, 120), NegMulAdd(95, 123, 119), Neg(123),
-                ],
-                results: &[126, 124, 125],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(16, 16), Mul(17, 17), Mul(18, 18), Mul(46, 18), Mul(127, 70), MulAdd(128, 71, 131),
-                    Mul(127, 73), MulAdd(128, 74, 133), Mul(127, 85), NegMulAdd(72, 129, 132), NegMulAdd(75, 129, 134),
-                    NegMulAdd(60, 16, 8), MulAdd(128, 85, 138), Mul(136, 87), MulAdd(71, 140, 137), Mul(141, 93),
-                    MulAdd(88, 142, 140), Tanh(130), Mul(10, 144), NegMulAdd(145, 95, 139), MulAdd(142, 97, 146),
-                    MulAdd(135, 100, 147), MulAdd(143, 102, 148), Mul(149, 105), MulAdd(100, 150, 143),
-                    NegMulAdd(95, 150, 142), Neg(151), Neg(152),
-                ],
-                results: &[150, 153, 154],
-            },
-            multipliers: TapeFunction {
-                operations: &[
-                    MulAdd(79, 150, 135), NegMulAdd(68, 151, 155), NegMulAdd(7, 152, 145), MulAdd(88, 156, 157),
-                    Mul(93, 158), MulAdd(71, 159, 156), Mul(87, 160),
-                ],
-                results: &[161, 159],
-            },
-            outputs: TapeFunction {
-                operations: &[NegMulAdd(60, 16, 8)],
-                results: &[69, 162],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 99ab35ea6314a718
+// Hash of this file, its tape and its derivation: 1ee3fcde13dca936

@@ -1,14 +1,14 @@
 //! `qrm code`
 
-mod items;
-mod languages;
-
 use std::path::PathBuf;
 
 use anstyle::{AnsiColor, Style};
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use qrm_core::Model;
+use qrm_language::{Code, File, LANGUAGES, Language, Untranslated, rust};
 use qrm_scene::names::suggestion;
+use qrm_scene::resolve;
 use qrm_sim::run::assembled;
 use qrm_sim::solve::constraint_rank;
 use ra_ap_rustc_lexer::{FrontmatterAllowed, LiteralKind, TokenKind, tokenize};
@@ -16,8 +16,6 @@ use ra_ap_rustc_lexer::{FrontmatterAllowed, LiteralKind, TokenKind, tokenize};
 use crate::error::{Error, Message};
 use crate::options::SceneName;
 use crate::output::{print, save_all, written};
-use items::{Item, items};
-use languages::{OutputLanguage, parser};
 
 #[derive(Args)]
 pub(crate) struct Options {
@@ -26,33 +24,46 @@ pub(crate) struct Options {
     /// A function such as `com_jacobian`, or its symbol: `T`, `C_q`, `Mbar`
     function: Option<String>,
     /// Language of the code
-    #[arg(long, value_parser = parser(), default_value = "rust")]
-    language: OutputLanguage,
+    #[arg(long, value_parser = language_parser(), default_value = "rust")]
+    language: &'static Language,
     /// Folder for the files, which are printed without it
     #[arg(long, value_name = "DIR", conflicts_with = "function")]
     out: Option<PathBuf>,
 }
 
+/// Reads the name of a language.
+fn language_parser() -> impl TypedValueParser<Value = &'static Language> {
+    let names = LANGUAGES.iter().map(|language| PossibleValue::new(language.name).help(language.doc));
+    PossibleValuesParser::new(names).map(|name| {
+        LANGUAGES.iter().find(|language| language.name == name).unwrap_or_else(|| unreachable!("one of the names"))
+    })
+}
+
 /// Prints the generated code of a scene, or a part of it, or writes it into files.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let Options { scene, function, language, out } = options;
-    let model = scene.find(models)?.model;
-    let description = model.description;
+    let found = scene.find(models)?;
+    let (model, source) = (found.model, found.model.description.source);
+    let (resolved, _) = resolve::read(&found.path, source)?;
+    let code = Code { path: &found.path, scene: &resolved, source, tape: model.named_tape() };
+    let untranslated = |e: Untranslated| {
+        Error::run(format!("scene `{}` cannot be written in {}: {e}", code.scene.name, language.title))
+            .help("another name in the scene may do; `--language rust` always works")
+    };
     if let Some(name) = function {
-        let items = items(description.code);
-        let wanted = items.iter().filter(|item| item.name == name || item.aliases.contains(&name.as_str()));
-        let found: Vec<&Item> = wanted.collect();
-        if found.is_empty() {
-            return Err(match language.has_function(description, name)? {
-                true => not_by_itself(&scene.scene, name, *language),
-                false => unknown(&items, &scene.scene, name),
-            });
+        if let Some(text) = (language.write_part)(&code, name).map_err(untranslated)? {
+            show(language, &text);
+            return Ok(());
         }
-        let text = language.part(description, &found)?;
-        show(*language, &text.ok_or_else(|| not_by_itself(&scene.scene, name, *language))?);
-        return Ok(());
+        let files = (language.write)(&code).map_err(untranslated)?;
+        let call = format!("{}_{name}(", code.name());
+        let is_called = language.name != "rust" && files.iter().any(|file| file.text.contains(&call));
+        return Err(match is_called || rust::part(&code, name).is_some() {
+            true => not_by_itself(&scene.scene, name, language),
+            false => unknown(&code, &scene.scene, name),
+        });
     }
-    let files = language.files(description)?;
+    let files = (language.write)(&code).map_err(untranslated)?;
     match out {
         Some(folder) => {
             let files: Vec<(PathBuf, String)> =
@@ -60,16 +71,25 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
             save_all(&files)?;
             let paths: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
             let mut text = written(&paths);
-            if !language.takes_repeated_constraints()
+            if !language.takes_repeated_constraints
                 && let Some(warning) = repeated(model)
             {
                 text += &format!("\n\n{}", warning.warning());
             }
             print(&text);
         }
-        None => show(*language, &language.listing(&files)),
+        None => show(language, &listing(language, &files)),
     }
     Ok(())
+}
+
+/// All files in one text, each behind a line with its name if there are several.
+fn listing(language: &Language, files: &[File]) -> String {
+    let file = |file: &File| match files.len() {
+        1 => file.text.clone(),
+        _ => format!("{} {}\n\n{}", language.comment, file.name, file.text),
+    };
+    files.iter().map(file).collect::<Vec<_>>().join("\n")
 }
 
 /// A warning if some constraints repeat others.
@@ -88,24 +108,23 @@ fn repeated(model: &Model) -> Option<Message> {
     })
 }
 
-fn not_by_itself(scene: &str, name: &str, language: OutputLanguage) -> Error {
-    let text = format!("`{name}` of scene `{scene}` is not printed by itself in {}", language.title());
-    Error::usage(text).help(format!("`qrm code {scene} --language {}` prints all of it", language.name()))
+fn not_by_itself(scene: &str, name: &str, language: &Language) -> Error {
+    let text = format!("`{name}` of scene `{scene}` is not printed by itself in {}", language.title);
+    Error::usage(text).help(format!("`qrm code {scene} --language {}` prints all of it", language.name))
 }
 
 /// Prints code, in colours where a terminal shows Rust.
-fn show(language: OutputLanguage, code: &str) {
+fn show(language: &Language, code: &str) {
     let code = code.trim_end();
     print(&match anstream::AutoStream::choice(&std::io::stdout()) {
-        anstream::ColorChoice::Always | anstream::ColorChoice::AlwaysAnsi if language.is_rust() => highlighted(code),
+        anstream::ColorChoice::Always | anstream::ColorChoice::AlwaysAnsi if language.name == "rust" => highlighted(code),
         _ => code.to_owned(),
     });
 }
 
-fn unknown(items: &[Item], scene: &str, name: &str) -> Error {
-    let names: Vec<&str> = items.iter().filter(|item| item.is_public).map(|item| item.name).collect();
-    let symbols = items.iter().flat_map(|item| &item.aliases).copied();
-    let all = names.iter().copied().chain(symbols);
+fn unknown(code: &Code, scene: &str, name: &str) -> Error {
+    let [names, symbols] = rust::names(code);
+    let all = names.iter().chain(&symbols).map(String::as_str);
     // A name may be remembered by its beginning.
     let begins = names.iter().find(|other| name.len() > 2 && other.starts_with(name));
     let help = match begins {

@@ -117,8 +117,8 @@ pub fn enclose(
     if !model.description.friction.is_empty() {
         return Err(at_start(Reason::Friction));
     }
-    let dynamics = model.tape.dynamics.operations.len();
-    if dynamics * (1 + 2 * model.tape.coordinates as usize) * (1 + ORDER) > MOST_INTERVALS {
+    let dynamics = model.tape().dynamics.operations.len();
+    if dynamics * (1 + 2 * model.tape().coordinates as usize) * (1 + ORDER) > MOST_INTERVALS {
         return Err(at_start(Reason::TooLarge));
     }
     Motion::new(model, values).map_err(at_start)?.follow(end, is_interrupted)
@@ -139,7 +139,7 @@ struct Motion<'m> {
 
 impl<'m> Motion<'m> {
     fn new(model: &'m Model, values: Values) -> Result<Self, Reason> {
-        let (tape, replace) = (model.tape, |i: usize| replaced(model, values, i));
+        let (tape, replace) = (model.tape(), |i: usize| replaced(model, values, i));
         let mut flow = Flow::new(tape, &replace, ORDER);
         let states = start::start(model, values, &mut flow.manifold)?;
         let set = StateSet::of_box(&mut flow.manifold, 0.0, &states).ok_or(Reason::NotIsolated)?;
@@ -209,7 +209,7 @@ impl<'m> Motion<'m> {
     /// The state with all that follows from it.
     fn described(&mut self, t: Interval, states: &[Interval], has_turned: bool) -> Result<Enclosure, NoSeries> {
         let forces = self.flow.expand(t, states, None, 1)?.forces;
-        let n = self.model.tape.coordinates as usize;
+        let n = self.model.tape().coordinates as usize;
         let arguments = [&[t], states, &forces].concat();
         arguments.iter().enumerate().for_each(|(i, value)| self.outputs.set(0, i, &[*value]));
         self.outputs.advance(0);

@@ -43,7 +43,7 @@ pub fn reference_states(
 ) -> Result<Vec<ReferenceState>, StartError> {
     let mechanism = model.mechanism(replace);
     let parameters = mechanism.parameters();
-    let mut equations = Equations::new(model.tape, parameters);
+    let mut equations = Equations::new(model.tape(), parameters);
     let y = equations.start(&*mechanism).map_err(StartError::NotAssembled)?;
     let mut equations = equations.without_redundancy(&*mechanism, &y[..y.len() / 2]);
     let step = equations.evaluator.schedule().step.to_f64();

@@ -69,7 +69,7 @@ pub fn sensitivity(
     replace: Replace,
     request: &SensitivityRequest,
 ) -> Result<Sensitivity, SensitivityError> {
-    derived(&*model.mechanism(replace), model.tape, replace, request)
+    derived(&*model.mechanism(replace), model.tape(), replace, request)
 }
 
 fn derived(

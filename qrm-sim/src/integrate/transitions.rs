@@ -15,7 +15,7 @@ pub(super) struct Transitions {
 impl Transitions {
     /// Those of a mechanism; `None` if there are none.
     pub(super) fn of(mechanism: &dyn Mechanism) -> Option<Box<Self>> {
-        let tape = mechanism.model()?.tape;
+        let tape = mechanism.model()?.tape();
         let count = tape.tanh_arguments.results.len();
         if count == 0 {
             return None;

@@ -224,7 +224,6 @@ mod tests {
             name: "two",
             doc: "",
             source: "",
-            code: "",
             derivation: "",
             coordinates: &[coordinate("a", "rad"), coordinate("x", "m")],
             constraints: &[],

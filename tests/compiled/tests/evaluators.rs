@@ -140,7 +140,7 @@ fn has_kernel<X: Generated<N, M>, const N: usize, const M: usize>() -> bool {
 
 /// Compares all evaluators of a mechanism, with tape and kernel of `X`.
 fn battery<X: Generated<N, M>, const N: usize, const M: usize>(mechanism: &dyn Mechanism, is_generated: bool) {
-    let tape = X::TAPE;
+    let tape = X::TAPE.tape();
     let parameters = mechanism.parameters();
     let evaluators = evaluators::<X, N, M>();
     let mut compared = [0; 11];
@@ -176,7 +176,7 @@ fn battery<X: Generated<N, M>, const N: usize, const M: usize>(mechanism: &dyn M
 fn scene<X: Generated<N, M>, const N: usize, const M: usize>() -> &'static str {
     let mechanism = model(X::DESCRIPTION.name).mechanism(&|_| None);
     battery::<X, N, M>(&*mechanism, true);
-    let mut evaluator = TapeEvaluator::<Vec<f64>>::new(X::TAPE);
+    let mut evaluator = TapeEvaluator::<Vec<f64>>::new(X::TAPE.tape());
     let (mut q, mut qd, mut given, mut given_rates) = ([0.0; N], [0.0; N], [false; N], [false; N]);
     mechanism.start(StartMut { q: &mut q, given: &mut given, qd: &mut qd, given_rates: &mut given_rates });
     let (mut tape_q, mut tape_qd) = ([0.0; N], [0.0; N]);
@@ -184,7 +184,7 @@ fn scene<X: Generated<N, M>, const N: usize, const M: usize>() -> &'static str {
     assert_eq!(evaluator.parameters(), mechanism.parameters());
     assert_eq!(parameter_values::<X, N, M>(), mechanism.parameters());
     assert_eq!((tape_q, tape_qd, evaluator.schedule()), (q, qd, mechanism.schedule()));
-    assert_eq!(X::TAPE.given, [given, given_rates].concat());
+    assert_eq!(X::TAPE.tape().given, [given, given_rates].concat());
     X::DESCRIPTION.name
 }
 

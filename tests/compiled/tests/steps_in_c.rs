@@ -1,10 +1,12 @@
 //! Steps of golden mechanisms in C, compared with those in Rust.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use qrm_core::{Equations, Generated, Kernel, KernelState, Model, rk4_step};
+use qrm_language::Code;
+use qrm_scene::resolve;
 use qrm_sim::run::{End, Request, simulate};
 
 use qrm_model::{double_pendulum, four_bar, n_four_bar_2, pendulum, quick_return, quick_return_driven, shaper};
@@ -148,10 +150,12 @@ fn agree<const N: usize, const M: usize>(what: &str, state: &KernelState<f64, N,
 
 /// The states of a motion in C: coordinates, rates, accelerations, multipliers.
 fn rows(compiler: &str, name: &str, motion: &str) -> Vec<Vec<f64>> {
-    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../qrm-model/golden/{name}.rs"));
-    let program = qrm_language::parse(name, &fs::read_to_string(golden).expect("a module"))
-        .expect("an intermediate representation");
-    let files = qrm_language::c(&program).expect("a translation");
+    let module = |model: &&Model| model.description.name.replace('-', "_") == name;
+    let model = qrm_model::MODELS.iter().find(module).expect("a scene");
+    let source = model.description.source;
+    let (scene, _) = resolve::read(name, source).unwrap_or_else(|report| panic!("{report}"));
+    let code = Code { path: "", scene: &scene, source, tape: model.named_tape() };
+    let files = qrm_language::c(&code.program()).expect("code");
     let folder =
         std::env::temp_dir().join(format!("qrm-steps-{}-{compiler}-{name}-{}", std::process::id(), motion.len()));
     fs::create_dir_all(&folder).expect("a folder");

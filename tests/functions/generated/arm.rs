@@ -1480,7 +1480,7 @@ impl Generated<4, 0> for Arm {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
@@ -1491,7 +1491,6 @@ pub const DESCRIPTION: Description = Description {
     name: "arm",
     doc: "An arm of links whose angles are relative, held by a spring at its base: its length does not depend on the first angle, but the positions of its ends do.",
     source: SOURCE,
-    code: include_str!("arm.rs"),
     derivation: include_str!("arm.md"),
     coordinates: &[
         QuantityDescription {
@@ -1555,6 +1554,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("arm.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "arm"
 doc = "An arm of links whose angles are relative, held by a spring at its base: its length does not depend on the first angle, but the positions of its ends do."
@@ -1594,215 +1597,4 @@ step = 1e-3
 end_time = 1
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 4,
-        constraints: 0,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[Number(0.4), Number(1.5), Number(9.81), Number(200.0)],
-            results: &[51, 52, 53, 54],
-        },
-        constants: &[
-            Mul(0, 1), Mul(0, 25), Mul(2, 25), Mul(0, 0), Mul(1, 2), Number(0.4), Number(2.0), Number(0.0),
-            Number(3.0), Number(4.0), Number(0.5), Number(0.125), Number(1.0), Number(-1.0), Number(0.001), Mul(0, 31),
-            Mul(32, 0), Mul(33, 26), Mul(31, 26), Mul(34, 26), Mul(33, 27), Mul(31, 27), Mul(3, 35), Mul(1, 35),
-            Mul(35, 26), Mul(3, 36),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Add(5, 6), Add(7, 51), Add(8, 52), Mul(10, 10), Mul(9, 9), Add(9, 10), Add(56, 11), Add(57, 12),
-                Mul(43, 10), Mul(44, 9), Mul(26, 10), SinCos(5), SinCos(51), SinCos(52), SinCos(53), Add(63, 65),
-                Add(62, 64), Add(65, 67), Add(63, 72), Add(64, 66), Add(62, 74), Add(69, 73), Add(68, 75), Mul(0, 66),
-                Mul(0, 67), Add(68, 74), Add(68, 66), Add(69, 72), Add(69, 67), Mul(11, 67), Mul(10, 72), Add(85, 84),
-                Mul(11, 84), Mul(11, 66), Mul(10, 74), Add(88, 89), Mul(11, 88), Mul(73, 55), Mul(72, 54), Add(92, 93),
-                Add(94, 87), Mul(58, 69), Mul(58, 96), Add(95, 97), Mul(0, 98), Mul(9, 86), Mul(10, 84), Add(100, 101),
-                Mul(40, 102), Add(99, 103), Mul(41, 68), Add(104, 105), Mul(75, 55), Mul(74, 54), Add(107, 108),
-                Add(109, 91), Mul(58, 68), Mul(58, 111), Add(110, 112), Mul(0, 113), Mul(9, 90), Mul(10, 88),
-                Add(115, 116), Mul(40, 117), Add(114, 118), Mul(41, 69), Mul(28, 76), Mul(28, 77), Add(63, 67),
-                Mul(65, 123), Add(62, 66), Mul(64, 125), Add(124, 126), Mul(43, 127), Add(42, 128), Mul(82, 121),
-                Mul(80, 122), Add(130, 131), Mul(1, 132), Add(129, 133), Mul(63, 67), Mul(62, 66), Add(135, 136),
-                Mul(26, 137), Add(134, 138), Mul(83, 121), Mul(81, 122), Add(140, 141), Mul(1, 142), Mul(73, 79),
-                Mul(75, 78), Add(144, 145), Mul(25, 146), Add(143, 147), Mul(28, 69), Mul(28, 68), Mul(76, 149),
-                Mul(77, 150), Add(151, 152), Mul(1, 153), Mul(28, 80), Mul(28, 82), Mul(65, 67), Mul(64, 66),
-                Add(157, 158), Add(37, 159), Mul(26, 160), Mul(81, 155), Mul(83, 156), Add(162, 163), Mul(1, 164),
-                Add(161, 165), Mul(80, 150), Mul(82, 149), Add(167, 168), Mul(1, 169), Mul(81, 150), Mul(83, 149),
-                Add(171, 172), Mul(1, 173), Mul(76, 121), Mul(77, 122), Add(175, 176), Mul(28, 70), Mul(178, 70),
-                Add(177, 179), Mul(28, 71), Mul(181, 71), Add(180, 182), Mul(28, 75), Mul(184, 75), Mul(28, 73),
-                Mul(186, 73), Add(185, 187), Add(183, 188), Mul(1, 189), Mul(63, 63), Mul(62, 62), Add(191, 192),
-                Mul(26, 193), Add(190, 194), Mul(80, 155), Mul(82, 156), Add(196, 197), Mul(1, 198), Add(42, 199),
-                Mul(43, 159), Add(200, 201), Mul(28, 81), Mul(203, 81), Mul(28, 83), Mul(205, 83), Add(204, 206),
-                Mul(1, 207), Add(26, 208), Mul(68, 150), Mul(69, 149), Add(210, 211), Mul(1, 212), Mul(67, 71),
-                Mul(66, 70), Mul(63, 66), Mul(67, 62), Mul(63, 64), Mul(65, 62), Mul(25, 106), Mul(27, 67),
-                Mul(46, 65), Add(222, 221), Mul(65, 66), Mul(67, 64), Mul(45, 63), Mul(77, 220), Mul(43, 64),
-                Mul(26, 66), Add(228, 229), Mul(63, 230), Mul(43, 65), Mul(26, 67), Add(232, 233), Mul(62, 234),
-                Mul(63, 74), Mul(62, 72), Mul(80, 220), Mul(81, 220), Mul(68, 220), Sub(119, 120), Sub(214, 215),
-                Sub(216, 217), Sub(218, 219), Sub(224, 225), Sub(231, 235), Sub(236, 237), Mul(11, 242), Mul(9, 242),
-                Mul(1, 241), Mul(11, 245), Mul(59, 245), Mul(9, 243), Mul(10, 244), Mul(60, 244), Mul(61, 243),
-                Mul(43, 249), Mul(26, 248), Add(257, 258), Mul(11, 259), Mul(9, 246), Mul(43, 251), Mul(26, 251),
-                Add(252, 263), Mul(11, 264), Mul(26, 249), Mul(26, 245), Mul(267, 54), Sub(29, 250), Sub(248, 253),
-                Sub(270, 254), Sub(261, 262), Sub(252, 266), Mul(0, 269), Mul(43, 271), Mul(76, 274), Mul(9, 272),
-                Mul(82, 274), Mul(9, 273), Add(221, 279), Add(280, 268), Mul(83, 274), Add(281, 282), Mul(69, 274),
-                Add(284, 240), Sub(275, 255), Sub(286, 256), Sub(277, 265), Neg(285), Mul(10, 287), Add(290, 260),
-                Add(291, 276), Add(292, 226), Add(293, 227), Add(294, 223), Add(288, 278), Neg(295), Sqrt(188),
-                Div(28, 298), Mul(3, 298), Mul(247, 299), Mul(242, 299), Sub(47, 300), Mul(303, 301), Add(296, 304),
-                Add(305, 238), Add(306, 223), Mul(303, 302), Neg(307), Sub(283, 308), Add(310, 239), Neg(311),
-            ],
-            results: &[
-                195, 139, 148, 154, 139, 202, 166, 170, 148, 166, 209, 174, 154, 170, 174, 213, 297, 309, 312, 289,
-            ],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[
-                Add(5, 6), Add(7, 51), Add(8, 52), SinCos(5), SinCos(51), SinCos(52), SinCos(53), Add(55, 57),
-                Add(54, 56), Add(57, 59), Add(55, 64), Add(56, 58), Add(54, 66), Add(61, 65), Add(60, 67), Mul(0, 58),
-                Mul(0, 59), Add(60, 66), Add(60, 58), Add(61, 64), Add(61, 59), Mul(28, 68), Mul(28, 69), Add(55, 59),
-                Mul(57, 78), Add(54, 58), Mul(56, 80), Add(79, 81), Mul(43, 82), Add(42, 83), Mul(74, 76), Mul(72, 77),
-                Add(85, 86), Mul(1, 87), Add(84, 88), Mul(55, 59), Mul(54, 58), Add(90, 91), Mul(26, 92), Add(89, 93),
-                Mul(75, 76), Mul(73, 77), Add(95, 96), Mul(1, 97), Mul(65, 71), Mul(67, 70), Add(99, 100),
-                Mul(25, 101), Add(98, 102), Mul(28, 61), Mul(28, 60), Mul(68, 104), Mul(69, 105), Add(106, 107),
-                Mul(1, 108), Mul(28, 72), Mul(28, 74), Mul(57, 59), Mul(56, 58), Add(112, 113), Add(37, 114),
-                Mul(26, 115), Mul(73, 110), Mul(75, 111), Add(117, 118), Mul(1, 119), Add(116, 120), Mul(72, 105),
-                Mul(74, 104), Add(122, 123), Mul(1, 124), Mul(73, 105), Mul(75, 104), Add(126, 127), Mul(1, 128),
-                Mul(68, 76), Mul(69, 77), Add(130, 131), Mul(28, 62), Mul(133, 62), Add(132, 134), Mul(28, 63),
-                Mul(136, 63), Add(135, 137), Mul(28, 67), Mul(139, 67), Mul(28, 65), Mul(141, 65), Add(140, 142),
-                Add(138, 143), Mul(1, 144), Mul(55, 55), Mul(54, 54), Add(146, 147), Mul(26, 148), Add(145, 149),
-                Mul(72, 110), Mul(74, 111), Add(151, 152), Mul(1, 153), Add(42, 154), Mul(43, 114), Add(155, 156),
-                Mul(28, 73), Mul(158, 73), Mul(28, 75), Mul(160, 75), Add(159, 161), Mul(1, 162), Add(26, 163),
-                Mul(60, 105), Mul(61, 104), Add(165, 166), Mul(1, 167),
-            ],
-            results: &[150, 94, 103, 109, 94, 157, 121, 125, 103, 121, 164, 129, 109, 125, 129, 168],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Add(5, 6), Add(7, 51), Add(8, 52), Mul(0, 9), Mul(0, 10), Mul(9, 9), Add(9, 10), Add(57, 11),
-                Add(58, 12), SinCos(5), SinCos(51), SinCos(52), SinCos(53), Add(61, 63), Add(60, 62), Add(63, 65),
-                Add(61, 70), Add(62, 64), Add(60, 72), Add(66, 73), Mul(11, 65), Mul(11, 64), Mul(68, 54), Mul(69, 54),
-                Mul(71, 54), Mul(70, 55), Mul(73, 54), Mul(72, 55), Mul(59, 67), Mul(59, 66), Mul(28, 73), Mul(85, 73),
-                Mul(28, 71), Mul(87, 71), Add(86, 88), Mul(61, 61), Mul(60, 60), Add(90, 91), Add(81, 82), Add(76, 84),
-                Mul(0, 94), Add(95, 93), Add(79, 80), Add(75, 83), Mul(0, 98), Add(99, 97), Mul(63, 55), Add(77, 101),
-                Mul(62, 55), Add(78, 103), Mul(0, 75), Add(105, 97), Mul(0, 76), Add(107, 93), Mul(96, 96),
-                Mul(100, 100), Add(109, 110), Mul(102, 102), Add(111, 112), Mul(104, 104), Add(113, 114),
-                Mul(106, 106), Add(115, 116), Mul(108, 108), Add(117, 118), Mul(48, 119), Mul(49, 92), Mul(121, 56),
-                Add(120, 122), Mul(45, 60), Mul(46, 62), Mul(27, 64), Mul(27, 74), Sqrt(89), Mul(47, 128),
-                Sub(37, 128), Mul(129, 130), Sub(50, 131), Add(132, 124), Add(133, 125), Add(134, 126), Add(135, 127),
-            ],
-            results: &[123, 136],
-        },
-        power: TapeFunction {
-            operations: &[],
-            results: &[32],
-        },
-        outputs: TapeFunction {
-            operations: &[
-                Add(5, 6), Add(7, 51), Add(8, 52), Sin(5), Sin(51), Sin(52), Sin(53), Add(55, 56), Add(54, 58),
-                Add(57, 59), Mul(0, 60),
-            ],
-            results: &[61],
-        },
-        linearization: None,
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[38, 30, 30, 30, 32, 32, 32, 32],
-        },
-        given: &[true, true, true, true, true, true, true, true],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[39, 37],
-        },
-        kernel: TapeKernel {
-            operations: 316,
-            has_angle: &[true, true, true, false],
-            position: TapeFunction {
-                operations: &[
-                    Add(5, 6), Add(51, 7), Add(52, 8), Mul(21, 22), Mul(17, 22), MulAdd(21, 18, 55), Mul(23, 56),
-                    Add(17, 56), Mul(21, 21), MulAdd(17, 17, 59), Mul(26, 60), Mul(28, 58), Mul(27, 21), Mul(21, 56),
-                    NegMulAdd(17, 18, 54), NegMulAdd(17, 65, 64), Mul(23, 65), MulAdd(19, 65, 57), Add(56, 68),
-                    Add(17, 69), Mul(28, 70), Mul(71, 70), Mul(21, 69), Add(21, 65), Mul(74, 68), Mul(28, 74),
-                    Add(17, 68), Mul(56, 77), Mul(56, 68), Mul(0, 70), Mul(68, 80), Mul(26, 66), Mul(27, 74),
-                    Mul(27, 65), NegMulAdd(19, 56, 67), NegMulAdd(58, 85, 75), Add(65, 85), Add(21, 87), Mul(28, 88),
-                    MulAdd(89, 88, 72), MulAdd(76, 74, 90), MulAdd(62, 58, 91), Mul(21, 85), MulAdd(17, 68, 93),
-                    MulAdd(26, 94, 42), Add(21, 85), MulAdd(65, 96, 78), MulAdd(43, 97, 95), MulAdd(65, 85, 79),
-                    MulAdd(43, 99, 42), Mul(0, 88), MulAdd(85, 101, 81), Mul(25, 102), Add(37, 99), Mul(26, 104),
-                    SinCos(53), Sqrt(90), Recip(90), Add(88, 107), Mul(0, 110), Add(70, 106), Mul(0, 112),
-                    Add(69, 106), Mul(0, 114), Add(68, 106), Mul(0, 116), Mul(0, 106), Add(87, 107), Mul(0, 119),
-                    Add(85, 107), Mul(0, 121), Mul(0, 107), Mul(109, 108), Mul(28, 124), Mul(86, 125),
-                    MulAdd(111, 111, 92), MulAdd(113, 113, 127), MulAdd(1, 128, 61), Mul(111, 120),
-                    MulAdd(113, 115, 130), MulAdd(1, 131, 98), Mul(115, 115), MulAdd(120, 120, 133),
-                    MulAdd(1, 134, 100), Mul(111, 122), MulAdd(113, 117, 136), MulAdd(1, 137, 103), Mul(115, 117),
-                    MulAdd(120, 122, 139), MulAdd(1, 140, 105), Mul(117, 117), MulAdd(122, 122, 142),
-                    MulAdd(1, 143, 26), Mul(123, 111), MulAdd(118, 113, 145), Mul(1, 146), Mul(118, 115),
-                    MulAdd(123, 120, 148), Mul(1, 149), Mul(118, 117), MulAdd(123, 122, 151), Mul(1, 152),
-                    Mul(118, 118), MulAdd(123, 123, 154), Mul(1, 155), Mul(41, 106), Mul(41, 107),
-                    NegMulAdd(17, 87, 73), Sub(35, 108), Mul(159, 125), Mul(3, 160), Recip(129), Mul(132, 163),
-                    Mul(138, 163), Mul(147, 163), NegMulAdd(132, 164, 135), NegMulAdd(138, 164, 141),
-                    NegMulAdd(138, 165, 144), NegMulAdd(147, 164, 150), NegMulAdd(147, 165, 153),
-                    NegMulAdd(147, 166, 156), Recip(167), Mul(135, 173), Mul(168, 173), Mul(170, 173),
-                    NegMulAdd(168, 175, 169), NegMulAdd(170, 175, 171), NegMulAdd(170, 176, 172), Recip(177), Abs(174),
-                    Mul(144, 180), Mul(178, 180), NegMulAdd(178, 183, 179), Recip(184), Abs(182), Max(181, 186),
-                    Mul(156, 185), Abs(188), Max(187, 189),
-                ],
-                results: &[190],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            correction: TapeFunction {
-                operations: &[],
-                results: &[32, 32, 32, 32],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(9, 9), Add(9, 10), Add(192, 11), Add(193, 12), Mul(10, 87), Mul(11, 85), Mul(11, 196),
-                    Mul(194, 194), Add(196, 195), Mul(10, 196), MulAdd(9, 199, 200), MulAdd(40, 201, 157),
-                    MulAdd(191, 88, 197), MulAdd(10, 195, 203), MulAdd(198, 107, 204), MulAdd(0, 205, 202),
-                    Mul(10, 69), Mul(11, 68), Mul(11, 208), Add(208, 207), Mul(10, 208), MulAdd(9, 210, 211),
-                    MulAdd(191, 70, 209), MulAdd(10, 207, 213), MulAdd(198, 106, 214), Mul(0, 197), Mul(40, 196),
-                    MulAdd(0, 195, 217), MulAdd(10, 218, 216), Mul(9, 101), MulAdd(40, 199, 220), MulAdd(9, 221, 219),
-                    Mul(1, 222), Mul(0, 209), Mul(40, 208), MulAdd(0, 207, 225), MulAdd(10, 226, 224), Mul(9, 80),
-                    MulAdd(40, 210, 228), MulAdd(9, 229, 227), Mul(1, 206), Mul(43, 9), Mul(232, 66),
-                    MulAdd(10, 82, 233), Mul(0, 223), MulAdd(191, 82, 84), MulAdd(69, 235, 236), Mul(68, 235),
-                    Mul(118, 231), Neg(158), NegMulAdd(1, 230, 29), Neg(83), MulAdd(40, 212, 240), MulAdd(0, 215, 243),
-                    MulAdd(10, 234, 242), Mul(0, 241), MulAdd(87, 246, 237), MulAdd(115, 231, 247),
-                    MulAdd(85, 246, 238), MulAdd(117, 231, 249), NegMulAdd(1, 244, 29), Sub(63, 245),
-                    MulAdd(80, 223, 252), MulAdd(101, 241, 253), MulAdd(113, 231, 254), MulAdd(111, 251, 255),
-                    MulAdd(120, 251, 248), MulAdd(162, 161, 257), MulAdd(122, 251, 250), MulAdd(162, 126, 259),
-                    MulAdd(123, 251, 239), Mul(163, 256), NegMulAdd(164, 256, 258), NegMulAdd(165, 256, 260),
-                    NegMulAdd(263, 175, 264), NegMulAdd(166, 256, 261), NegMulAdd(263, 176, 266),
-                    NegMulAdd(265, 183, 267), Mul(268, 185), Mul(265, 180), Mul(263, 173), NegMulAdd(183, 269, 270),
-                    NegMulAdd(176, 269, 271), NegMulAdd(175, 272, 273), NegMulAdd(166, 269, 262),
-                    NegMulAdd(165, 272, 275), NegMulAdd(164, 274, 276), Neg(277), Neg(274), Neg(272), Neg(269),
-                ],
-                results: &[278, 279, 280, 281],
-            },
-            multipliers: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            outputs: TapeFunction {
-                operations: &[],
-                results: &[113],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 2a237b631469a5eb
+// Hash of this file, its tape and its derivation: 104b95b683061b08

@@ -835,7 +835,7 @@ impl Generated<2, 1> for Bead {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
 
@@ -850,7 +850,6 @@ pub const DESCRIPTION: Description = Description {
     name: "bead",
     doc: "A bead that slides without friction on a rod, which turns at constant speed: r = r0 cosh(w t).",
     source: SOURCE,
-    code: include_str!("bead.rs"),
     derivation: include_str!("bead.md"),
     coordinates: &[
         QuantityDescription {
@@ -904,6 +903,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("bead.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "bead"
 doc = "A bead that slides without friction on a rod, which turns at constant speed: r = r0 cosh(w t)."
@@ -936,116 +939,4 @@ end_time = 1
 stiff = true
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 2,
-        constraints: 1,
-        is_driven: true,
-        parameters: TapeFunction {
-            operations: &[Number(2.0), Number(0.1), Number(3.0)],
-            results: &[26, 27, 28],
-        },
-        constants: &[
-            Mul(0, 0), Mul(0, 16), Number(2.0), Number(0.5), Number(1.0), Number(0.0), Number(0.001), Mul(0, 18),
-            Mul(2, 19), Mul(18, 16),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(0, 3), Mul(16, 4), Mul(23, 7), Mul(16, 5), Mul(23, 6), Add(29, 30), Sub(27, 28), SinCos(26),
-                Mul(33, 32), Mul(34, 31), Neg(33), Sub(35, 36),
-            ],
-            results: &[2, 21, 21, 2, 21, 21, 37, 34, 38],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[
-                Mul(0, 3), SinCos(26), Mul(4, 27), Mul(5, 28), Mul(4, 28), Mul(5, 27), Add(31, 32), Mul(0, 33),
-                Sub(29, 30), Neg(35), Neg(27), Neg(34),
-            ],
-            results: &[36, 37, 28, 38],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[],
-            results: &[2, 21, 21, 2],
-        },
-        energy: TapeFunction {
-            operations: &[Mul(6, 6), Mul(7, 7), Add(26, 27), Mul(24, 28)],
-            results: &[29, 21],
-        },
-        power: TapeFunction {
-            operations: &[Mul(0, 3), Mul(0, 10), SinCos(26), Mul(4, 29), Mul(5, 28), Add(30, 31), Mul(32, 27), Neg(33)],
-            results: &[34],
-        },
-        outputs: TapeFunction {
-            operations: &[Neg(10)],
-            results: &[26],
-        },
-        linearization: Some(TapeFunction {
-            operations: &[
-                Mul(0, 3), Mul(0, 10), Mul(17, 5), Mul(25, 6), Add(28, 29), Mul(0, 9), Mul(17, 4), Mul(25, 7),
-                Mul(0, 8), Sub(30, 31), Sub(32, 33), Sub(36, 34), SinCos(26), Mul(16, 38), Mul(16, 39), Mul(23, 39),
-                Mul(23, 38), Mul(39, 27), Mul(38, 27), Mul(38, 35), Mul(39, 37), Add(46, 47), Neg(41), Neg(42),
-                Neg(43), Neg(48),
-            ],
-            results: &[21, 21, 21, 21, 21, 21, 21, 21, 40, 49, 50, 51, 44, 45, 52],
-        }),
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[1, 21, 21, 21],
-        },
-        given: &[true, false, true, false],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[22, 20],
-        },
-        kernel: TapeKernel {
-            operations: 24,
-            has_angle: &[false, false],
-            position: TapeFunction {
-                operations: &[
-                    Mul(0, 3), Mul(16, 4), Mul(16, 5), SinCos(26), Recip(30), Mul(4, 29), Mul(4, 30),
-                    MulAdd(5, 29, 33), Mul(0, 34), Mul(29, 31), Mul(2, 36), MulAdd(36, 37, 2), Recip(38), Abs(36),
-                    NegMulAdd(5, 30, 32), Neg(41),
-                ],
-                results: &[40, 42],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[Mul(6, 29), NegMulAdd(7, 30, 43), Add(44, 35), Neg(45)],
-                results: &[46],
-            },
-            correction: TapeFunction {
-                operations: &[Mul(15, 31), Mul(47, 37), Mul(48, 39), NegMulAdd(36, 49, 47), Neg(50)],
-                results: &[49, 51],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    MulAdd(23, 6, 28), NegMulAdd(23, 7, 27), Mul(53, 29), NegMulAdd(52, 30, 54), Mul(55, 31),
-                    Mul(56, 37), Mul(57, 39), NegMulAdd(36, 58, 56), Neg(59),
-                ],
-                results: &[58, 60],
-            },
-            multipliers: TapeFunction {
-                operations: &[Mul(2, 31), Mul(61, 59)],
-                results: &[62],
-            },
-            outputs: TapeFunction {
-                operations: &[Neg(10)],
-                results: &[63],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: ad61a362cfd01189
+// Hash of this file, its tape and its derivation: 5012dcfe7744ff29

@@ -705,7 +705,7 @@ impl Generated<3, 0> for Loads {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
 
@@ -718,7 +718,6 @@ pub const DESCRIPTION: Description = Description {
     name: "loads",
     doc: "Three masses on their own: friction brings one to rest, a stop throws one back, a table pushes one.",
     source: SOURCE,
-    code: include_str!("loads.rs"),
     derivation: include_str!("loads.md"),
     coordinates: &[
         QuantityDescription {
@@ -759,6 +758,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("loads.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "loads"
 doc = "Three masses on their own: friction brings one to rest, a stop throws one back, a table pushes one."
@@ -792,118 +795,4 @@ end_time = 2
 stiff = true
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 3,
-        constraints: 0,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[Number(2.0), Pi, Mul(29, 30), PowI(31, 2)],
-            results: &[32],
-        },
-        constants: &[
-            Number(2.0), Number(0.5), Number(1.0), Number(0.0), Number(4.0), Number(1.5), Number(-1.0), Number(0.001),
-            Mul(0, 18), Mul(18, 25), Mul(18, 26), Mul(25, 18),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(17, 5), Neg(3), Sub(19, 1), Neg(31), Sub(17, 1), Neg(33), Sign(30), Sign(32), Tanh(29), Sign(1),
-                Sign(34), Add(19, 35), Mul(17, 37), Mul(40, 40), Mul(26, 42), Mul(3, 43), Mul(21, 31), Add(21, 45),
-                Neg(41), Neg(44), Sub(38, 36), Sub(36, 39), Mul(21, 49), Mul(1, 51), Mul(50, 46), Add(52, 53),
-                Mul(18, 54),
-            ],
-            results: &[19, 20, 20, 20, 19, 20, 20, 20, 19, 47, 48, 55],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[],
-            results: &[19, 20, 20, 20, 19, 20, 20, 20, 19],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(5, 5), Mul(6, 6), Add(29, 30), Mul(7, 7), Add(31, 32), Mul(18, 33), Mul(27, 3), Mul(35, 3), Neg(3),
-                Sign(37), Add(19, 38), Mul(39, 39), Mul(36, 40),
-            ],
-            results: &[34, 41],
-        },
-        power: TapeFunction {
-            operations: &[
-                Mul(17, 5), Sub(19, 1), Neg(30), Sub(17, 1), Neg(32), Sign(31), Tanh(29), Sign(1), Sign(33),
-                Mul(21, 30), Add(21, 38), Mul(35, 29), Sub(36, 34), Sub(34, 37), Mul(21, 41), Mul(1, 43), Mul(42, 39),
-                Add(44, 45), Mul(18, 46), Mul(7, 47), Sub(40, 48), Neg(49),
-            ],
-            results: &[50],
-        },
-        outputs: TapeFunction {
-            operations: &[Mul(17, 5), Tanh(29), Mul(30, 29), Neg(31)],
-            results: &[32],
-        },
-        linearization: Some(TapeFunction {
-            operations: &[
-                Mul(17, 5), Neg(3), Sub(19, 1), Neg(31), Sub(17, 1), Neg(33), Sign(30), Sign(32), Sign(1), Sign(34),
-                Cosh(29), Recip(39), Add(19, 35), Mul(41, 41), Mul(26, 42), Mul(21, 40), Mul(44, 40), Sub(37, 36),
-                Sub(36, 38), Mul(21, 46), Mul(21, 47), Sub(48, 49), Mul(18, 50),
-            ],
-            results: &[20, 20, 20, 20, 43, 20, 20, 20, 20, 45, 20, 20, 20, 20, 20, 20, 20, 20, 20, 20, 51],
-        }),
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[Neg(3), Sub(19, 1), Neg(30), Sub(17, 1), Neg(32)],
-            results: &[1, 31, 33, 29],
-        },
-        linear_in_time: 3,
-        tanh_arguments: TapeFunction {
-            operations: &[Mul(17, 5)],
-            results: &[29],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[20, 19, 20, 22, 23, 20],
-        },
-        given: &[true, true, true, true, true, true],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[24, 17],
-        },
-        kernel: TapeKernel {
-            operations: 27,
-            has_angle: &[false, false, false],
-            position: TapeFunction {
-                operations: &[Mul(28, 3), Neg(3), Sign(30), Add(19, 31), Mul(29, 32), Mul(33, 32)],
-                results: &[20],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            correction: TapeFunction {
-                operations: &[],
-                results: &[20, 20, 20],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(17, 5), Mul(21, 1), Sub(19, 1), Neg(37), Sub(17, 1), Neg(39), Neg(34), Sign(38), Tanh(35),
-                    Sign(1), Sign(40), Mul(17, 43), MulAdd(21, 37, 21), Neg(46), Sub(44, 42), Sub(42, 45), Mul(47, 50),
-                    MulAdd(36, 49, 51), Mul(18, 52),
-                ],
-                results: &[48, 41, 53],
-            },
-            multipliers: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            outputs: TapeFunction {
-                operations: &[Mul(17, 5), Tanh(54), Mul(54, 55), Neg(56)],
-                results: &[57],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 2cc65a238657b32c
+// Hash of this file, its tape and its derivation: 2ca7ed6f0d1d9968

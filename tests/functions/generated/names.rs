@@ -1010,7 +1010,7 @@ impl Generated<4, 2> for Names {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
@@ -1021,7 +1021,6 @@ pub const DESCRIPTION: Description = Description {
     name: "names",
     doc: "A pendulum of two rods, whose names are words, macros or arguments somewhere in generated code.",
     source: SOURCE,
-    code: include_str!("names.rs"),
     derivation: include_str!("names.md"),
     coordinates: &[
         QuantityDescription {
@@ -1120,6 +1119,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("names.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "names"
 doc = "A pendulum of two rods, whose names are words, macros or arguments somewhere in generated code."
@@ -1170,128 +1173,4 @@ step = 1e-3
 end_time = 1
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 4,
-        constraints: 2,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[
-                Number(0.5), Number(0.4), Number(2.0), Number(1.5), Number(9.81), Number(0.1), Number(3.0), Add(0, 1),
-            ],
-            results: &[68, 69, 70, 71, 72, 73, 74, 75],
-        },
-        constants: &[
-            Add(2, 3), Mul(0, 33), Mul(0, 34), Mul(1, 3), Mul(1, 36), Mul(6, 7), Mul(0, 4), Mul(0, 36), Mul(4, 34),
-            Mul(0, 38), Mul(4, 36), Mul(1, 38), Mul(0, 2), Mul(45, 4), Mul(3, 4), Mul(0, 0), Mul(48, 33), Mul(2, 39),
-            Mul(3, 39), Number(0.5), Number(0.1), Number(0.05), Number(0.0), Number(1.0), Number(0.3), Number(-0.4),
-            Number(0.8), Number(0.001), Add(53, 35), Mul(52, 35), Add(54, 62), Mul(52, 37), Add(53, 49), Neg(51),
-            Recip(65),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(13, 13), Mul(14, 14), Mul(40, 69), Mul(40, 68), Mul(5, 13), SinCos(9), SinCos(10), Mul(0, 74),
-                Mul(0, 73), Mul(1, 76), Mul(1, 75), Mul(68, 77), Mul(68, 78), Mul(69, 79), Add(81, 83), Mul(69, 80),
-                Add(82, 85), Mul(74, 76), Mul(73, 75), Add(87, 88), Mul(40, 89), Mul(75, 70), Mul(76, 70), Add(42, 92),
-                Mul(73, 93), Mul(73, 71), Mul(74, 71), Add(44, 96), Mul(75, 97), Neg(77), Neg(79), Sub(41, 91),
-                Sub(43, 95), Mul(74, 101), Add(103, 94), Add(104, 72), Mul(76, 102), Add(106, 98), Neg(105), Neg(107),
-            ],
-            results: &[
-                61, 90, 55, 55, 90, 37, 55, 55, 55, 55, 55, 55, 55, 55, 55, 55, 108, 109, 55, 55, 78, 80, 55, 56, 99,
-                100, 56, 55, 84, 86,
-            ],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[
-                SinCos(9), SinCos(10), Mul(0, 69), Mul(0, 68), Mul(1, 71), Add(72, 74), Mul(1, 70), Add(73, 76),
-                Sub(75, 12), Neg(78), Sub(77, 11), Neg(80), Neg(72), Neg(74),
-            ],
-            results: &[79, 81, 73, 76, 55, 56, 82, 83, 56, 55, 55, 55],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[SinCos(9), SinCos(10), Mul(69, 71), Mul(68, 70), Add(72, 73), Mul(40, 74)],
-            results: &[61, 75, 55, 55, 75, 37, 55, 55, 55, 55, 55, 55, 55, 55, 55, 55],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(14, 14), Mul(63, 13), Mul(64, 68), SinCos(9), SinCos(10), Mul(0, 72), Mul(0, 71), Mul(1, 74),
-                Add(75, 77), Mul(1, 73), Add(76, 79), Mul(72, 74), Mul(71, 73), Add(81, 82), Mul(40, 83), Mul(14, 84),
-                Add(85, 69), Mul(13, 86), Add(87, 70), Mul(46, 71), Mul(38, 78), Mul(47, 80), Sub(89, 90), Add(92, 91),
-            ],
-            results: &[88, 93],
-        },
-        power: TapeFunction {
-            operations: &[Mul(13, 13), Mul(5, 68), Neg(69)],
-            results: &[70],
-        },
-        outputs: TapeFunction {
-            operations: &[Cos(9), Cos(10), Mul(0, 68), Mul(1, 69), Add(70, 71)],
-            results: &[72],
-        },
-        linearization: None,
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[57, 58, 55, 59, 56, 55, 55, 55],
-        },
-        given: &[true, true, false, false, true, true, false, false],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[60, 56],
-        },
-        kernel: TapeKernel {
-            operations: 59,
-            has_angle: &[true, true, false, false],
-            position: TapeFunction {
-                operations: &[
-                    Mul(0, 27), Mul(1, 28), Mul(0, 23), Mul(1, 24), Mul(27, 28), MulAdd(23, 24, 72), Mul(40, 73),
-                    Mul(67, 74), Add(68, 69), Mul(50, 27), Abs(68), Abs(70), Abs(69), Abs(71), Max(78, 79),
-                    Max(82, 80), Max(83, 81), Sub(68, 12), Sub(70, 11), NegMulAdd(74, 75, 37), Add(85, 69),
-                    Add(86, 71), Neg(88), Neg(89), Recip(87), Mul(37, 92), Abs(93), Max(84, 94),
-                ],
-                results: &[95, 90, 91],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[MulAdd(13, 70, 16), MulAdd(14, 71, 96), NegMulAdd(13, 68, 15), NegMulAdd(14, 69, 98)],
-                results: &[97, 99],
-            },
-            correction: TapeFunction {
-                operations: &[Neg(32), Neg(31)],
-                results: &[55, 55, 100, 101],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(13, 13), Mul(14, 14), Mul(40, 103), Mul(40, 102), Mul(102, 68), MulAdd(103, 69, 106),
-                    Mul(102, 70), MulAdd(103, 71, 108), MulAdd(5, 13, 77), MulAdd(28, 104, 42), Mul(23, 111),
-                    MulAdd(24, 104, 66), MulAdd(27, 105, 44), NegMulAdd(27, 113, 112), NegMulAdd(23, 105, 43),
-                    Add(110, 115), Mul(28, 116), MulAdd(24, 114, 118), Mul(67, 117), NegMulAdd(75, 117, 119),
-                    Mul(121, 92), MulAdd(69, 122, 109), NegMulAdd(75, 122, 120), NegMulAdd(71, 122, 107),
-                    NegMulAdd(70, 124, 125), Neg(124), Neg(122), Neg(126), MulAdd(68, 124, 123), Neg(130),
-                ],
-                results: &[127, 128, 131, 129],
-            },
-            multipliers: TapeFunction {
-                operations: &[],
-                results: &[55, 55],
-            },
-            outputs: TapeFunction {
-                operations: &[],
-                results: &[76],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 587098913403a637
+// Hash of this file, its tape and its derivation: 3178537b87ecd2e4

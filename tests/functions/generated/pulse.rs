@@ -966,7 +966,7 @@ impl Generated<2, 1> for Pulse {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
@@ -977,7 +977,6 @@ pub const DESCRIPTION: Description = Description {
     name: "pulse",
     doc: "Slider-crank hit by a short blow, and shaken at 1 kHz: two loads shorter than a step.",
     source: SOURCE,
-    code: include_str!("pulse.rs"),
     derivation: include_str!("pulse.md"),
     coordinates: &[
         QuantityDescription {
@@ -1078,6 +1077,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("pulse.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "pulse"
 doc = "Slider-crank hit by a short blow, and shaken at 1 kHz: two loads shorter than a step."
@@ -1116,127 +1119,4 @@ step = 1e-3
 end_time = 1
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 2,
-        constraints: 1,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[
-                Number(0.1), Number(0.3), Number(0.02), Number(1.0), Number(0.01), Number(40000.0), Number(0.50037),
-                Number(0.0001), Number(0.0), Number(1000.0),
-            ],
-            results: &[51, 52, 53, 54, 55, 56, 57, 58, 59, 60],
-        },
-        constants: &[
-            Mul(0, 3), Mul(0, 23), Add(2, 24), Mul(1, 1), Mul(26, 3), Add(4, 27), Mul(1, 23), Mul(0, 8), Mul(0, 5),
-            Mul(1, 8), Mul(1, 5), Number(1.0), Number(0.0), Recip(7), Number(2.0), Pi, Number(0.5), Number(-0.3),
-            Number(5.0), Number(0.001), Mul(36, 36), Mul(6, 43), Mul(37, 9), Mul(45, 38), Mul(6, 44), Mul(37, 44),
-            Mul(25, 39), Mul(28, 39),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(13, 13), Mul(14, 14), Mul(46, 10), Mul(43, 10), SinCos(11), SinCos(12), Sin(53), Mul(0, 56),
-                Mul(1, 58), Mul(0, 55), Mul(1, 57), Mul(51, 62), Mul(52, 63), Add(64, 65), Mul(56, 58), Mul(55, 57),
-                Add(67, 68), Mul(29, 69), Mul(29, 58), Mul(29, 56), Mul(52, 71), Mul(30, 59), Add(73, 74), Mul(57, 52),
-                Mul(76, 72), Mul(51, 72), Mul(32, 59), Add(78, 79), Mul(55, 51), Mul(81, 71), Neg(66), Sub(48, 54),
-                Mul(10, 84), Sub(47, 85), Neg(86), Exp(87), Mul(31, 88), Mul(33, 88), Sub(75, 89), Sub(80, 90),
-                Mul(55, 91), Mul(57, 92), Sub(93, 77), Neg(95), Sub(94, 82), Neg(97),
-            ],
-            results: &[25, 70, 70, 28, 96, 98, 60, 61, 83],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[SinCos(11), SinCos(12), Mul(0, 52), Mul(1, 54), Mul(0, 51), Mul(1, 53), Add(57, 58)],
-            results: &[59, 55, 56, 35],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[SinCos(11), SinCos(12), Mul(52, 54), Mul(51, 53), Add(55, 56), Mul(29, 57)],
-            results: &[25, 58, 58, 28],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(14, 14), Mul(49, 13), Mul(50, 51), SinCos(11), SinCos(12), Mul(55, 57), Mul(54, 56), Add(58, 59),
-                Mul(29, 60), Mul(14, 61), Add(62, 52), Mul(13, 63), Add(64, 53),
-            ],
-            results: &[65, 35],
-        },
-        power: TapeFunction {
-            operations: &[
-                Mul(46, 10), Sin(11), Sin(12), Sin(51), Mul(0, 52), Mul(1, 53), Mul(13, 55), Mul(14, 56), Add(57, 58),
-                Mul(8, 54), Sub(10, 6), Mul(43, 61), Mul(62, 61), Neg(63), Exp(64), Mul(5, 65), Sub(60, 66),
-                Mul(59, 67), Neg(68),
-            ],
-            results: &[69],
-        },
-        outputs: TapeFunction {
-            operations: &[
-                Cos(11), Cos(12), Mul(0, 51), Mul(1, 52), Add(53, 54), Sub(10, 6), Mul(43, 56), Mul(57, 56), Neg(58),
-                Exp(59), Mul(5, 60), Neg(61),
-            ],
-            results: &[55, 62],
-        },
-        linearization: None,
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[34, 40, 41, 35],
-        },
-        given: &[true, false, true, false],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[42, 34],
-        },
-        kernel: TapeKernel {
-            operations: 58,
-            has_angle: &[true, true],
-            position: TapeFunction {
-                operations: &[
-                    Mul(0, 18), Mul(1, 19), Add(51, 52), Mul(0, 20), Mul(1, 21), Mul(20, 21), MulAdd(18, 19, 56),
-                    Mul(29, 57), Add(54, 55), Recip(55), Mul(54, 60), NegMulAdd(58, 61, 25), NegMulAdd(28, 61, 58),
-                    NegMulAdd(61, 63, 62), Recip(64), Abs(61),
-                ],
-                results: &[66, 53],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[Mul(13, 54), MulAdd(14, 55, 67)],
-                results: &[68],
-            },
-            correction: TapeFunction {
-                operations: &[Mul(22, 60), Mul(69, 63), Mul(70, 65), MulAdd(61, 71, 69), Neg(72)],
-                results: &[71, 73],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(13, 13), Mul(14, 14), Mul(46, 10), Mul(51, 74), MulAdd(52, 75, 77), Mul(54, 74),
-                    MulAdd(55, 75, 79), Mul(3, 80), Mul(3, 78), Mul(78, 60), Sub(10, 6), Mul(43, 84), Mul(85, 84),
-                    Neg(86), Sin(76), Exp(87), MulAdd(8, 88, 81), NegMulAdd(5, 89, 90), Mul(51, 91), Mul(52, 91),
-                    NegMulAdd(54, 82, 92), NegMulAdd(55, 82, 93), MulAdd(83, 63, 94), NegMulAdd(61, 95, 96),
-                    Mul(65, 97), MulAdd(61, 98, 83), Neg(98),
-                ],
-                results: &[100, 99],
-            },
-            multipliers: TapeFunction {
-                operations: &[NegMulAdd(58, 98, 95), MulAdd(28, 99, 101), Mul(60, 102), Neg(103)],
-                results: &[104],
-            },
-            outputs: TapeFunction {
-                operations: &[Sub(10, 6), Mul(43, 105), Mul(106, 105), Neg(107), Exp(108), Mul(5, 109), Neg(110)],
-                results: &[59, 111],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 0dd81396e053cf16
+// Hash of this file, its tape and its derivation: 905f0aa1294627a1

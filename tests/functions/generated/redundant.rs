@@ -1275,7 +1275,7 @@ impl Generated<2, 3> for Redundant {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
 
@@ -1288,7 +1288,6 @@ pub const DESCRIPTION: Description = Description {
     name: "redundant",
     doc: "A beam on four parallel cranks, three of which are written as rods: two of the three constraints repeat the first.",
     source: SOURCE,
-    code: include_str!("redundant.rs"),
     derivation: include_str!("redundant.md"),
     coordinates: &[
         QuantityDescription {
@@ -1381,6 +1380,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("redundant.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "redundant"
 doc = "A beam on four parallel cranks, three of which are written as rods: two of the three constraints repeat the first."
@@ -1427,198 +1430,4 @@ end_time = 3
 stiff = true
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 2,
-        constraints: 3,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[
-                Number(0.5), Number(0.4), Number(3.0), Number(10.0), Number(9.81), Number(-0.5), Number(0.001),
-            ],
-            results: &[88, 89, 90, 91, 92, 93, 94],
-        },
-        constants: &[
-            Mul(0, 0), Mul(0, 1), Mul(1, 1), Mul(3, 26), Mul(3, 4), Mul(0, 4), Mul(3, 25), Mul(1, 28), Mul(2, 4),
-            Mul(3, 29), Mul(1, 3), Mul(34, 4), Number(0.5), Number(3.0), Number(0.001), Number(2.0), Number(4.0),
-            Number(8.0), Number(6.0), Number(18.0), Number(12.0), Number(0.3333333333333333), Number(1.75),
-            Number(0.16666666666666666), Number(0.875), Number(16.0), Number(36.0), Number(0.0), Number(1.0),
-            Number(f64::INFINITY), Number(0.01), Mul(36, 0), Mul(39, 25), Mul(1, 39), Mul(1, 37), Mul(39, 26),
-            Mul(40, 25), Mul(41, 26), Mul(42, 25), Mul(43, 26), Mul(41, 25), Mul(44, 25), Mul(45, 2), Add(3, 66),
-            Mul(67, 24), Mul(46, 27), Mul(36, 2), Add(3, 70), Mul(29, 71), Mul(2, 47), Mul(36, 3), Add(73, 74),
-            Mul(75, 24), Mul(48, 27), Mul(32, 55), Mul(0, 39), Mul(3, 56), Mul(40, 26), Mul(49, 26), Mul(50, 26),
-            Mul(70, 29), Mul(3, 46), Mul(85, 26), Neg(33),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(10, 10), Mul(11, 11), Mul(56, 10), Mul(60, 11), Mul(60, 10), Mul(64, 11), Mul(62, 10), Mul(65, 11),
-                Mul(30, 89), Mul(30, 88), Sub(90, 91), Sub(92, 93), Sub(94, 95), SinCos(8), SinCos(9), Mul(102, 103),
-                Mul(101, 104), Mul(56, 102), Mul(56, 106), Mul(60, 102), Mul(60, 106), Mul(62, 102), Mul(62, 106),
-                Mul(101, 103), Mul(104, 98), Mul(98, 113), Mul(56, 113), Mul(104, 99), Mul(99, 113), Mul(60, 113),
-                Mul(104, 100), Mul(100, 113), Mul(62, 113), Mul(102, 104), Add(123, 113), Mul(30, 124), Mul(103, 96),
-                Mul(106, 96), Mul(101, 97), Mul(105, 97), Sub(52, 104), Sub(59, 107), Sub(61, 109), Sub(63, 111),
-                Sub(90, 114), Sub(92, 117), Sub(94, 120), Sub(72, 126), Sub(31, 128), Mul(101, 130), Add(139, 105),
-                Mul(56, 140), Mul(103, 131), Add(142, 108), Mul(60, 140), Mul(103, 132), Add(145, 110), Mul(62, 140),
-                Mul(103, 133), Add(148, 112), Mul(102, 134), Mul(104, 131), Mul(102, 135), Mul(104, 132),
-                Mul(102, 136), Mul(104, 133), Mul(102, 137), Add(156, 127), Mul(104, 138), Add(158, 129),
-                Sub(150, 115), Sub(151, 116), Sub(152, 118), Sub(153, 119), Sub(154, 121), Sub(155, 122), Neg(157),
-                Neg(159), Mul(10, 160), Mul(161, 89), Add(168, 169), Mul(10, 162), Mul(163, 89), Add(171, 172),
-                Mul(10, 164), Mul(165, 89), Add(174, 175),
-            ],
-            results: &[68, 125, 125, 69, 166, 167, 141, 143, 144, 146, 147, 149, 170, 173, 176],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[
-                SinCos(8), SinCos(9), Mul(0, 89), Mul(0, 88), Mul(1, 90), Add(93, 94), Mul(57, 90), Add(93, 96),
-                Mul(58, 90), Add(93, 98), Mul(95, 95), Mul(97, 97), Mul(99, 99), Mul(89, 90), Mul(88, 91), Mul(56, 89),
-                Mul(56, 104), Mul(60, 89), Mul(60, 104), Mul(62, 89), Mul(62, 104), Sub(52, 91), Sub(24, 100),
-                Sub(24, 101), Sub(24, 102), Sub(59, 105), Sub(61, 107), Sub(63, 109), Mul(1, 111), Mul(57, 111),
-                Mul(58, 111), Mul(88, 111), Add(121, 103), Mul(56, 122), Mul(90, 115), Add(124, 106), Mul(60, 122),
-                Mul(90, 116), Add(127, 108), Mul(62, 122), Mul(90, 117), Add(130, 110), Sub(92, 118), Sub(92, 119),
-                Sub(92, 120), Mul(132, 132), Mul(133, 133), Mul(134, 134), Sub(112, 135), Neg(138), Sub(113, 136),
-                Neg(140), Sub(114, 137), Neg(142),
-            ],
-            results: &[139, 141, 143, 123, 125, 126, 128, 129, 131, 51, 51, 51],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[SinCos(8), SinCos(9), Mul(88, 90), Mul(89, 91), Add(93, 92), Mul(30, 94)],
-            results: &[68, 95, 95, 69],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(11, 11), Mul(76, 10), Mul(77, 88), SinCos(8), SinCos(9), Mul(0, 91), Mul(1, 93), Add(95, 96),
-                Mul(91, 93), Mul(92, 94), Add(99, 98), Mul(30, 100), Mul(11, 101), Add(102, 89), Mul(10, 103),
-                Add(104, 90), Mul(78, 91), Mul(28, 97), Add(106, 107),
-            ],
-            results: &[105, 108],
-        },
-        power: TapeFunction {
-            operations: &[],
-            results: &[51],
-        },
-        outputs: TapeFunction {
-            operations: &[
-                SinCos(8), SinCos(9), Mul(0, 88), Mul(57, 90), Add(92, 93), Mul(88, 90), Sub(52, 91), Mul(89, 96),
-                Sub(95, 97), Mul(57, 98), Add(79, 99), Mul(14, 100), Neg(101),
-            ],
-            results: &[102, 94],
-        },
-        linearization: Some(TapeFunction {
-            operations: &[
-                Mul(10, 10), Mul(11, 11), Mul(56, 10), Mul(60, 11), Mul(60, 10), Mul(64, 11), Mul(62, 10), Mul(65, 11),
-                Mul(30, 89), Mul(30, 88), Mul(56, 11), Mul(64, 10), Mul(65, 10), Mul(62, 11), Mul(56, 14), Mul(59, 11),
-                Mul(61, 11), Mul(63, 11), Sub(90, 91), Sub(92, 93), Sub(94, 95), Sub(92, 98), Sub(91, 99),
-                Sub(100, 101), Sub(10, 11), SinCos(8), SinCos(9), Mul(114, 115), Mul(113, 116), Mul(56, 114),
-                Mul(60, 114), Mul(62, 114), Mul(113, 115), Mul(116, 106), Mul(56, 122), Mul(116, 107), Mul(60, 122),
-                Mul(116, 108), Mul(62, 122), Mul(114, 116), Add(129, 122), Mul(30, 130), Mul(115, 96), Mul(113, 97),
-                Mul(62, 130), Mul(56, 130), Mul(60, 130), Mul(16, 134), Mul(14, 135), Mul(15, 136), Add(138, 139),
-                Add(137, 140), Mul(112, 122), Mul(116, 112), Mul(112, 129), Add(142, 144), Mul(116, 11), Mul(129, 96),
-                Mul(89, 131), Mul(88, 131), Mul(129, 97), Mul(106, 117), Mul(13, 135), Mul(114, 109), Add(153, 103),
-                Mul(115, 154), Mul(109, 118), Mul(12, 135), Mul(107, 117), Mul(13, 136), Mul(114, 110), Mul(110, 118),
-                Mul(12, 136), Mul(108, 117), Mul(13, 134), Mul(114, 111), Add(165, 105), Mul(115, 166), Mul(111, 118),
-                Mul(12, 134), Mul(60, 145), Mul(81, 146), Add(170, 171), Mul(64, 145), Mul(82, 146), Add(173, 174),
-                Mul(65, 145), Mul(83, 146), Add(176, 177), Sub(52, 116), Sub(59, 119), Sub(61, 120), Sub(63, 121),
-                Sub(90, 123), Sub(92, 125), Sub(94, 127), Sub(72, 132), Sub(31, 133), Sub(117, 118), Sub(10, 143),
-                Sub(155, 156), Sub(160, 104), Sub(167, 168), Mul(116, 180), Mul(116, 181), Mul(116, 182),
-                Mul(114, 179), Mul(30, 188), Mul(13, 197), Mul(12, 197), Mul(80, 188), Mul(188, 89), Mul(188, 88),
-                Mul(114, 189), Mul(113, 186), Add(198, 148), Mul(115, 187), Add(199, 206), Mul(11, 200), Mul(10, 200),
-                Mul(113, 183), Add(210, 151), Mul(10, 211), Mul(56, 201), Add(212, 213), Mul(11, 190), Mul(56, 202),
-                Mul(113, 184), Add(217, 158), Mul(10, 218), Mul(60, 201), Add(219, 220), Mul(115, 191), Mul(60, 202),
-                Mul(113, 185), Add(224, 163), Mul(10, 225), Mul(62, 201), Add(226, 227), Mul(11, 192), Mul(62, 202),
-                Sub(193, 124), Sub(194, 126), Sub(195, 128), Sub(122, 196), Sub(203, 142), Sub(204, 147),
-                Sub(205, 141), Neg(237), Sub(199, 149), Sub(207, 150), Neg(208), Sub(214, 152), Sub(215, 216),
-                Sub(221, 159), Sub(222, 161), Sub(228, 164), Sub(229, 230), Mul(234, 12), Mul(102, 234), Add(236, 249),
-                Mul(60, 234), Mul(251, 15), Mul(62, 234), Mul(253, 16), Add(239, 141), Mul(231, 14), Mul(232, 15),
-                Mul(233, 16), Mul(56, 248), Add(242, 259), Mul(231, 13), Mul(60, 248), Add(244, 262), Mul(11, 245),
-                Add(264, 223), Mul(232, 13), Add(265, 266), Add(267, 162), Mul(62, 248), Add(246, 269), Mul(233, 13),
-                Mul(60, 235), Mul(64, 235), Mul(65, 235), Sub(250, 198), Sub(240, 256), Sub(276, 257), Sub(277, 258),
-                Neg(278), Neg(260), Sub(243, 261), Sub(281, 157), Neg(282), Neg(263), Neg(270), Sub(247, 271),
-                Sub(286, 169), Neg(287), Add(275, 252), Add(289, 254), Neg(290),
-            ],
-            results: &[
-                291, 238, 255, 279, 51, 241, 209, 51, 280, 283, 284, 268, 285, 288, 272, 172, 273, 175, 274, 178, 51,
-                51, 51, 51, 51,
-            ],
-        }),
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[5, 54, 6, 51],
-        },
-        given: &[true, false, true, false],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[38, 37],
-        },
-        kernel: TapeKernel {
-            operations: 95,
-            has_angle: &[true, true],
-            position: TapeFunction {
-                operations: &[
-                    Mul(0, 19), Mul(0, 17), MulAdd(1, 18, 89), MulAdd(57, 18, 89), MulAdd(58, 18, 89), Mul(19, 18),
-                    Mul(17, 20), Mul(56, 94), Mul(60, 94), Mul(62, 94), Mul(17, 18), MulAdd(19, 20, 98), Mul(30, 99),
-                    Mul(84, 19), Sub(52, 20), NegMulAdd(1, 102, 88), NegMulAdd(90, 90, 24), NegMulAdd(103, 103, 104),
-                    NegMulAdd(57, 102, 88), NegMulAdd(91, 91, 24), NegMulAdd(106, 106, 107), NegMulAdd(58, 102, 88),
-                    NegMulAdd(92, 92, 24), NegMulAdd(109, 109, 110), NegMulAdd(56, 19, 59), NegMulAdd(60, 19, 61),
-                    NegMulAdd(62, 19, 63), NegMulAdd(19, 102, 98), Neg(105), Neg(108), Neg(111), MulAdd(17, 102, 93),
-                    Mul(56, 119), MulAdd(18, 112, 95), Mul(60, 119), MulAdd(18, 113, 96), Mul(62, 119),
-                    MulAdd(18, 114, 97), Mul(20, 112), Mul(20, 113), MulAdd(57, 115, 79), NegMulAdd(56, 98, 126),
-                    NegMulAdd(60, 98, 127), Recip(121), Mul(120, 131), Mul(123, 131), Mul(125, 131),
-                    NegMulAdd(123, 132, 122), Recip(135), Mul(120, 136), Mul(124, 136),
-                ],
-                results: &[53, 116, 117, 118],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[
-                    Mul(10, 120), MulAdd(11, 121, 139), Mul(10, 122), MulAdd(11, 123, 141), Mul(10, 124),
-                    MulAdd(11, 125, 143),
-                ],
-                results: &[140, 142, 144],
-            },
-            correction: TapeFunction {
-                operations: &[
-                    Mul(21, 131), NegMulAdd(123, 145, 22), Mul(146, 136), NegMulAdd(132, 147, 145), Neg(147), Neg(148),
-                ],
-                results: &[149, 150],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(11, 11), Mul(56, 10), Mul(60, 10), Mul(151, 129), Mul(151, 130), NegMulAdd(60, 11, 152),
-                    NegMulAdd(20, 156, 152), NegMulAdd(64, 11, 153), NegMulAdd(20, 158, 153), Mul(19, 157),
-                    Mul(19, 159), NegMulAdd(98, 156, 160), NegMulAdd(98, 158, 161), MulAdd(10, 162, 154),
-                    MulAdd(10, 163, 155), Mul(164, 131), NegMulAdd(123, 166, 165), Mul(167, 136),
-                    NegMulAdd(132, 168, 166), Neg(168), Neg(169),
-                ],
-                results: &[170, 171],
-            },
-            multipliers: TapeFunction {
-                operations: &[
-                    Mul(10, 10), Mul(30, 151), Mul(30, 172), Mul(94, 173), MulAdd(18, 173, 87), Mul(93, 174),
-                    NegMulAdd(19, 176, 175), NegMulAdd(17, 174, 35), Add(101, 178), MulAdd(20, 179, 177),
-                    NegMulAdd(100, 168, 181), NegMulAdd(86, 169, 182), NegMulAdd(68, 168, 180),
-                    NegMulAdd(100, 169, 184), NegMulAdd(132, 183, 185), Mul(136, 186), NegMulAdd(123, 187, 183),
-                    Neg(187), Mul(131, 188), Neg(190),
-                ],
-                results: &[191, 189, 51],
-            },
-            outputs: TapeFunction {
-                operations: &[Mul(14, 128), Neg(192)],
-                results: &[193, 91],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: bf147706060e0969
+// Hash of this file, its tape and its derivation: f670cfcaa46ea298

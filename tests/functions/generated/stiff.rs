@@ -876,7 +876,7 @@ impl Generated<3, 0> for Stiff {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
 
@@ -889,7 +889,6 @@ pub const DESCRIPTION: Description = Description {
     name: "stiff",
     doc: "Springs of 4e9 N/m on a turning rod: large forces cancel in its equations, and small ones are left.",
     source: SOURCE,
-    code: include_str!("stiff.rs"),
     derivation: include_str!("stiff.md"),
     coordinates: &[
         QuantityDescription {
@@ -930,6 +929,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("stiff.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "stiff"
 doc = "Springs of 4e9 N/m on a turning rod: large forces cancel in its equations, and small ones are left."
@@ -956,134 +959,4 @@ end_time = 0.001
 stiff = true
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 3,
-        constraints: 0,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[Number(0.3), Number(4000000000.0)],
-            results: &[52, 53],
-        },
-        constants: &[
-            Mul(0, 0), Number(1.25), Number(0.5), Number(0.01), Number(2.5), Number(1.5), Number(0.3333333333333333),
-            Number(1.3333333333333333), Number(0.005), Number(0.625), Number(0.6666666666666666), Number(2.0),
-            Number(0.25), Number(1.0), Number(0.0), Number(4.0), Number(3.0), Number(1e-6), Number(0.001), Mul(0, 19),
-            Mul(0, 20), Mul(0, 37), Add(21, 39), Mul(0, 22), Mul(0, 23), Mul(1, 24), Mul(25, 1), Mul(18, 27),
-            Add(26, 45), Mul(1, 28), Mul(18, 19), Add(21, 48), Mul(0, 29), Mul(0, 30),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(23, 5), Mul(23, 4), Add(42, 53), Mul(19, 4), Add(41, 55), Mul(4, 56), Add(40, 57), Mul(5, 5),
-                Mul(29, 59), Add(58, 60), Mul(22, 4), Add(41, 62), Mul(7, 63), Mul(33, 5), Mul(65, 8), Add(64, 66),
-                Mul(6, 67), Add(55, 37), Mul(6, 69), Mul(34, 8), Add(70, 71), Mul(6, 72), Mul(43, 5), Add(73, 74),
-                Mul(44, 4), Mul(6, 6), Mul(29, 77), Mul(43, 4), Mul(34, 6), Mul(7, 80), Neg(52), Neg(68), Sub(75, 76),
-                Sub(44, 78), Mul(5, 85), Sub(86, 79), Add(87, 81), Neg(88),
-            ],
-            results: &[61, 82, 54, 82, 19, 32, 54, 32, 29, 83, 84, 89],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[
-                Mul(23, 5), Mul(23, 4), Add(42, 53), Mul(19, 4), Add(41, 55), Mul(4, 56), Add(40, 57), Mul(5, 5),
-                Mul(29, 59), Add(58, 60), Neg(52),
-            ],
-            results: &[61, 62, 54, 62, 19, 32, 54, 32, 29],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(23, 5), Mul(23, 4), Add(42, 53), Mul(5, 5), Mul(43, 4), Mul(27, 4), Add(37, 57), Mul(4, 58),
-                Add(46, 59), Add(60, 55), Mul(6, 61), Mul(8, 54), Add(62, 63), Mul(7, 52), Mul(27, 7), Mul(66, 7),
-                Mul(8, 8), Mul(47, 5), Mul(47, 4), Mul(70, 4), Sub(64, 65), Sub(56, 69), Mul(6, 72), Add(74, 67),
-                Add(75, 68), Mul(5, 73), Sub(77, 71), Neg(78),
-            ],
-            results: &[76, 79],
-        },
-        power: TapeFunction {
-            operations: &[],
-            results: &[32],
-        },
-        outputs: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linearization: Some(TapeFunction {
-            operations: &[
-                Mul(5, 6), Mul(22, 4), Add(41, 53), Mul(7, 54), Mul(33, 5), Mul(56, 8), Add(55, 57), Mul(34, 8),
-                Mul(6, 6), Mul(29, 60), Mul(34, 6), Mul(23, 9), Mul(6, 54), Mul(33, 52), Mul(22, 6), Mul(66, 7),
-                Mul(54, 9), Add(67, 68), Mul(23, 11), Add(69, 70), Mul(5, 9), Mul(6, 8), Add(72, 73), Mul(33, 74),
-                Mul(23, 10), Mul(19, 60), Add(43, 63), Add(59, 64), Mul(34, 7), Sub(44, 61), Sub(75, 76), Sub(44, 77),
-                Neg(78), Sub(43, 63), Neg(85), Neg(79), Neg(62), Sub(65, 80), Neg(89),
-            ],
-            results: &[32, 71, 82, 32, 83, 84, 32, 86, 81, 58, 64, 65, 87, 32, 88, 90, 62, 32, 32, 32, 32],
-        }),
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[32, 32, 32, 31, 32, 32],
-        },
-        given: &[true, true, true, true, true, true],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[35, 36],
-        },
-        kernel: TapeKernel {
-            operations: 80,
-            has_angle: &[true, false, false],
-            position: TapeFunction {
-                operations: &[
-                    Add(0, 4), Mul(23, 5), Mul(29, 5), MulAdd(54, 5, 49), MulAdd(19, 4, 41), MulAdd(4, 56, 55),
-                    MulAdd(23, 4, 42), MulAdd(20, 4, 38), MulAdd(30, 4, 51), Mul(1, 4), Mul(1, 5), Sub(5, 4),
-                    Mul(43, 63), Recip(57), Mul(53, 65), Mul(58, 65), Mul(58, 66), NegMulAdd(53, 66, 19),
-                    NegMulAdd(58, 67, 29), Recip(69), Mul(19, 71), Mul(68, 71), NegMulAdd(68, 73, 70), Recip(74),
-                    Abs(72), Mul(29, 75), Abs(77), Max(76, 78),
-                ],
-                results: &[79],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            correction: TapeFunction {
-                operations: &[],
-                results: &[32, 32, 32],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(29, 8), Mul(5, 6), Mul(5, 8), Mul(50, 7), MulAdd(4, 7, 82), MulAdd(29, 84, 83), Mul(6, 85),
-                    Mul(29, 82), MulAdd(7, 59, 87), MulAdd(6, 88, 86), MulAdd(6, 52, 80), MulAdd(6, 60, 8),
-                    Mul(89, 65), Sub(7, 81), Sub(64, 61), Neg(62), Sub(95, 64), NegMulAdd(29, 7, 81),
-                    MulAdd(6, 90, 94), MulAdd(6, 91, 98), MulAdd(6, 97, 96), NegMulAdd(6, 93, 100),
-                    NegMulAdd(89, 66, 99), MulAdd(89, 67, 101), Mul(102, 71), NegMulAdd(102, 73, 103), Mul(105, 75),
-                    MulAdd(67, 106, 92), NegMulAdd(73, 106, 104), NegMulAdd(66, 108, 107), Neg(109),
-                ],
-                results: &[110, 108, 106],
-            },
-            multipliers: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            outputs: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 3f5e368a3a398daf
+// Hash of this file, its tape and its derivation: 60b120ebfb1a5ef1

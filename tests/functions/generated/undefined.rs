@@ -569,7 +569,7 @@ impl Generated<1, 0> for Undefined {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
@@ -580,7 +580,6 @@ pub const DESCRIPTION: Description = Description {
     name: "undefined",
     doc: "A body at constant speed, x = t, with outputs that are undefined at one time only.",
     source: SOURCE,
-    code: include_str!("undefined.rs"),
     derivation: include_str!("undefined.md"),
     coordinates: &[
         QuantityDescription {
@@ -628,6 +627,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("undefined.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "undefined"
 doc = "A body at constant speed, x = t, with outputs that are undefined at one time only."
@@ -656,92 +659,4 @@ step = 0.015625
 end_time = 1
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 1,
-        constraints: 0,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[Number(1.0), Number(-1.0)],
-            results: &[14, 15, 15],
-        },
-        constants: &[Number(1.0), Number(0.5), Number(0.0), Number(0.015625), Mul(0, 10)],
-        dynamics: TapeFunction {
-            operations: &[],
-            results: &[0, 11],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[],
-            results: &[0],
-        },
-        energy: TapeFunction {
-            operations: &[Mul(13, 5), Mul(14, 5)],
-            results: &[15, 11],
-        },
-        power: TapeFunction {
-            operations: &[],
-            results: &[11],
-        },
-        outputs: TapeFunction {
-            operations: &[Sub(4, 10), Sub(4, 1), Sqrt(15), Sign(14), Mul(14, 17), Sub(2, 18), Neg(19), Sqrt(20)],
-            results: &[16, 21],
-        },
-        linearization: None,
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[11, 9],
-        },
-        given: &[true, true],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[12, 9],
-        },
-        kernel: TapeKernel {
-            operations: 0,
-            has_angle: &[false],
-            position: TapeFunction {
-                operations: &[Sub(4, 10), Sub(4, 1), Sqrt(15), Sign(14), NegMulAdd(14, 17, 2), Neg(18), Sqrt(19)],
-                results: &[11],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            correction: TapeFunction {
-                operations: &[],
-                results: &[11],
-            },
-            accelerations: TapeFunction {
-                operations: &[],
-                results: &[11],
-            },
-            multipliers: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            outputs: TapeFunction {
-                operations: &[],
-                results: &[16, 20],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 058a384ab99fbc3f
+// Hash of this file, its tape and its derivation: c1d965be855131a3

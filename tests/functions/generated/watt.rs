@@ -1815,7 +1815,7 @@ impl Generated<5, 4> for Watt {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
@@ -1826,7 +1826,6 @@ pub const DESCRIPTION: Description = Description {
     name: "watt",
     doc: "Watt's six-bar with a floating dyad, spring, damper, motor by speed, in gravity.",
     source: SOURCE,
-    code: include_str!("watt.rs"),
     derivation: include_str!("watt.md"),
     coordinates: &[
         QuantityDescription {
@@ -1997,6 +1996,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("watt.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "watt"
 doc = "Watt's six-bar with a floating dyad, spring, damper, motor by speed, in gravity."
@@ -2055,237 +2058,4 @@ step = 1e-3
 end_time = 4
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 5,
-        constraints: 4,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[
-                Number(1.0), Number(0.3), Number(0.9), Number(0.7), Number(0.6), Number(0.8), Number(0.5),
-                Number(35.0), Pi, Mul(188, 189), Number(180.0), Div(190, 191), Number(1.9), Number(-0.1), Number(4.0),
-                Number(9.81), Number(120.0), Number(3.0), Number(18.0),
-            ],
-            results: &[181, 182, 183, 184, 185, 186, 187, 192, 193, 194, 195, 196, 197, 198, 199],
-        },
-        constants: &[
-            Mul(1, 1), Mul(10, 49), Mul(2, 2), Mul(2, 10), Mul(51, 52), Add(3, 6), Mul(10, 54), Mul(4, 10), Mul(6, 6),
-            Mul(6, 4), Mul(4, 4), Mul(56, 59), Mul(5, 5), Mul(5, 10), Mul(61, 62), Mul(10, 11), Mul(54, 64),
-            Mul(13, 58), Mul(10, 51), Mul(54, 54), Mul(56, 57), Mul(64, 58), Mul(6, 56), Add(59, 57), Mul(4, 56),
-            Mul(3, 3), Mul(74, 3), Mul(3, 6), Mul(2, 64), Mul(4, 64), Mul(5, 64), Mul(58, 66), Mul(1, 51), Mul(6, 10),
-            Mul(82, 58), Mul(4, 58), Mul(2, 51), Mul(4, 59), Mul(1, 2), Mul(87, 64), Number(1.0), Number(0.3),
-            Number(0.9), Number(0.6), Number(0.5), Pi, Number(180.0), Number(4.0), Number(0.25),
-            Number(0.3333333333333333), Number(0.06875), Number(0.4), Number(0.025), Number(0.06666666666666667),
-            Number(0.0), Number(2.0), Number(0.04375), Number(0.0625), Number(0.2), Number(0.16666666666666666),
-            Div(95, 94), Number(1.8), Number(6.0), Number(0.001), Mul(93, 1), Mul(93, 2), Mul(97, 3), Mul(97, 6),
-            Mul(93, 4), Mul(1, 98), Add(2, 118), Mul(93, 64), Mul(3, 99), Mul(93, 10), Mul(10, 98), Mul(93, 5),
-            Mul(119, 50), Add(100, 125), Mul(67, 113), Mul(98, 53), Mul(68, 101), Mul(129, 55), Mul(93, 56),
-            Mul(131, 58), Mul(98, 60), Mul(98, 63), Add(113, 2), Mul(1, 135), Mul(136, 64), Mul(14, 102), Mul(120, 51),
-            Mul(103, 55), Mul(104, 58), Mul(59, 120), Mul(93, 6), Mul(97, 4), Mul(120, 61), Add(117, 121), Mul(6, 105),
-            Add(146, 147), Mul(6, 148), Mul(3, 121), Add(149, 150), Mul(6, 151), Mul(75, 105), Add(152, 153),
-            Mul(10, 154), Mul(76, 106), Mul(156, 55), Mul(1, 108), Add(114, 158), Mul(159, 50), Add(107, 160),
-            Mul(108, 53), Mul(108, 60), Mul(108, 63), Mul(120, 49), Mul(93, 12), Mul(81, 122), Mul(84, 122),
-            Mul(10, 119), Mul(169, 49), Add(100, 170), Mul(85, 123), Mul(86, 123), Mul(5, 123), Mul(174, 61),
-            Mul(115, 65), Mul(116, 65), Mul(120, 59), Sub(0, 8), Neg(88),
-        ],
-        dynamics: TapeFunction {
-            operations: &[
-                Mul(21, 21), Mul(22, 22), Mul(23, 23), Mul(24, 24), Mul(25, 25), Mul(143, 183), Mul(138, 21),
-                SinCos(16), SinCos(17), SinCos(18), SinCos(19), SinCos(20), Mul(1, 189), Mul(1, 188), Mul(115, 193),
-                Mul(115, 192), Mul(189, 181), Mul(188, 181), Mul(1, 202), Mul(191, 182), Mul(1, 203), Mul(190, 182),
-                Mul(195, 184), Mul(117, 208), Mul(194, 184), Mul(117, 210), Mul(2, 191), Mul(3, 193), Mul(3, 192),
-                Mul(2, 190), Mul(4, 194), Mul(5, 196), Mul(4, 195), Mul(5, 197), Mul(2, 205), Add(204, 220),
-                Mul(183, 213), Mul(2, 207), Add(206, 223), Mul(183, 214), Mul(4, 208), Mul(185, 219), Mul(4, 210),
-                Mul(185, 217), Mul(189, 191), Mul(188, 190), Add(230, 231), Mul(127, 232), Mul(127, 207),
-                Mul(127, 188), Mul(235, 205), Mul(127, 203), Mul(127, 190), Mul(238, 202), Mul(144, 210), Mul(73, 194),
-                Mul(144, 208), Mul(145, 197), Sub(18, 7), Neg(199), Neg(215), Neg(213), Neg(216), Neg(219),
-                Sub(221, 222), Neg(250), Sub(224, 225), Neg(252), Sub(23, 24), Sub(137, 234), Sub(139, 237), Neg(243),
-                Mul(189, 255), Mul(191, 256), Add(259, 239), Sub(14, 258), Sub(261, 236), Sub(262, 187), Neg(260),
-                SinCos(244), Mul(6, 266), Mul(6, 265), Mul(116, 266), Add(200, 269), Mul(116, 265), Add(201, 271),
-                Mul(272, 183), Mul(183, 267), Add(274, 209), Mul(183, 268), Add(276, 211), Add(274, 226),
-                Add(276, 228), Mul(266, 195), Mul(265, 194), Add(280, 281), Mul(132, 282), Mul(266, 266),
-                Mul(265, 265), Add(284, 285), Mul(69, 286), Add(130, 287), Mul(272, 272), Mul(270, 270), Add(289, 290),
-                Mul(55, 291), Add(288, 292), Mul(141, 282), Add(72, 294), Mul(266, 194), Mul(265, 195), Mul(71, 277),
-                Mul(140, 273), Mul(71, 265), Mul(300, 275), Mul(265, 186), Add(302, 240), Mul(73, 303), Mul(266, 186),
-                Add(305, 242), Mul(241, 306), Neg(268), Sub(278, 227), Neg(309), Sub(279, 229), Neg(311),
-                Sub(296, 297), Sub(70, 298), Sub(65, 299), Sub(142, 304), Mul(266, 314), Mul(270, 315), Add(317, 318),
-                Add(319, 301), Mul(195, 316), Sqrt(295), Div(313, 322), Mul(254, 323), Mul(66, 324), Sub(92, 322),
-                Mul(12, 326), Sub(327, 325), Mul(58, 328), Mul(329, 323), Add(330, 321), Add(331, 307), Sub(320, 330),
-                Neg(333), Neg(332),
-            ],
-            results: &[
-                126, 233, 103, 103, 103, 233, 128, 103, 103, 103, 103, 103, 293, 283, 103, 103, 103, 283, 133, 103,
-                103, 103, 103, 103, 134, 263, 264, 334, 335, 257, 245, 246, 214, 103, 103, 198, 212, 247, 103, 103,
-                103, 103, 308, 248, 217, 103, 103, 267, 218, 249, 251, 253, 310, 312,
-            ],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[
-                SinCos(16), SinCos(17), SinCos(18), SinCos(19), SinCos(20), Mul(1, 182), Mul(1, 181), Mul(2, 184),
-                Add(191, 193), Mul(3, 186), Add(0, 195), Mul(3, 185), Mul(2, 183), Add(192, 198), Mul(4, 187),
-                Mul(5, 189), Add(9, 201), Mul(4, 188), Mul(5, 190), Sub(18, 7), Neg(192), Sub(194, 196), Sub(199, 197),
-                Neg(198), Neg(195), Neg(200), Neg(204), SinCos(205), Mul(6, 214), Mul(6, 213), Add(216, 200),
-                Add(215, 179), Add(218, 203), Neg(216), Sub(219, 204), Sub(217, 202),
-            ],
-            results: &[
-                207, 208, 221, 222, 206, 209, 197, 103, 103, 191, 193, 210, 103, 103, 103, 103, 220, 211, 201, 103,
-                103, 215, 203, 212, 103, 103, 103, 103,
-            ],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[
-                SinCos(16), SinCos(17), SinCos(18), SinCos(19), Mul(115, 186), Mul(115, 185), Mul(182, 184),
-                Mul(181, 183), Add(191, 192), Mul(127, 193), Sub(18, 7), SinCos(195), Mul(116, 197), Add(189, 198),
-                Mul(116, 196), Add(190, 200), Mul(197, 188), Mul(196, 187), Add(202, 203), Mul(132, 204),
-                Mul(197, 197), Mul(196, 196), Add(206, 207), Mul(69, 208), Add(130, 209), Mul(201, 201), Mul(199, 199),
-                Add(211, 212), Mul(55, 213), Add(210, 214),
-            ],
-            results: &[
-                126, 194, 103, 103, 103, 194, 128, 103, 103, 103, 103, 103, 215, 205, 103, 103, 103, 205, 133, 103,
-                103, 103, 103, 103, 134,
-            ],
-        },
-        energy: TapeFunction {
-            operations: &[
-                Mul(22, 22), Mul(24, 24), Mul(25, 25), Mul(161, 21), Mul(162, 181), Mul(163, 182), Mul(164, 183),
-                SinCos(16), SinCos(17), SinCos(18), SinCos(19), Sin(20), Mul(1, 188), Mul(114, 190), Add(197, 198),
-                Mul(115, 192), Mul(117, 194), Mul(189, 191), Mul(188, 190), Add(202, 203), Mul(127, 204), Mul(22, 205),
-                Add(206, 184), Mul(21, 207), Mul(165, 188), Mul(77, 199), Add(209, 210), Mul(124, 196), Add(9, 212),
-                Mul(79, 213), Sub(18, 7), SinCos(215), Mul(6, 216), Mul(116, 216), Add(200, 219), Add(218, 201),
-                Mul(217, 195), Mul(216, 194), Add(222, 223), Mul(132, 224), Mul(141, 224), Add(72, 226), Mul(193, 217),
-                Mul(192, 216), Add(228, 229), Mul(157, 230), Add(155, 231), Mul(23, 232), Mul(24, 225), Add(233, 234),
-                Mul(23, 235), Add(236, 208), Add(237, 185), Add(238, 186), Add(239, 187), Mul(65, 220), Add(211, 241),
-                Mul(78, 221), Add(242, 243), Add(244, 214), Sqrt(227), Sub(92, 246), Mul(166, 247), Mul(248, 247),
-                Add(245, 249),
-            ],
-            results: &[240, 250],
-        },
-        power: TapeFunction {
-            operations: &[
-                Mul(14, 21), Mul(102, 21), Sub(18, 7), Sub(23, 24), Sub(89, 182), SinCos(19), SinCos(183),
-                Mul(189, 187), Mul(188, 186), Add(190, 191), Mul(141, 192), Add(72, 193), Mul(189, 186), Mul(188, 187),
-                Mul(181, 185), Sub(195, 196), Sqrt(194), Div(198, 199), Mul(184, 200), Mul(80, 201), Mul(202, 201),
-                Sub(197, 203),
-            ],
-            results: &[204],
-        },
-        outputs: TapeFunction {
-            operations: &[
-                Mul(21, 21), Mul(22, 22), Mul(109, 20), Neg(33), Neg(34), SinCos(16), SinCos(17), Mul(187, 181),
-                Mul(189, 182), Mul(186, 26), Add(190, 192), Mul(1, 193), Mul(188, 27), Add(191, 195), Mul(2, 196),
-                Add(194, 197), Neg(198),
-            ],
-            results: &[183, 184, 185, 199],
-        },
-        linearization: None,
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[103, 91, 110, 90, 110, 111, 103, 103, 103, 103],
-        },
-        given: &[true, false, false, false, false, true, false, false, false, false],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[112, 96],
-        },
-        kernel: TapeKernel {
-            operations: 238,
-            has_angle: &[true, true, true, true, true],
-            position: TapeFunction {
-                operations: &[
-                    Mul(109, 20), Mul(1, 40), Mul(2, 41), Mul(3, 42), Mul(1, 35), Mul(3, 37), Mul(2, 36),
-                    Add(185, 187), Mul(4, 43), Mul(5, 44), Add(179, 189), Mul(4, 38), Mul(5, 39), Mul(40, 41),
-                    MulAdd(35, 36, 194), Mul(167, 195), Mul(115, 42), Mul(115, 37), Mul(145, 44), Mul(165, 40),
-                    Mul(167, 35), Mul(167, 36), Mul(176, 42), Sub(18, 7), Sub(182, 0), Sub(188, 186), Sub(191, 190),
-                    Sub(192, 9), Sub(208, 193), SinCos(204), Recip(187), Recip(192), Mul(6, 211), Mul(6, 210),
-                    Mul(211, 211), Mul(43, 211), MulAdd(38, 210, 217), MulAdd(141, 218, 72), Mul(38, 211),
-                    Mul(43, 210), Add(205, 183), Add(207, 214), Add(209, 215), MulAdd(116, 211, 197),
-                    MulAdd(116, 210, 198), MulAdd(210, 210, 216), MulAdd(83, 227, 130), Mul(226, 226),
-                    MulAdd(225, 225, 229), MulAdd(55, 230, 228), Mul(168, 218), Mul(186, 212), Mul(193, 213),
-                    Mul(185, 212), Mul(213, 215), Mul(183, 212), Mul(189, 213), MulAdd(177, 211, 203), Sub(220, 221),
-                    Sub(222, 184), NegMulAdd(183, 233, 184), NegMulAdd(189, 234, 190), NegMulAdd(183, 235, 182),
-                    Sqrt(219), Recip(219), Recip(242), Recip(243), Abs(237), Abs(238), Mul(246, 245), Mul(58, 240),
-                    Mul(252, 251), Mul(244, 247), Mul(236, 254), Mul(214, 254), Mul(186, 247), Mul(215, 247),
-                    Mul(214, 247), Mul(193, 248), Mul(254, 231), Mul(232, 254), Abs(254), Abs(257), Abs(258), Abs(259),
-                    Abs(260), NegMulAdd(189, 255, 256), NegMulAdd(233, 254, 235), NegMulAdd(196, 269, 171),
-                    NegMulAdd(172, 269, 196), NegMulAdd(269, 271, 270), Sub(92, 245), Mul(248, 268), Mul(175, 274),
-                    MulAdd(274, 275, 272), Mul(12, 273), Abs(269), Abs(274), Max(278, 263), NegMulAdd(234, 274, 255),
-                    NegMulAdd(232, 281, 261), NegMulAdd(173, 281, 262), MulAdd(254, 282, 276),
-                    NegMulAdd(281, 283, 284), Recip(285), Abs(281), Max(280, 287), Max(288, 279), Max(289, 249),
-                    Max(290, 264), Max(291, 265), Max(292, 266), Max(293, 250), Max(294, 267),
-                ],
-                results: &[295, 241, 206, 223, 224],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[
-                    Mul(21, 185), MulAdd(22, 187, 296), Mul(21, 182), MulAdd(22, 183, 298), Mul(24, 192), Mul(24, 189),
-                    NegMulAdd(23, 186, 297), Neg(302), NegMulAdd(23, 184, 299), NegMulAdd(25, 193, 300),
-                    NegMulAdd(25, 190, 301), MulAdd(23, 215, 305), MulAdd(23, 214, 306), Neg(307),
-                ],
-                results: &[303, 304, 309, 308],
-            },
-            correction: TapeFunction {
-                operations: &[
-                    Mul(45, 212), MulAdd(183, 310, 46), Mul(311, 247), MulAdd(214, 312, 48), MulAdd(233, 312, 310),
-                    Mul(314, 271), NegMulAdd(215, 312, 47), Mul(213, 316), MulAdd(189, 317, 313), Mul(248, 318),
-                    MulAdd(234, 319, 317), MulAdd(275, 319, 315), MulAdd(312, 282, 321), MulAdd(283, 320, 322),
-                    Mul(323, 286), MulAdd(269, 324, 314), MulAdd(281, 324, 320), NegMulAdd(254, 324, 312),
-                    NegMulAdd(274, 324, 319), Neg(324),
-                ],
-                results: &[329, 325, 327, 326, 328],
-            },
-            accelerations: TapeFunction {
-                operations: &[
-                    Mul(21, 21), Mul(22, 22), Mul(23, 23), Mul(24, 24), Mul(25, 25), Mul(23, 253), Mul(330, 182),
-                    MulAdd(331, 183, 336), Mul(330, 185), MulAdd(331, 187, 338), Mul(333, 189), Mul(333, 192),
-                    Mul(41, 331), Mul(342, 201), MulAdd(331, 202, 180), Mul(40, 330), Mul(345, 202), Mul(168, 333),
-                    Mul(168, 332), Mul(348, 220), NegMulAdd(24, 253, 335), NegMulAdd(332, 184, 337),
-                    NegMulAdd(332, 186, 339), NegMulAdd(190, 334, 340), NegMulAdd(193, 334, 341), Sub(14, 200),
-                    NegMulAdd(138, 21, 355), NegMulAdd(40, 344, 343), Sub(356, 357), NegMulAdd(330, 201, 139),
-                    Neg(277), NegMulAdd(38, 347, 70), NegMulAdd(348, 210, 178), MulAdd(332, 214, 353),
-                    MulAdd(332, 215, 354), MulAdd(41, 359, 346), MulAdd(13, 350, 360), Mul(253, 366), Mul(361, 211),
-                    MulAdd(347, 221, 368), Add(239, 369), Add(370, 367), MulAdd(43, 362, 349), Mul(351, 212),
-                    MulAdd(183, 373, 352), Mul(374, 247), MulAdd(214, 375, 364), MulAdd(233, 375, 373),
-                    MulAdd(365, 269, 358), MulAdd(377, 271, 378), Sub(372, 367), NegMulAdd(215, 375, 363),
-                    NegMulAdd(199, 274, 379), Mul(213, 381), MulAdd(189, 383, 376), Mul(248, 384),
-                    MulAdd(234, 385, 383), MulAdd(275, 385, 382), MulAdd(375, 282, 387), MulAdd(283, 386, 388),
-                    MulAdd(281, 380, 389), NegMulAdd(254, 371, 390), Mul(286, 391), MulAdd(269, 392, 377),
-                    MulAdd(281, 392, 386), NegMulAdd(254, 392, 375), NegMulAdd(274, 392, 385), Neg(393), Neg(395),
-                    Neg(394), Neg(396),
-                ],
-                results: &[392, 397, 398, 399, 400],
-            },
-            multipliers: TapeFunction {
-                operations: &[
-                    MulAdd(196, 392, 365), NegMulAdd(172, 393, 401), NegMulAdd(232, 395, 380),
-                    NegMulAdd(173, 394, 403), NegMulAdd(175, 396, 199), NegMulAdd(231, 395, 371),
-                    NegMulAdd(232, 394, 406), MulAdd(234, 404, 405), Mul(248, 408), MulAdd(189, 409, 404),
-                    Mul(213, 410), MulAdd(233, 402, 407), MulAdd(214, 409, 412), NegMulAdd(215, 411, 413),
-                    Mul(247, 414), MulAdd(183, 415, 402), Mul(212, 416),
-                ],
-                results: &[417, 415, 411, 409],
-            },
-            outputs: TapeFunction {
-                operations: &[
-                    Mul(35, 26), Mul(40, 21), MulAdd(419, 21, 418), Mul(1, 420), Mul(36, 27), Mul(41, 22),
-                    MulAdd(423, 22, 422), MulAdd(2, 424, 421), Neg(33), Neg(34), Neg(425),
-                ],
-                results: &[181, 426, 427, 428],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: 63bdcbaefa0d51b3
+// Hash of this file, its tape and its derivation: 03c08f1bfc58588e

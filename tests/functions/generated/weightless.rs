@@ -609,7 +609,7 @@ impl Generated<1, 0> for Weightless {
         static STORED: Description = DESCRIPTION;
         &STORED
     };
-    const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+    const TAPE: &'static qrm_core::StoredTape = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
 
@@ -622,7 +622,6 @@ pub const DESCRIPTION: Description = Description {
     name: "weightless",
     doc: "A pendulum without weight: every term of its linearization cancels, and leaves rounding errors.",
     source: SOURCE,
-    code: include_str!("weightless.rs"),
     derivation: include_str!("weightless.md"),
     coordinates: &[
         QuantityDescription {
@@ -659,6 +658,10 @@ pub const DESCRIPTION: Description = Description {
     until: "",
 };
 
+/// The functions with their names, for evaluators and for printers.
+pub static TAPE: qrm_core::StoredTape = qrm_core::StoredTape::new(
+    include_bytes!("weightless.tape"),
+);
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "weightless"
 doc = "A pendulum without weight: every term of its linearization cancels, and leaves rounding errors."
@@ -688,98 +691,4 @@ end_time = 1
 stiff = true
 "#;
 
-/// The functions as operations, for any kind of number.
-pub static TAPE: qrm_core::Tape = {
-    use qrm_core::Operation::*;
-    use qrm_core::{TapeFunction, TapeKernel};
-    qrm_core::Tape {
-        coordinates: 1,
-        constraints: 0,
-        is_driven: false,
-        parameters: TapeFunction {
-            operations: &[Number(1.062), Number(0.01437), Number(0.006624)],
-            results: &[23, 24, 25],
-        },
-        constants: &[
-            Mul(0, 0), Mul(1, 9), Number(0.5), Number(0.25), Number(0.125), Number(1.0), Number(0.0), Number(0.1),
-            Number(0.001), Mul(12, 10), Add(2, 18), Mul(11, 2), Mul(13, 10), Add(20, 21),
-        ],
-        dynamics: TapeFunction {
-            operations: &[],
-            results: &[19, 15],
-        },
-        loop_constraints: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        mass_matrix: TapeFunction {
-            operations: &[],
-            results: &[19],
-        },
-        energy: TapeFunction {
-            operations: &[Mul(5, 5), Mul(22, 23)],
-            results: &[24, 15],
-        },
-        power: TapeFunction {
-            operations: &[],
-            results: &[15],
-        },
-        outputs: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linearization: Some(TapeFunction {
-            operations: &[],
-            results: &[15, 15, 15],
-        }),
-        event: None,
-        switching_functions: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        linear_in_time: 0,
-        tanh_arguments: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
-        start: TapeFunction {
-            operations: &[],
-            results: &[16, 11],
-        },
-        given: &[true, true],
-        schedule: TapeFunction {
-            operations: &[],
-            results: &[17, 14],
-        },
-        kernel: TapeKernel {
-            operations: 0,
-            has_angle: &[true],
-            position: TapeFunction {
-                operations: &[],
-                results: &[15],
-            },
-            velocity_residual: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            correction: TapeFunction {
-                operations: &[],
-                results: &[15],
-            },
-            accelerations: TapeFunction {
-                operations: &[],
-                results: &[15],
-            },
-            multipliers: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-            outputs: TapeFunction {
-                operations: &[],
-                results: &[],
-            },
-        },
-    }
-};
-
-// Hash of this file and its derivation: eb2ae7f46a579602
+// Hash of this file, its tape and its derivation: 22d30236fb7c6745

@@ -195,7 +195,6 @@ mod tests {
             name: "ugly",
             doc: UGLY,
             source: "",
-            code: "",
             derivation: "",
             coordinates: Vec::leak(vec![quantity]),
             constraints: &[],

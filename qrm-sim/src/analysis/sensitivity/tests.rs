@@ -62,7 +62,6 @@ static DESCRIPTION: Description = Description {
     name: "pendulum",
     doc: "",
     source: "",
-    code: "",
     derivation: "",
     coordinates: &[quantity("x"), quantity("y")],
     constraints: &[quantity("length")],

@@ -127,7 +127,7 @@ fn motion<R: Number, const N: usize, const M: usize>(tape: &Tape, values: &[R], 
 
 /// Compares derivatives of accelerations and multipliers by each parameter: by kernel, by tape, by differences.
 fn by_parameters<X: Generated<N, M>, const N: usize, const M: usize>(values: &[f64], state: &State<N, M>) -> bool {
-    let tape = X::TAPE;
+    let tape = X::TAPE.tape();
     for i in 0..values.len() {
         let seeded: Vec<D> = values.iter().enumerate().map(|(j, &v)| dual(v, f64::from(u8::from(i == j)))).collect();
         let kernel = X::Kernel::<D>::with_values(&|j| seeded[j]);
@@ -163,7 +163,7 @@ fn differentiated<X: Generated<N, M>, const N: usize, const M: usize>() {
     let values = parameter_values::<X, N, M>();
     let mut compared = 0;
     for (number, state) in states::<X, N, M>(&values).enumerate() {
-        by_state(X::TAPE, &values, &state);
+        by_state(X::TAPE.tape(), &values, &state);
         compared += usize::from(number < 50 && by_parameters::<X, N, M>(&values, &state));
     }
     assert!(compared > 20, "{}: derivatives by parameters at {compared} states", X::DESCRIPTION.name);

@@ -196,7 +196,7 @@ fn drop_row<T: Copy>(rows: &[T], dropped: usize) -> Vec<T> {
 /// Compares every evaluator of a mechanism, with the kernel of `X`.
 fn check<X: Generated<3, 2>>(mechanism: &dyn Mechanism, state: &State<3, 2>, expected: &Expected) {
     for evaluator in evaluators::<X, 3, 2>() {
-        for (name, got) in evaluator.values(mechanism, X::TAPE, state).into_iter().flatten() {
+        for (name, got) in evaluator.values(mechanism, X::TAPE.tape(), state).into_iter().flatten() {
             let Some((_, expected, beside)) = expected.functions.iter().find(|(n, ..)| *n == name) else { continue };
             let got: Vec<f64> = got.iter().map(|number| number.hi()).collect();
             close(&format!("{}, {name}", evaluator.name), &got, expected, beside);

@@ -1,0 +1,35 @@
+//! The cost of each function, and what was left out.
+
+use qrm_core::NamedTape;
+use qrm_scene::scene::Scene;
+
+use crate::omissions;
+use crate::term::Equations;
+
+/// Functions that are not listed: they are called once, or compare numbers.
+const OF_LITTLE_COST: [&str; 8] =
+    ["parameters", "constants", "growth_factor", "start", "schedule", "event", "switching_functions", "tanh_arguments"];
+
+/// The operations of each function, those of the accelerations by other ways, and what was left out; line by line.
+pub(crate) fn notes(scene: &Scene, equations: &Equations, tape: &NamedTape) -> Vec<String> {
+    let mut lines = vec!["Operations:".to_owned()];
+    let functions = || tape.functions.iter().filter(|function| !OF_LITTLE_COST.contains(&&*function.name));
+    let width = functions().map(|function| function.name.len()).max().unwrap_or(0);
+    lines.extend(functions().map(|function| format!("    {:width$}  {}", function.name, tape.operations(function))));
+    lines.extend([String::new(), "Accelerations and multipliers, from sines and cosines on:".to_owned()]);
+    let evaluated = |names: &[&str]| {
+        let named = tape.functions.iter().filter(|function| names.contains(&&*function.name));
+        named.map(|function| tape.operations(function).sum()).sum::<usize>()
+    };
+    let parts = ["com_jacobian", "com_bias", "constraint_jacobian", "constraint_bias"];
+    let dense = evaluated(&parts) + omissions::dense(scene, equations);
+    let solved = evaluated(&["dynamics"]) + omissions::system(scene);
+    lines.extend([
+        format!("    {dense:5} operations  with full matrices, as the method is written down"),
+        format!("    {solved:5} operations  by the function `dynamics` and one full system"),
+        format!("    {:5} operations  by the kernel: {}", tape.solution.sum(), tape.solution),
+    ]);
+    lines.extend([String::new(), "Left out:".to_owned()]);
+    lines.extend(omissions::omissions(scene, equations).iter().map(|line| format!("    {line}")));
+    lines
+}

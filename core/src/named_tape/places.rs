@@ -1,0 +1,113 @@
+//! The places of values in a tape for evaluators.
+
+use std::vec;
+use std::vec::Vec;
+
+use super::schedule::scheduled;
+use super::{NamedTape, Value, place};
+use crate::tape::{Operation, OwnedFunction};
+
+/// Values that have a place, and the next free one.
+#[derive(Clone)]
+pub(super) struct Places<'t> {
+    tape: &'t NamedTape,
+    /// The place of each value that has one.
+    known: Vec<Option<u32>>,
+    next: u32,
+}
+
+impl<'t> Places<'t> {
+    /// The places of the inputs.
+    pub(super) fn new(tape: &'t NamedTape) -> Self {
+        let known = (0..tape.values.len()).map(|value| (value < tape.inputs()).then(|| place(value))).collect();
+        Self { tape, known, next: place(tape.inputs()) }
+    }
+
+    /// Gives places to all that follows from parameters alone on the way to these values.
+    pub(super) fn constants(&mut self, roots: impl Iterator<Item = u32>) -> Vec<Operation> {
+        let is_constant = self.tape.are_constant();
+        let constants: Vec<u32> = self.needed(roots).into_iter().filter(|value| is_constant[*value as usize]).collect();
+        self.operations(constants.into_iter())
+    }
+
+    /// The values of parameters, each after what it follows from.
+    pub(super) fn parameters(&self, roots: &[u32]) -> OwnedFunction {
+        // Constants follow from parameters, so none of them is known.
+        let mut own = Self { next: self.next, ..Self::new(self.tape) };
+        let values = own.needed(roots.iter().copied());
+        OwnedFunction { operations: own.place_all(values), results: own.results(roots) }
+    }
+
+    /// A function; its values have no place afterwards.
+    pub(super) fn function(&self, roots: &[u32]) -> OwnedFunction {
+        self.clone().first_part(&[], roots)
+    }
+
+    /// A function whose values, and others, keep their places for those that follow.
+    pub(super) fn first_part(&mut self, others: &[u32], roots: &[u32]) -> OwnedFunction {
+        let operations = self.operations(others.iter().chain(roots).copied());
+        OwnedFunction { operations, results: self.results(roots) }
+    }
+
+    /// A function whose places are not used by those that follow.
+    pub(super) fn part(&mut self, roots: &[u32]) -> OwnedFunction {
+        self.part_after(&[], roots)
+    }
+
+    /// A function that is executed after one with these results.
+    pub(super) fn part_after(&mut self, before: &[u32], roots: &[u32]) -> OwnedFunction {
+        let mut own = self.clone();
+        own.operations(before.iter().copied());
+        let part = own.first_part(&[], roots);
+        self.next = own.next;
+        part
+    }
+
+    /// Gives places to all that is needed for some values.
+    fn operations(&mut self, roots: impl Iterator<Item = u32>) -> Vec<Operation> {
+        let needed = self.needed(roots);
+        self.place_all(scheduled(self.tape, &needed))
+    }
+
+    fn place_all(&mut self, values: Vec<u32>) -> Vec<Operation> {
+        let mut operations = Vec::new();
+        for value in values {
+            self.known[value as usize] = Some(self.next);
+            self.next += 1;
+            if let Value::Operation(operation) = self.tape.values[value as usize] {
+                operations.push(operation.map(|operand| self.place(operand)));
+            }
+        }
+        operations
+    }
+
+    fn results(&self, roots: &[u32]) -> Vec<u32> {
+        roots.iter().map(|root| self.place(*root)).collect()
+    }
+
+    fn place(&self, value: u32) -> u32 {
+        self.known[value as usize].unwrap_or_else(|| unreachable!("operands come first"))
+    }
+
+    /// Values without a place that are needed for others, in their order; sine and cosine come together.
+    pub(super) fn needed(&self, roots: impl Iterator<Item = u32>) -> Vec<u32> {
+        let mut is_needed = vec![false; self.known.len()];
+        let mut pending: Vec<u32> = roots.collect();
+        while let Some(value) = pending.pop() {
+            if self.known[value as usize].is_some() || std::mem::replace(&mut is_needed[value as usize], true) {
+                continue;
+            }
+            match self.tape.values[value as usize] {
+                Value::Input => {}
+                Value::Cosine => pending.push(value - 1),
+                Value::Operation(operation) => {
+                    if matches!(operation, Operation::SinCos(_)) {
+                        pending.push(value + 1);
+                    }
+                    operation.for_each_operand(|operand| pending.push(operand));
+                }
+            }
+        }
+        (0..place(is_needed.len())).filter(|&value| is_needed[value as usize]).collect()
+    }
+}

@@ -1,0 +1,64 @@
+//! The functions of a mechanism as a program holds them: bytes, which are read where they are needed.
+
+#[cfg(feature = "std")]
+use std::{boxed::Box, sync::OnceLock};
+
+#[cfg(feature = "std")]
+use crate::named_tape::NamedTape;
+#[cfg(feature = "std")]
+use crate::tape::{OwnedTape, Tape};
+
+/// The functions of a mechanism: with names for printers, and in the order in which evaluators run them.
+#[derive(Debug)]
+pub struct StoredTape {
+    #[cfg_attr(not(feature = "std"), allow(dead_code))]
+    bytes: &'static [u8],
+    #[cfg(feature = "std")]
+    named: OnceLock<NamedTape>,
+    #[cfg(feature = "std")]
+    placed: OnceLock<&'static Tape<'static>>,
+}
+
+impl StoredTape {
+    /// The tape of [bytes](NamedTape::to_bytes) that the generator wrote.
+    #[cfg(feature = "std")]
+    pub const fn new(bytes: &'static [u8]) -> Self {
+        Self { bytes, named: OnceLock::new(), placed: OnceLock::new() }
+    }
+
+    /// The tape of bytes that the generator wrote. Programs without a standard library do not read it.
+    #[cfg(not(feature = "std"))]
+    pub const fn new(bytes: &'static [u8]) -> Self {
+        Self { bytes }
+    }
+}
+
+#[cfg(feature = "std")]
+impl StoredTape {
+    /// The tape with names.
+    ///
+    /// # Panics
+    /// If the bytes are not those of a tape: the generator and this crate have different versions.
+    pub fn named(&self) -> &NamedTape {
+        let read = || NamedTape::from_bytes(self.bytes).unwrap_or_else(|| panic!("the tape of another version"));
+        self.named.get_or_init(read)
+    }
+
+    /// The tape for evaluators. It lives as long as the program.
+    pub fn tape(&self) -> &'static Tape<'static> {
+        let place = || -> &'static Tape<'static> {
+            let owned: &'static OwnedTape = Box::leak(Box::new(self.named().placed()));
+            Box::leak(Box::new(owned.tape()))
+        };
+        self.placed.get_or_init(place)
+    }
+}
+
+#[cfg(feature = "std")]
+impl From<NamedTape> for StoredTape {
+    fn from(named: NamedTape) -> Self {
+        let stored = Self::new(&[]);
+        let _ = stored.named.set(named);
+        stored
+    }
+}

@@ -1,0 +1,77 @@
+//! The documentation of generated code, the same in all languages.
+
+use qrm_core::NamedTape;
+use qrm_core::named_tape::{Argument, Function};
+use qrm_scene::scene::{Body, Constraint, Coordinate, Load, Parameter, Point, Scene};
+
+use crate::words::Words;
+
+/// That of the struct of the parameters.
+pub(crate) const PARAMETERS: &str = "The numbers of the scene that can be changed, under their names in the scene.";
+/// That of the struct of the constants.
+pub(crate) const CONSTANTS: &str = "Values that depend on parameters alone, computed once.";
+/// That of the struct of a position.
+pub(crate) const POSITION: &str = "What follows from the position alone.";
+
+/// A parameter.
+pub(crate) fn parameter(p: &Parameter) -> String {
+    let unit = if p.unit.is_empty() { String::new() } else { format!(" ({})", p.unit) };
+    format!("{}{unit}", if p.doc.is_empty() { &p.name } else { &p.doc })
+}
+
+/// What a function computes, of what, and at which cost.
+pub(crate) fn function(scene: &Scene, tape: &NamedTape, function: &Function) -> String {
+    let mut text = function.doc.clone();
+    let is_plain = |argument: &Argument| !matches!(argument, Argument::Position | Argument::Angles);
+    if function.arguments.iter().all(is_plain) {
+        let arguments: Vec<String> = function.arguments.iter().map(|argument| described(scene, *argument)).collect();
+        text += &format!("\n\nArguments: {}.", arguments.join(", "));
+    }
+    text += &format!("\n\nOperations: {}.", tape.operations(function));
+    text
+}
+
+/// An argument with the names of its numbers.
+fn described(scene: &Scene, argument: Argument) -> String {
+    let coordinates =
+        |suffix: &str| -> Vec<String> { scene.coordinates.iter().map(|c| format!("{}{suffix}", c.name)).collect() };
+    let constraints = || scene.constraints.iter().map(|c| c.name.clone()).collect::<Vec<String>>();
+    let (name, of) = match argument {
+        Argument::Time => return "`t` in s".to_owned(),
+        Argument::Coordinates => ("q", coordinates("")),
+        Argument::Rates => ("qd", coordinates("_dot")),
+        Argument::Accelerations => ("qdd", coordinates("_ddot")),
+        Argument::Multipliers => ("multipliers", constraints()),
+        Argument::Residuals => ("residuals", constraints()),
+        Argument::Position | Argument::Angles => ("", Vec::new()),
+    };
+    format!("`{name} = [{}]`", of.join(", "))
+}
+
+/// The mechanism as the scene describes it.
+pub(crate) fn mechanism(scene: &Scene, source: &str) -> String {
+    let words = Words { source };
+    let mut text = if scene.doc.is_empty() { scene.name.clone() } else { scene.doc.clone() };
+    let mut list = |title: &str, items: Vec<String>| {
+        if !items.is_empty() {
+            text += &format!("\n\n{title}:\n- {}", items.join("\n- "));
+        }
+    };
+    let coordinate = |c: &Coordinate| format!("`{}`{}", c.name, after_name(&[&c.doc, &c.unit]));
+    list("Coordinates", scene.coordinates.iter().map(coordinate).collect());
+    let point = |p: &Point| format!("`{} = {}`", p.name, words.pair(&p.position));
+    list("Points", scene.points.iter().map(point).collect());
+    let body = |b: &Body| format!("`{}`: {}", b.name, words.body(b));
+    list("Bodies", scene.bodies.iter().map(body).collect());
+    let constraint =
+        |c: &Constraint| format!("`{}`: `{} = 0`{}", c.name, words.formula(&c.residual), after_name(&[&c.doc]));
+    list("Loops", scene.constraints.iter().map(constraint).collect());
+    let load = |l: &Load| format!("`{}`: {}", l.name, words.load(&l.kind));
+    list("Loads", scene.loads.iter().map(load).collect());
+    text + "\n\nThe struct holds its parameters, and what depends on them alone."
+}
+
+/// Words after a name, those that there are.
+fn after_name(words: &[&str]) -> String {
+    words.iter().filter(|word| !word.is_empty()).map(|word| format!(", {word}")).collect()
+}
