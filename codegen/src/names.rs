@@ -36,7 +36,7 @@ const RESERVED_MODULES: [&str; 29] = [
     "usize",
 ];
 /// The names that every generated module uses itself: its items, and what it takes from the prelude.
-pub const RESERVED_STRUCTS: [&str; 20] = [
+pub const RESERVED_STRUCTS: [&str; 21] = [
     "Angles",
     "Constants",
     "Default",
@@ -57,6 +57,7 @@ pub const RESERVED_STRUCTS: [&str; 20] = [
     "Schedule",
     "Self",
     "Start",
+    "StoredTape",
 ];
 
 /// Why a scene cannot have this name, if so.

@@ -47,15 +47,18 @@ impl GoldenCopy {
     /// # Errors
     /// The path of a file that cannot be written, and why.
     pub fn write(&self, folder: &Path, module: &str) -> Result<(), (String, io::Error)> {
-        let bytes = self.tape.to_bytes();
-        let code = self.code.clone() + &checksum_line(&self.code, &bytes, &self.derivation);
-        let [code_path, tape_path, derivation_path] = paths(folder, module);
-        // The module includes the others, and is the mark of all.
-        let files = [(derivation_path, self.derivation.as_bytes()), (tape_path, &bytes), (code_path, code.as_bytes())];
-        for (path, bytes) in files {
-            write_whole(&path, bytes).map_err(|e| (path.display().to_string(), e))?;
+        for (path, bytes) in self.files(folder, module) {
+            write_whole(&path, &bytes).map_err(|e| (path.display().to_string(), e))?;
         }
         Ok(())
+    }
+
+    /// The files of a module in a folder. The last one includes the others, and is the mark of all.
+    pub(crate) fn files(&self, folder: &Path, module: &str) -> [(PathBuf, Vec<u8>); 3] {
+        let tape = self.tape.to_bytes();
+        let code = self.code.clone() + &checksum_line(&self.code, &tape, &self.derivation);
+        let [code_path, tape_path, derivation_path] = paths(folder, module);
+        [(derivation_path, self.derivation.clone().into_bytes()), (tape_path, tape), (code_path, code.into_bytes())]
     }
 }
 
@@ -63,7 +66,7 @@ impl GoldenCopy {
 const CHECKSUM: &str = "\n// Hash of this file, its tape and its derivation: ";
 
 /// The files of a module: code, tape, derivation.
-pub(crate) fn paths(folder: &Path, module: &str) -> [PathBuf; 3] {
+fn paths(folder: &Path, module: &str) -> [PathBuf; 3] {
     ["rs", "tape", "md"].map(|extension| folder.join(format!("{module}.{extension}")))
 }
 

@@ -9,7 +9,7 @@ use qrm_scene::names::module_name;
 use qrm_scene::resolve;
 use qrm_scene::scene_file::SceneFile;
 
-use crate::golden_copy::{GoldenCopy, paths};
+use crate::golden_copy::GoldenCopy;
 use crate::index::{self, Entry};
 use crate::{engine, values};
 
@@ -115,10 +115,7 @@ fn source(code: &str) -> Option<&str> {
 fn write(entries: &[Entry], out: &Path) -> Result<(), String> {
     let mut files = vec![(out.join("scenes.rs"), index::text(entries).into_bytes())];
     for entry in entries {
-        let [code, tape, derivation] = paths(out, &entry.name);
-        files.push((code, entry.copy.code.clone().into_bytes()));
-        files.push((tape, entry.copy.tape.to_bytes()));
-        files.push((derivation, entry.copy.derivation.clone().into_bytes()));
+        files.extend(entry.copy.files(out, &entry.name));
         if !entry.is_compiled {
             files.push((out.join(entry.module_file()), entry.description().into_bytes()));
         }
