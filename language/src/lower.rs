@@ -421,11 +421,11 @@ impl<'t> Scope<'t> {
     /// A name for a result that nothing else in the function has.
     fn free(&self, wish: &str, own: &named_tape::Function) -> String {
         let statements = own.statements.iter().flat_map(|statement| &statement.names);
-        let used = self.bindings.iter().filter(|(_, is_used)| *is_used).map(|(statement, _)| match statement {
+        let bound = self.bindings.iter().map(|(statement, _)| match statement {
             Statement::Alias { name, .. } | Statement::Let { name, .. } => name,
             _ => unreachable!("functions begin with names"),
         });
-        let taken: Vec<&String> = statements.chain(used).collect();
+        let taken: Vec<&String> = statements.chain(bound).collect();
         let arguments = ["m", "p", "t", "q", "qd", "qdd", "multipliers", "residuals", "angles", "position"];
         let is_argument = |name: &str| {
             arguments.contains(&name) && own.arguments.iter().any(|argument| argument_name(*argument) == name)
