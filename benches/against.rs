@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-use qrm_core::{Mechanism, Model, Replace};
+use qrm_core::{Mechanism, Model, ParameterOverrides};
 use qrm_model::quick_return::QuickReturn;
 use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::integrate::{DOP853, MethodSettings};
@@ -70,7 +70,7 @@ fn designs(lanes: LaneCount, tolerance: f64, extremes: bool, estimate_error: boo
     let settings = MethodSettings::new(DOP853, tolerance);
     let crank = |i: usize| 0.15 + 0.1 * i as f64 / DESIGNS as f64;
     let replacements: Vec<_> = (0..DESIGNS).map(|i| move |name: &str| (name == "O2A").then_some(crank(i))).collect();
-    let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+    let designs: Vec<ParameterOverrides> = replacements.iter().map(|replace| replace as ParameterOverrides).collect();
     let request = SweepRequest { settings, extremes, estimate_error, ..SweepRequest::default() };
     let begun = Instant::now();
     let finished = sweep(&GENERATED, black_box(&designs), &request, lanes);

@@ -8,7 +8,7 @@ mod measure;
 use std::hint::black_box;
 use std::time::Instant;
 
-use qrm_core::{Model, Replace};
+use qrm_core::{Model, ParameterOverrides};
 use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::integrate::{DOP853, GAUSS, Method, MethodSettings, RK4};
 use qrm_sim::run::{Request, simulate};
@@ -41,7 +41,7 @@ fn designs(model: &Model) -> f64 {
     let factor = |i: usize| 1.0 + 0.02 * i as f64 / DESIGNS as f64;
     let replacements: Vec<_> =
         (0..DESIGNS).map(|i| move |name: &str| (name == parameter).then_some(value * factor(i))).collect();
-    let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+    let designs: Vec<ParameterOverrides> = replacements.iter().map(|replace| replace as ParameterOverrides).collect();
     let settings = MethodSettings::new(DOP853, 1e-9);
     let request = SweepRequest { settings, extremes: false, estimate_error: false, ..SweepRequest::default() };
     let begun = Instant::now();

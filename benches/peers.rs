@@ -6,7 +6,7 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
-use qrm_core::{Model, Replace};
+use qrm_core::{Model, ParameterOverrides};
 use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
 use qrm_sim::integrate::{AUTO, DOP853, METHODS, Method, MethodSettings};
 use qrm_sim::run::{End, Request, simulate};
@@ -130,7 +130,8 @@ fn one_sweep(
     let value = |exact: &Exact, name: &str| exact.parameters.iter().find(|(own, _)| own == name).map(|(_, v)| *v);
     let designs = || (0..ROUNDS).flat_map(|_| designs);
     let replacements: Vec<_> = designs().map(|exact| move |name: &str| value(exact, name)).collect();
-    let replacements: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+    let replacements: Vec<ParameterOverrides> =
+        replacements.iter().map(|replace| replace as ParameterOverrides).collect();
     let settings = MethodSettings::new(DOP853, tolerance);
     let request = SweepRequest {
         settings,

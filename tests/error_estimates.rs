@@ -49,7 +49,7 @@ fn run(
     let request = Request { settings, step: Some(step), end, estimate_error: true, ..Request::default() };
     let mut rows = Rows::default();
     let outcome = simulate(mechanism, &request, &mut rows).ok()?;
-    let is_trusted = outcome.status.is_done() && outcome.doubts(mechanism.description()).is_empty();
+    let is_trusted = outcome.status.is_done() && outcome.rejection_reasons(mechanism.description()).is_empty();
     if is_trusted { Some((rows.0, outcome.errors?)) } else { None }
 }
 
@@ -242,7 +242,7 @@ fn estimates_hold_for_extremes() {
             let request = Request { settings, step, end, estimate_error: true, ..Request::default() };
             let mut extremes = ExtremesOf::default();
             let outcome = simulate(&*mechanism, &request, &mut extremes).ok()?;
-            let is_trusted = outcome.status.is_done() && outcome.doubts(mechanism.description()).is_empty();
+            let is_trusted = outcome.status.is_done() && outcome.rejection_reasons(mechanism.description()).is_empty();
             if is_trusted { Some((extremes.0, outcome.errors?)) } else { None }
         };
         // Extremes of a reference take more rows than double-double numbers can be computed in.

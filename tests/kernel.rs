@@ -1,14 +1,14 @@
 //! Whole runs by kernels against whole runs by the plain functions they stand for.
 
 use crate::common::plain::Plain;
-use qrm_core::{Mechanism, Replace, StateMut};
+use qrm_core::{Mechanism, ParameterOverrides, StateMut};
 use qrm_sim::integrate::{DOP853, MethodSettings};
 use qrm_sim::run::{End, Request, Status, assemble, simulate};
 use qrm_sim::solve::{Projection, ProjectionTolerance, Solver};
 use qrm_sim::start::Start;
 
 /// The quick-return mechanism with some parameters replaced.
-fn quick_return(replace: Replace) -> Box<dyn Mechanism> {
+fn quick_return(replace: ParameterOverrides) -> Box<dyn Mechanism> {
     let mut models = qrm_model::MODELS.iter();
     models.find(|model| model.description.name == "quick-return").expect("the scene is built").mechanism(replace)
 }

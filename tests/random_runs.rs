@@ -6,7 +6,7 @@
 use std::{fmt, io};
 
 use fastrand::Rng;
-use qrm_core::{Mechanism, Model, Replace};
+use qrm_core::{Mechanism, Model, ParameterOverrides};
 use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
 use qrm_sim::integrate::{DOP853, METHODS, MethodSettings, method_named};
 use qrm_sim::run::{End, Observer, Outcome, Request, Row, StartError, Status, simulate};
@@ -107,7 +107,7 @@ impl Case {
             return None;
         };
         let description = model(self.scene).description;
-        if !outcome.status.is_done() || !outcome.doubts(description).is_empty() {
+        if !outcome.status.is_done() || !outcome.rejection_reasons(description).is_empty() {
             counts.refused += 1;
             return None;
         }
@@ -222,7 +222,8 @@ fn designs_in_lanes_are_what_runs_make_of_them() {
             parameters.iter().find(|(other, _)| *other == name).map(|(_, value)| *value)
         };
         let replacements: Vec<_> = parameters.iter().map(|p| move |name: &str| replace(p, name)).collect();
-        let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+        let designs: Vec<ParameterOverrides> =
+            replacements.iter().map(|replace| replace as ParameterOverrides).collect();
         let settings = MethodSettings::new(DOP853, 10.0_f64.powf(-4.0 - 8.0 * random.f64()));
         let end = Some(SweepEnd::Time(first.end));
         let request = SweepRequest { settings, step: Some(first.step), end, ..SweepRequest::default() };
@@ -233,8 +234,13 @@ fn designs_in_lanes_are_what_runs_make_of_them() {
             let ended = |status: &Result<Status, StartError>| status.as_ref().map(Status::is_done).ok();
             assert_eq!(ended(&lanes.status), ended(&alone.status), "{case}: {:?} {:?}", lanes.status, alone.status);
             // Lanes know the errors and the energy at the end; a run knows the corrections and every row.
-            assert!(lanes.doubts.is_empty() || !alone.doubts.is_empty(), "{case}: {:?}", lanes.doubts);
-            let (Some(stated), true) = (alone.estimated_error, alone.doubts.is_empty() && lanes.doubts.is_empty())
+            assert!(
+                lanes.rejection_reasons.is_empty() || !alone.rejection_reasons.is_empty(),
+                "{case}: {:?}",
+                lanes.rejection_reasons
+            );
+            let (Some(stated), true) =
+                (alone.estimated_error, alone.rejection_reasons.is_empty() && lanes.rejection_reasons.is_empty())
             else {
                 continue;
             };

@@ -160,10 +160,11 @@ fn extremes_that_may_be_replaced_are_said_to_be_not_checked() {
 
 #[test]
 fn an_interrupted_motion_says_so() {
-    let goes_on = |t: f64, _: f64| t < 0.1;
+    let keep_running = |t: f64, _: f64| t < 0.1;
     for by in [&["k"][..], &[]] {
         let end = Some(SensitivityEnd::Time(500.0));
-        let request = SensitivityRequest { by, end, goes_on: Some(&goes_on), ..SensitivityRequest::default() };
+        let request =
+            SensitivityRequest { by, end, keep_running: Some(&keep_running), ..SensitivityRequest::default() };
         let found = qrm_sim::analysis::sensitivity(model("slider-crank"), &|_| None, &request);
         assert!(matches!(found, Err(SensitivityError::Interrupted { t }) if t >= 0.1), "{found:?}");
     }

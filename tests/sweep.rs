@@ -5,10 +5,10 @@
 
 use crate::common::{mechanism, model};
 use fastrand::Rng;
-use qrm_core::{Model, Replace};
+use qrm_core::{Model, ParameterOverrides};
 use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest};
 use qrm_sim::integrate::{DOP853, MethodSettings, StepBounds};
-use qrm_sim::run::{Doubt, Request, StartError, Status, simulate};
+use qrm_sim::run::{RejectionReason, Request, StartError, Status, simulate};
 
 /// The parameters of a design.
 type Design = Vec<(&'static str, f64)>;
@@ -16,7 +16,8 @@ type Design = Vec<(&'static str, f64)>;
 fn sweep(model: &Model, designs: &[Design], request: &SweepRequest, lanes: LaneCount) -> Vec<DesignResult> {
     let value = |design: &Design, name: &str| design.iter().find(|(own, _)| *own == name).map(|(_, value)| *value);
     let replacements: Vec<_> = designs.iter().map(|design| move |name: &str| value(design, name)).collect();
-    let replacements: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+    let replacements: Vec<ParameterOverrides> =
+        replacements.iter().map(|replace| replace as ParameterOverrides).collect();
     qrm_sim::batch::sweep(model, &replacements, request, lanes)
 }
 
@@ -195,7 +196,7 @@ fn a_small_swing_is_judged_by_its_range() {
     let end = Some(SweepEnd::Time(60.0));
     let request = SweepRequest { step: Some(0.05), end, extremes: false, ..by_steps() };
     let finished = &qrm_sim::batch::sweep(model("double-pendulum"), &[&replace], &request, LaneCount::Most)[0];
-    assert!(matches!(finished.doubts[..], [Doubt::Error { .. }]), "{finished:?}");
+    assert!(matches!(finished.rejection_reasons[..], [RejectionReason::Error { .. }]), "{finished:?}");
 }
 
 #[test]
@@ -252,8 +253,9 @@ fn what_a_design_says_of_its_error_holds() {
         let finished = sweep(model, &designs, &request(tolerance), LaneCount::Most);
         let exact = sweep(model, &designs, &request((1e-4 * tolerance).max(1e-13)), LaneCount::Most);
         for ((design, finished), exact) in designs.iter().zip(&finished).zip(&exact) {
-            let is_done =
-                |result: &DesignResult| matches!(result.status, Ok(Status::Completed)) && result.doubts.is_empty();
+            let is_done = |result: &DesignResult| {
+                matches!(result.status, Ok(Status::Completed)) && result.rejection_reasons.is_empty()
+            };
             if !is_done(finished) || !is_done(exact) {
                 refused += 1;
                 continue;

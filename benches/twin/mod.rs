@@ -6,8 +6,8 @@ mod by_hand;
 mod kernel_by_hand;
 
 use qrm_core::{
-    Description, Dynamics, DynamicsMut, Equations, LoopConstraints, LoopConstraintsMut, Mechanism, Model, Replace,
-    Schedule, StartMut,
+    Description, Dynamics, DynamicsMut, Equations, LoopConstraints, LoopConstraintsMut, Mechanism, Model,
+    ParameterOverrides, Schedule, StartMut,
 };
 
 pub(crate) use by_dual_numbers::ByDualNumbers;
@@ -58,7 +58,7 @@ impl<E: PlainFunctions> Twin<E> {
     }
 
     /// The mechanism with some parameters replaced.
-    pub(crate) fn with_parameters(replace: Replace) -> Self {
+    pub(crate) fn with_parameters(replace: ParameterOverrides) -> Self {
         let generated = Model::of::<QuickReturn, 3, 2>().mechanism(replace);
         Self { generated, equations: E::new(Parameters::with(replace)) }
     }

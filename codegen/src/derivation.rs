@@ -5,13 +5,13 @@ mod matrix;
 use crate::formula::{Style, Writer};
 use crate::term::{Equations, Row, Symbol, Term};
 use matrix::{entries, equation, formula, matrix, vector};
-use qrm_language::words::Words;
+use qrm_language::source_excerpts::SourceExcerpts;
 use qrm_scene::scene::Scene;
 
 /// The whole text.
 pub fn markdown(scene: &Scene, equations: &Equations, source: &str) -> String {
     let writer = Writer::new(scene, Style::Latex, &equations.names).naming_roots(equations.terms());
-    let derivation = Derivation { scene, equations, words: Words { source }, writer };
+    let derivation = Derivation { scene, equations, words: SourceExcerpts { source }, writer };
     let sections = [
         derivation.beginning(),
         derivation.coordinates(),
@@ -33,7 +33,7 @@ pub fn markdown(scene: &Scene, equations: &Equations, source: &str) -> String {
 struct Derivation<'a> {
     scene: &'a Scene,
     equations: &'a Equations,
-    words: Words<'a>,
+    words: SourceExcerpts<'a>,
     writer: Writer<'a>,
 }
 

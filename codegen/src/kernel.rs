@@ -39,7 +39,7 @@ pub struct Kernel {
     /// The coordinates that move freely, and the forces along them that accelerations take: of inverse dynamics alone.
     pub forces: Vec<(usize, Signed)>,
     /// Whether it can be relied on anywhere.
-    pub is_suited: bool,
+    pub is_valid_everywhere: bool,
     /// Whether what follows from a position depends on time too: closures do, or a length.
     pub is_timed: bool,
 }
@@ -253,13 +253,13 @@ impl<'s> Builder<'s> {
         let correction = elimination.free(&mut self, &particular, None, Block::Correction, "correction");
         let locals = self.locals.clone();
         let mut solved = Solved { locals, growth_factors, accelerations, multipliers, correction };
-        let mut is_suited = elimination.is_suited();
+        let mut is_valid_everywhere = elimination.is_valid_everywhere();
         if m > 0 && n > MANY {
             self.locals.retain(|local| !local.block.is_solution());
             self.by_value = self.locals.iter().enumerate().map(|(place, local)| (local.value.id, place)).collect();
             let other = self.by_range_space((&jacobian, &mass), (&bias, &forces, &asked), &e.normal_forces);
-            if let Some(other) = other.filter(|other| !is_suited || self.total(other) < self.total(&solved)) {
-                (solved, is_suited) = (other, true);
+            if let Some(other) = other.filter(|other| !is_valid_everywhere || self.total(other) < self.total(&solved)) {
+                (solved, is_valid_everywhere) = (other, true);
             }
         }
         let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
@@ -279,7 +279,7 @@ impl<'s> Builder<'s> {
             accelerations: all(solved.accelerations),
             multipliers: all(solved.multipliers),
             outputs: all(outputs),
-            is_suited,
+            is_valid_everywhere,
             is_timed: self.scene.is_driven()
                 || e.names.iter().any(|named| named.inside().any_symbol(&|symbol| symbol == Symbol::Time)),
             ..Kernel::default()

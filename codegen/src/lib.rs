@@ -9,12 +9,12 @@ pub mod formula;
 pub mod functions;
 pub mod graph;
 pub mod kernel;
+#[cfg(test)]
+mod language_tests;
 pub mod lower;
 pub mod names;
 mod notes;
 pub mod omissions;
 pub mod share;
 pub mod term;
-#[cfg(test)]
-mod translations;
 pub mod verify;

@@ -256,7 +256,7 @@ impl SimdBatch {
         self.begin_step(lane, outputs);
     }
 
-    /// Makes steps until some lane needs its caller: see [`goes_on`](Self::goes_on).
+    /// Makes steps until some lane needs its caller: see [`keep_running`](Self::keep_running).
     pub fn advance(&mut self) {
         self.steps.advance();
     }
@@ -267,7 +267,7 @@ impl SimdBatch {
     }
 
     /// Whether a lane can simply go on after the step that is waited for.
-    pub fn goes_on(&self, lane: usize) -> bool {
+    pub fn keep_running(&self, lane: usize) -> bool {
         let numbers = self.numbers(lane);
         let t = self.get(lane, self.layout.row());
         !self.request.waits_each_step

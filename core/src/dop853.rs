@@ -275,7 +275,7 @@ fn accelerations<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     from: &KernelState<R, N, M>,
     (q, dq, qd): (&[R; N], &[R; N], &[R; N]),
 ) -> ([R; N], R) {
-    K::out_of_line(
+    K::call_out_of_line(
         #[inline(always)]
         || {
             let angles = from.angles.turned_far(q, dq, kernel.has_angle());

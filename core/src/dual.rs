@@ -13,13 +13,13 @@ use crate::scalar::Scalar;
 pub struct Dual<D>(pub D);
 
 /// What is asked of a kind of dual numbers.
-pub trait Kind: DualNum<Primitive = f64> + Copy + Send + Sync + 'static {}
+pub trait DualKind: DualNum<Primitive = f64> + Copy + Send + Sync + 'static {}
 
-impl<D: DualNum<Primitive = f64> + Copy + Send + Sync + 'static> Kind for D {}
+impl<D: DualNum<Primitive = f64> + Copy + Send + Sync + 'static> DualKind for D {}
 
 macro_rules! operators {
     ($($operator:ident $name:ident),*) => {
-        $(impl<D: Kind> $operator for Dual<D> {
+        $(impl<D: DualKind> $operator for Dual<D> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Self) -> Self { Self(self.0.$name(other.0)) }
@@ -29,7 +29,7 @@ macro_rules! operators {
 
 operators!(Add add, Sub sub, Mul mul, Div div);
 
-impl<D: Kind> Neg for Dual<D> {
+impl<D: DualKind> Neg for Dual<D> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -43,7 +43,7 @@ macro_rules! forward {
     };
 }
 
-impl<D: Kind> Scalar for Dual<D> {
+impl<D: DualKind> Scalar for Dual<D> {
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         Self(D::from(value))

@@ -49,7 +49,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
     /// This is a method of the mechanism, so that rustc compiles it in the codegen unit of the mechanism's module. A
     /// function would be compiled with those of all mechanisms, whenever one of them changes.
     #[inline(never)]
-    fn out_of_line<T>(f: impl FnOnce() -> T) -> T {
+    fn call_out_of_line<T>(f: impl FnOnce() -> T) -> T {
         R::vectorized(f)
     }
 

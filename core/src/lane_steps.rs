@@ -101,7 +101,7 @@ pub(crate) struct StepsBy<K, S: Token, const N: usize, const M: usize> {
 
 /// A motion in each lane.
 #[derive(Clone, Copy)]
-struct Motion<S: Token, const N: usize, const M: usize> {
+struct LaneMotion<S: Token, const N: usize, const M: usize> {
     t: Lanes<S>,
     state: KernelState<Lanes<S>, N, M>,
 }
@@ -115,12 +115,12 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
     }
 
     #[inline(always)]
-    fn motion(&self) -> Motion<S, N, M> {
-        Motion::read(&self.kernel, &self.numbers[self.layout().row()..])
+    fn motion(&self) -> LaneMotion<S, N, M> {
+        LaneMotion::read(&self.kernel, &self.numbers[self.layout().row()..])
     }
 
     #[inline(always)]
-    fn set_row(&mut self, place: usize, motion: &Motion<S, N, M>) {
+    fn set_row(&mut self, place: usize, motion: &LaneMotion<S, N, M>) {
         motion.write(self.kernel.sizes(), &mut self.numbers[place..]);
     }
 
@@ -149,7 +149,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
     }
 }
 
-impl<S: Token, const N: usize, const M: usize> Motion<S, N, M> {
+impl<S: Token, const N: usize, const M: usize> LaneMotion<S, N, M> {
     /// From the places of a row.
     #[inline(always)]
     fn read<K: Kernel<Lanes<S>, N, M>>(kernel: &K, row: &[Lanes<S>]) -> Self {

@@ -72,7 +72,7 @@ pub use description::{Description, ParameterDescription, QuantityDescription};
 pub use digest::digest;
 pub use double_double::DoubleDouble;
 #[cfg(feature = "dual")]
-pub use dual::{Dual, Kind};
+pub use dual::{Dual, DualKind};
 #[cfg(feature = "simd")]
 pub use gauss::{Convergence, GAUSS_NODES, GaussEnd, GaussEstimate, GaussRequest, GaussSteps};
 pub use interval::Interval;
@@ -85,7 +85,7 @@ pub use mechanism::{
     Compiled, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, RowQuantities, StartMut, StateRef,
 };
 #[cfg(feature = "simd")]
-pub use model::{Model, Replace};
+pub use model::{Model, ParameterOverrides};
 #[cfg(feature = "std")]
 pub use named_tape::NamedTape;
 pub use projection::{ProjectionResult, StateMut};

@@ -16,7 +16,7 @@ use crate::stored_tape::StoredTape;
 use crate::tape::{Tape, TapeEvaluator};
 
 /// New values for parameters, by their names.
-pub type Replace<'a> = &'a dyn Fn(&str) -> Option<f64>;
+pub type ParameterOverrides<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
 /// A mechanism, whatever its size: its functions as data, and compiled ones if there are any.
 #[derive(Clone, Copy, Debug)]
@@ -77,25 +77,25 @@ impl Model {
 
     /// The values of the parameters, some of them replaced, in the order of the description; those that the scene
     /// computes from others follow.
-    pub fn parameter_values(&self, replace: Replace) -> Vec<f64> {
+    pub fn parameter_values(&self, replace: ParameterOverrides) -> Vec<f64> {
         self.parameter_values_by(&mut TapeEvaluator::new(self.tape()), replace)
     }
 
     /// The values by the tape, so that a changed number compiles no function anew.
-    fn parameter_values_by(&self, evaluator: &mut TapeEvaluator<Vec<f64>>, replace: Replace) -> Vec<f64> {
+    fn parameter_values_by(&self, evaluator: &mut TapeEvaluator<Vec<f64>>, replace: ParameterOverrides) -> Vec<f64> {
         evaluator.set_parameters(|i| replace(self.description.parameters[i].name));
         evaluator.parameters().to_vec()
     }
 
     /// The mechanism once for each of these replacements.
-    pub fn mechanisms(&self, replacements: &[Replace]) -> Vec<Box<dyn Mechanism>> {
+    pub fn mechanisms(&self, replacements: &[ParameterOverrides]) -> Vec<Box<dyn Mechanism>> {
         let mut evaluator = TapeEvaluator::new(self.tape());
         let values = replacements.iter().map(|replace| self.parameter_values_by(&mut evaluator, *replace));
         values.map(|values| self.mechanism_with(values)).collect()
     }
 
     /// The mechanism with some parameters replaced.
-    pub fn mechanism(&self, replace: Replace) -> Box<dyn Mechanism> {
+    pub fn mechanism(&self, replace: ParameterOverrides) -> Box<dyn Mechanism> {
         self.mechanism_with(self.parameter_values(replace))
     }
 

@@ -7,7 +7,7 @@ use super::algebra::Algebra;
 use super::loads::{Effort, Loads};
 use super::normal_forces::{Sizes, normal_forces};
 use super::rows::Rows;
-use super::virtual_work::{self, Shift};
+use super::virtual_work::{self, VirtualDisplacement};
 use super::{Place, kernel, linearization};
 use qrm_codegen::term::{Equations, Symbol, Term};
 use qrm_scene::scene::{OutputKind, Scene};
@@ -164,8 +164,8 @@ fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
             let loads = loads.iter().map(|(load, factor)| algebra.atom(factor) * system.loads.force_of(*load));
             multipliers.chain(loads).fold(virtual_work::free_body(system, displacements), |sum, term| sum + term)
         }
-        OutputKind::ShakingForce(along) => virtual_work::on_ground(system, &Shift::along(system, along)),
-        OutputKind::ShakingMoment(point) => virtual_work::on_ground(system, &Shift::about(system, *point)),
+        OutputKind::ShakingForce(along) => virtual_work::on_ground(system, &VirtualDisplacement::along(system, along)),
+        OutputKind::ShakingMoment(point) => virtual_work::on_ground(system, &VirtualDisplacement::about(system, *point)),
         OutputKind::Norm { .. } => Atom::num(0),
         OutputKind::ReactionMoment { constraint, coordinate } => {
             let turned = |i: usize| {

@@ -7,13 +7,13 @@ use qrm_codegen::term::Symbol;
 use qrm_scene::scene::{Displacement, LoadKind, Turn, Value};
 
 /// A virtual displacement of places: by a vector, and by an angle about a point.
-pub(super) struct Shift {
+pub(super) struct VirtualDisplacement {
     along: [Atom; 2],
     turn: Atom,
     about: Option<[Atom; 2]>,
 }
 
-impl Shift {
+impl VirtualDisplacement {
     /// A displacement by a vector.
     pub(super) fn along(system: &System, along: &[Value; 2]) -> Self {
         let along = [0, 1].map(|axis| system.algebra.atom(&along[axis]));
@@ -48,7 +48,7 @@ impl Shift {
 /// The work of inertia, less that of loads and constraints, in displacements of bodies and points.
 pub(super) fn free_body(system: &System, displacements: &[Displacement]) -> Atom {
     let algebra = &system.algebra;
-    let shifts: Vec<Shift> = displacements.iter().map(|own| Shift::new(system, own)).collect();
+    let shifts: Vec<VirtualDisplacement> = displacements.iter().map(|own| VirtualDisplacement::new(system, own)).collect();
     let moved = || displacements.iter().zip(&shifts);
     let shifted = |point: usize, axis: usize| {
         let place = algebra.point(point);
@@ -104,7 +104,7 @@ pub(super) fn free_body(system: &System, displacements: &[Displacement]) -> Atom
 }
 
 /// The work on the ground of all that comes from bodies and from outside.
-pub(super) fn on_ground(system: &System, shift: &Shift) -> Atom {
+pub(super) fn on_ground(system: &System, shift: &VirtualDisplacement) -> Atom {
     let algebra = &system.algebra;
     let mut work = Atom::num(0);
     for body in 0..algebra.scene.bodies.len() {
@@ -121,7 +121,7 @@ pub(super) fn on_ground(system: &System, shift: &Shift) -> Atom {
 }
 
 /// `m a . d + I alpha w`
-fn inertia(system: &System, body: usize, shift: &Shift) -> Atom {
+fn inertia(system: &System, body: usize, shift: &VirtualDisplacement) -> Atom {
     let algebra = &system.algebra;
     let acceleration =
         |place: &Atom| algebra.contract(&algebra.gradient(place), Symbol::Acceleration) + algebra.bias(place);
@@ -140,7 +140,7 @@ fn inertia(system: &System, body: usize, shift: &Shift) -> Atom {
 }
 
 /// `m g . d`
-fn weight(system: &System, body: usize, shift: &Shift) -> Atom {
+fn weight(system: &System, body: usize, shift: &VirtualDisplacement) -> Atom {
     let algebra = &system.algebra;
     let own = &algebra.scene.bodies[body];
     let (Some(mass), Some(com)) = (&own.mass, &own.com) else { return Atom::num(0) };

@@ -45,7 +45,7 @@ fn every_type_that_generated_code_names_is_reserved() {
     assert!(missing.is_empty(), "not reserved: {missing:?}");
 }
 
-/// Words in camel case, but for fields.
+/// SourceExcerpts in camel case, but for fields.
 fn types_in(tokens: TokenStream, found: &mut BTreeSet<String>) {
     let mut is_field = false;
     for token in tokens {

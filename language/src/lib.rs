@@ -13,8 +13,8 @@ mod matlab;
 mod names;
 mod precedence;
 pub mod rust;
+pub mod source_excerpts;
 mod texts;
-pub mod words;
 
 use qrm_core::NamedTape;
 use qrm_core::named_tape;

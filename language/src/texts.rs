@@ -4,7 +4,7 @@ use qrm_core::NamedTape;
 use qrm_core::named_tape::{Argument, Function};
 use qrm_scene::scene::{Body, Constraint, Coordinate, Load, Parameter, Point, Scene};
 
-use crate::words::Words;
+use crate::source_excerpts::SourceExcerpts;
 
 /// That of the struct of the parameters.
 pub(crate) const PARAMETERS: &str = "The numbers of the scene that can be changed, under their names in the scene.";
@@ -50,7 +50,7 @@ fn described(scene: &Scene, argument: Argument) -> String {
 
 /// The mechanism as the scene describes it.
 pub(crate) fn mechanism(scene: &Scene, source: &str) -> String {
-    let words = Words { source };
+    let words = SourceExcerpts { source };
     let mut text = if scene.doc.is_empty() { scene.name.clone() } else { scene.doc.clone() };
     let mut list = |title: &str, items: Vec<String>| {
         if !items.is_empty() {
@@ -71,7 +71,7 @@ pub(crate) fn mechanism(scene: &Scene, source: &str) -> String {
     text + "\n\nThe struct holds its parameters, and what depends on them alone."
 }
 
-/// Words after a name, those that there are.
+/// SourceExcerpts after a name, those that there are.
 fn after_name(words: &[&str]) -> String {
     words.iter().filter(|word| !word.is_empty()).map(|word| format!(", {word}")).collect()
 }

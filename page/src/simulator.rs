@@ -274,13 +274,13 @@ impl Simulator {
 
     fn report(&self, outcome: &Outcome, values: BTreeMap<&'static str, f64>) -> Run {
         let description = self.model.description;
-        let doubts = outcome.doubts(description);
+        let rejection_reasons = outcome.rejection_reasons(description);
         Run {
             end_time: outcome.end_time,
             failure: failure(outcome, description),
             steps: outcome.counts.accepted,
             estimated_error: outcome.estimated_error(),
-            distrust: doubts.iter().map(|doubt| doubt.text(outcome.tolerance, description)).collect(),
+            distrust: rejection_reasons.iter().map(|reason| reason.text(outcome.tolerance, description)).collect(),
             q: outcome.q.clone(),
             qd: outcome.qd.clone(),
             values,
@@ -332,7 +332,7 @@ impl Observer for RowLimit {
         Ok(())
     }
 
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
+    fn keep_running(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
         Ok(self.rows < self.max_rows)
     }
 }

@@ -48,11 +48,11 @@ impl Sources {
         self.target().join("release").join(file_name())
     }
 
-    /// Builds the program, as long as `goes_on` says so.
+    /// Builds the program, as long as `keep_running` says so.
     ///
     /// # Errors
     /// There is no cargo, the build failed, or it was interrupted.
-    pub fn build(&self, mut goes_on: impl FnMut() -> bool) -> Result<(), String> {
+    pub fn build(&self, mut keep_running: impl FnMut() -> bool) -> Result<(), String> {
         let mut cargo = self.start()?;
         let stderr = cargo.stderr.take();
         // Read while it runs: a program whose pipe is full would wait.
@@ -61,7 +61,7 @@ impl Sources {
             if let Some(status) = cargo.try_wait().map_err(|e| format!("cargo: {e}"))? {
                 break status;
             }
-            if !goes_on() {
+            if !keep_running() {
                 let _ = cargo.kill();
                 let _ = cargo.wait();
                 return Err(

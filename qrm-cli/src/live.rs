@@ -2,9 +2,9 @@
 
 mod derivation_key;
 mod feed;
+mod file_watcher;
 mod server;
 mod session;
-mod watch;
 mod write_back;
 
 pub(crate) use feed::Feed;

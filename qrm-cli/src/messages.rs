@@ -3,7 +3,7 @@
 use qrm_core::Description;
 use qrm_scene::diagnostic::Diagnostic;
 use qrm_sim::integrate::StepError;
-use qrm_sim::run::{Explanation, NotAssembled, StartError, Status, Undefined, readable_size};
+use qrm_sim::run::{Explanation, NonFiniteQuantity, NotAssembled, StartError, Status, readable_size};
 
 use crate::error::{Error, Message};
 use crate::format::{seconds, with_error};
@@ -119,9 +119,9 @@ pub(crate) fn status(
         }
         Status::NotFinite { t, what } => {
             let what = match what {
-                Undefined::Output(i) => format!("output `{}`", description.outputs[*i].name),
-                Undefined::Energy => "the energy".to_owned(),
-                Undefined::Condition => format!("the stop condition `{until}`"),
+                NonFiniteQuantity::Output(i) => format!("output `{}`", description.outputs[*i].name),
+                NonFiniteQuantity::Energy => "the energy".to_owned(),
+                NonFiniteQuantity::Condition => format!("the stop condition `{until}`"),
             };
             format!("{what} is not finite at t = {}; the rows before that are kept", seconds(*t))
         }

@@ -161,7 +161,7 @@ impl Observer for Plots<'_> {
         Ok(())
     }
 
-    fn wants_outputs(&self) -> bool {
+    fn needs_outputs(&self) -> bool {
         !self.plots.is_empty()
     }
 }

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use qrm_sim::run::{Observer, Row};
 
 /// The time that a run goes on in silence before it shows its progress.
-const SILENCE: Duration = Duration::from_millis(300);
+const PROGRESS_DELAY: Duration = Duration::from_millis(300);
 
 /// Set when the user wants the command to end.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -81,8 +81,8 @@ impl Observer for Progress {
         Ok(())
     }
 
-    fn goes_on(&mut self, t: f64, end_time: f64) -> io::Result<bool> {
-        if self.bar.is_none() && self.begun.elapsed() > SILENCE {
+    fn keep_running(&mut self, t: f64, end_time: f64) -> io::Result<bool> {
+        if self.bar.is_none() && self.begun.elapsed() > PROGRESS_DELAY {
             self.bar = Some(bar(10_000, "{bar:40} t = {msg} s, {eta} left"));
         }
         if let Some(bar) = &self.bar {
@@ -118,12 +118,12 @@ impl MotionProgress {
     }
 
     /// Shows the progress of the motion under way; false once the user wants the command to end.
-    pub(crate) fn goes_on(&self, t: f64, end_time: f64) -> bool {
+    pub(crate) fn keep_running(&self, t: f64, end_time: f64) -> bool {
         let (done, last) = self.done.get();
         // Time begins anew with each motion.
         let done = if t < last { done + 1 } else { done };
         self.done.set((done, t));
-        if self.begun.elapsed() > SILENCE {
+        if self.begun.elapsed() > PROGRESS_DELAY {
             let bar = self.bar.get_or_init(|| bar(10_000, "{bar:40} {msg}, {eta} left"));
             let part = (f64::from(done) + t / end_time) / f64::from(self.count);
             bar.set_position((1e4 * part) as u64);

@@ -68,7 +68,7 @@ impl Observer for Recorder {
         Ok(())
     }
 
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
+    fn keep_running(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
         if let Some(trajectory) = &mut self.trajectory {
             trajectory.flush_if_due()?;
         }

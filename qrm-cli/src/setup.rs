@@ -69,11 +69,15 @@ impl Setup {
     /// is not used.
     pub(crate) fn of(found: FoundScene, options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
         let one = DesignSpace { count: 1, value: &|_, _| None, range: &|_| None };
-        Self::as_written(found, options, how)?.with_regular_forms(&one)
+        Self::without_rewrites(found, options, how)?.with_regular_forms(&one)
     }
 
     /// The setup of a scene with all constraints in the form in which they are written.
-    pub(crate) fn as_written(found: FoundScene, options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
+    pub(crate) fn without_rewrites(
+        found: FoundScene,
+        options: &SceneOptions,
+        how: &MethodOptions,
+    ) -> Result<Self, Error> {
         let FoundScene { model, path, scene } = found;
         let description = model.description;
         let set = parameters(description, &options.set)?;

@@ -10,8 +10,8 @@ mod inverse_dynamics;
 mod inverse_kinematics;
 mod kinematics;
 mod measure;
+mod mechanism_without_drive;
 mod reference;
-mod released_drive;
 mod response;
 mod revolution;
 mod sensitivity;
@@ -24,10 +24,10 @@ pub use equilibrium::{NoEquilibrium, StaticEquilibrium, static_equilibrium};
 pub use four_bar::{FourBar, GrashofClass};
 pub use inverse_dynamics::{NotPossible, Prescribed, PrescribedMotion, PrescribedState};
 pub use inverse_kinematics::{PositionError, inverse_kinematics};
-pub use kinematics::{Drive, LimitPosition, Position};
+pub use kinematics::{LimitPosition, LoopSolver, Position};
 pub use measure::{Measurement, Repetitions, StateAt, Trial, exact_states, measure};
+pub use mechanism_without_drive::MechanismWithoutDrive;
 pub use reference::{ReferenceState, reference_states};
-pub use released_drive::ReleasedDrive;
 pub use revolution::{NoRevolution, Range, Revolution, Series, Vertex, can_revolve, revolution, wrap_angle};
 pub use sensitivity::{
     DerivativeErrors, Derivatives, DualCondition, OutputValues, Sensitivity, SensitivityEnd, SensitivityError,

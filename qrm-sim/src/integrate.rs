@@ -28,7 +28,7 @@ mod tableau;
 mod transitions;
 
 pub use adaptive::Counts;
-pub(crate) use adaptive::InnerRows;
+pub(crate) use adaptive::IntermediateRows;
 pub use auto::AUTO;
 pub use classical::RK4;
 pub(crate) use companion_limit::COMPANION_STEP_RATIO;

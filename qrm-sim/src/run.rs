@@ -19,12 +19,12 @@ mod outcome;
 mod quantities;
 mod redundancy;
 mod request;
+mod run_health;
 mod sampler;
 mod simulate;
 mod simulation;
 mod singularity_monitor;
 mod stop_condition;
-mod watch;
 
 pub use assembly::{NotAssembled, assemble};
 pub use balance::Balance;
@@ -33,9 +33,9 @@ pub use error::{Explanation, Reason, SimError, readable_size};
 pub use error_estimate::{ErrorEstimate, ErrorEstimates};
 pub(crate) use extremes::Vertex;
 pub use extremes::{Extremes, ExtremesTracker};
-pub use judgement::{Doubt, accepted_fraction};
+pub use judgement::{RejectionReason, accepted_fraction};
 pub use observer::{Observer, Row};
-pub use outcome::{Outcome, StartError, Status, Undefined};
+pub use outcome::{NonFiniteQuantity, Outcome, StartError, Status};
 pub use redundancy::Redundancy;
 pub use request::{End, Request, StopFunction};
 pub use simulate::simulate;
@@ -43,8 +43,8 @@ pub use singularity_monitor::NearestSingularity;
 
 pub use simulation::Simulation;
 
-pub(crate) use assembly::Dependents;
-pub(crate) use continuation::Branch;
+pub(crate) use assembly::DependentCoordinates;
+pub(crate) use continuation::AssemblyBranch;
 pub(crate) use error_estimate::rounding;
 pub(crate) use first_state::{first_position, first_state};
 pub(crate) use integral::Integral;

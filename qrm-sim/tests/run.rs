@@ -4,7 +4,7 @@ use std::io;
 
 use qrm_core::{Description, DynamicsMut, LoopConstraintsMut, Mechanism, QuantityDescription, Schedule, StartMut};
 use qrm_sim::integrate::{AUTO, METHODS, MethodSettings, StepError};
-use qrm_sim::run::{End, Observer, Outcome, Request, Row, StartError, Status, Undefined, simulate};
+use qrm_sim::run::{End, NonFiniteQuantity, Observer, Outcome, Request, Row, StartError, Status, simulate};
 
 /// A mass on a line with a force that depends on its position: `mass x'' = force(x) - damping x'`.
 struct Line {
@@ -107,7 +107,7 @@ impl Observer for Notes {
         Ok(())
     }
 
-    fn goes_on(&mut self, _: f64, _: f64) -> io::Result<bool> {
+    fn keep_running(&mut self, _: f64, _: f64) -> io::Result<bool> {
         Ok(self.stop_after.is_none_or(|rows| self.times.len() < rows))
     }
 
@@ -130,7 +130,7 @@ fn an_output_without_value_ends_the_run_before_its_row() {
     let mut notes = Notes::default();
     let outcome = run(&Line { output: |x| (0.5 - x).sqrt(), ..line() }, None, &mut notes).expect("starts");
     assert!(
-        matches!(outcome.status, Status::NotFinite { what: Undefined::Output(0), t } if (t - 0.51).abs() < 1e-12),
+        matches!(outcome.status, Status::NotFinite { what: NonFiniteQuantity::Output(0), t } if (t - 0.51).abs() < 1e-12),
         "{outcome:?}"
     );
     assert_eq!((notes.times.len(), notes.finished), (51, 1));
@@ -142,7 +142,9 @@ fn an_energy_without_value_ends_the_run_before_its_row() {
     let line = Line { potential: |x| if x > 0.995 { f64::INFINITY } else { 0.0 }, ..line() };
     let mut notes = Notes::default();
     let outcome = run(&line, None, &mut notes).expect("it begins");
-    assert!(matches!(outcome.status, Status::NotFinite { t, what: Undefined::Energy } if (t - 1.0).abs() < 1e-9));
+    assert!(
+        matches!(outcome.status, Status::NotFinite { t, what: NonFiniteQuantity::Energy } if (t - 1.0).abs() < 1e-9)
+    );
     assert_eq!((notes.times.len(), notes.finished), (100, 1));
     assert!((outcome.end_time - 0.99).abs() < 1e-12);
 }

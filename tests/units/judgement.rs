@@ -1,7 +1,7 @@
 //! A motion under way is judged as a run is.
 
 use qrm_sim::integrate::{GAUSS, METHODS, MethodSettings};
-use qrm_sim::run::{Doubt, End, Request, Simulation, simulate};
+use qrm_sim::run::{End, RejectionReason, Request, Simulation, simulate};
 
 use super::interface::{ERROR, OK, Unit, model, token};
 
@@ -22,23 +22,28 @@ fn a_motion_has_the_doubts_of_a_run() {
         let end = Some(End::Time(time(ROWS)));
         let request = Request { settings, end, estimate_error: true, ..Request::default() };
         let outcome = simulate(&*model.mechanism(&replace), &request, &mut ()).expect("a run");
-        let of_run = outcome.doubts(model.description);
+        let of_run = outcome.rejection_reasons(model.description);
         let mut simulation =
             Simulation::new(model, &replace, settings, None).and_then(Simulation::watched).expect("a start");
         for row in 1..=ROWS {
             simulation.advance(time(row)).expect("a row");
-            assert!(j2 == 0.0 || simulation.doubts().is_empty(), "row {row}: {:?}", simulation.doubts());
+            assert!(
+                j2 == 0.0 || simulation.rejection_reasons().is_empty(),
+                "row {row}: {:?}",
+                simulation.rejection_reasons()
+            );
         }
-        let doubts = simulation.doubts();
+        let rejection_reasons = simulation.rejection_reasons();
         assert_eq!(of_run.is_empty(), j2 != 0.0, "{of_run:?}");
-        assert_eq!(of_run.len(), doubts.len(), "{of_run:?} {doubts:?}");
-        for pair in of_run.iter().zip(&doubts) {
+        assert_eq!(of_run.len(), rejection_reasons.len(), "{of_run:?} {rejection_reasons:?}");
+        for pair in of_run.iter().zip(&rejection_reasons) {
             // The last rows of a run close its balance.
             let is_near = |a: f64, b: f64| (a - b).abs() <= 1e-2 * a;
             assert!(
                 match pair {
-                    (Doubt::Energy { imbalance: a, .. }, Doubt::Energy { imbalance: b, .. }) => is_near(*a, *b),
-                    (of_run, doubt) => of_run == doubt,
+                    (RejectionReason::Energy { imbalance: a, .. }, RejectionReason::Energy { imbalance: b, .. }) =>
+                        is_near(*a, *b),
+                    (of_run, reason) => of_run == reason,
                 },
                 "{pair:?}"
             );
@@ -46,7 +51,7 @@ fn a_motion_has_the_doubts_of_a_run() {
         // Without a watch there is nothing to judge by.
         let mut bare = Simulation::new(model, &replace, settings, None).expect("a start");
         bare.advance(time(ROWS)).expect("the end");
-        assert!(bare.doubts().is_empty() && bare.now() == simulation.now());
+        assert!(bare.rejection_reasons().is_empty() && bare.now() == simulation.now());
     }
 }
 
@@ -141,7 +146,7 @@ fn a_mechanism_at_rest_is_trusted() {
     let replace = |name: &str| values.iter().find(|(own, _)| *own == name).map(|(_, value)| *value);
     let request = Request { end: Some(End::Time(time(ROWS))), estimate_error: true, ..Request::default() };
     let outcome = simulate(&*model.mechanism(&replace), &request, &mut ()).expect("a run");
-    assert_eq!(outcome.doubts(model.description), []);
+    assert_eq!(outcome.rejection_reasons(model.description), []);
     assert!(outcome.largest_kinetic_energy < 1e-20, "{outcome:?}");
     let unit = Unit::stepping(&token(SCENE));
     assert_eq!(unit.set(&values), OK);

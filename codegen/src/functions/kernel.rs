@@ -338,7 +338,7 @@ impl<'a> Emitter<'a> {
         let mut tape = self.writer.tape.borrow_mut();
         let sizes = self.kernel.growth_factors.iter().filter_map(|value| position.values.get(&value.id));
         let sizes: Vec<u32> = sizes.map(|&value| tape.operation(Operation::Abs(value))).collect();
-        let most = match (self.kernel.is_suited, sizes.is_empty()) {
+        let most = match (self.kernel.is_valid_everywhere, sizes.is_empty()) {
             (false, _) => tape.number(f64::INFINITY),
             (true, true) => tape.number(0.0),
             (true, false) => sizes[1..].iter().fold(sizes[0], |most, &size| tape.operation(Operation::Max(most, size))),

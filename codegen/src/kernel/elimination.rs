@@ -206,7 +206,7 @@ impl Elimination {
     }
 
     /// Whether every constraint has a dependent coordinate, and every independent coordinate moves a mass.
-    pub(super) fn is_suited(&self) -> bool {
+    pub(super) fn is_valid_everywhere(&self) -> bool {
         !self.has_repeated() && self.inverse_inertia.iter().all(Option::is_some)
     }
 

@@ -6,7 +6,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::cell::{Cell, RefCell};
 
-use super::program::{Program, Units};
+use super::program::{Program, UnitConstants};
 use crate::angles::Angles;
 use crate::description::Description;
 use crate::kernel::Kernel;
@@ -30,7 +30,7 @@ pub(crate) struct InterpretedKernel<R, const C: usize> {
     tape: &'static Tape<'static>,
     arguments: Arguments,
     programs: [Program; TapeKernel::FUNCTIONS],
-    units: Units,
+    units: UnitConstants,
     is_length: [bool; C],
     has_angle: [bool; C],
     /// The values at all places of the tape for each position, and those for functions without a position.
@@ -51,7 +51,7 @@ impl<R: Scalar, const C: usize> InterpretedKernel<R, C> {
             return None;
         }
         let end = u32::try_from(tape.places()).ok()?;
-        let units = Units { one: end, negative_zero: end + 1 };
+        let units = UnitConstants { one: end, negative_zero: end + 1 };
         let (functions, places) = (tape.kernel.functions(), tape.kernel_places());
         let program = |i: usize| Program::new(functions[i].operations, places[i], units);
         Some(Self {

@@ -22,7 +22,7 @@ pub(super) struct Program {
 
 /// The places of two numbers that every program needs.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Units {
+pub(super) struct UnitConstants {
     pub(super) one: u32,
     /// The zero below zero: added to any number, it gives the number, signs of zeros included.
     pub(super) negative_zero: u32,
@@ -30,9 +30,9 @@ pub(super) struct Units {
 
 impl Program {
     /// The operations whose results have the places from `first` on.
-    pub(super) fn new(operations: &[Operation], first: usize, units: Units) -> Self {
+    pub(super) fn new(operations: &[Operation], first: usize, units: UnitConstants) -> Self {
         let mut program = Self { runs: Vec::new(), terms: Vec::new(), others: Vec::new(), first };
-        let Units { one, negative_zero } = units;
+        let UnitConstants { one, negative_zero } = units;
         for &operation in operations {
             let kind = operation.kind();
             match program.runs.last_mut() {

@@ -78,7 +78,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
         let layout = self.layout();
         let Self { kernel, numbers, .. } = self;
         let outputs = &mut numbers[layout.sample(part)..][..layout.output_count];
-        K::out_of_line(
+        K::call_out_of_line(
             #[inline(always)]
             || {
                 let part = part as f64 / PARTS as f64;

@@ -1,6 +1,6 @@
 //! Steps of order 8, each lane with a length of its own, chosen by a tolerance of its own.
 
-use super::{Motion, StepsBy};
+use super::{LaneMotion, StepsBy};
 use crate::batch::{
     CHECKPOINT_STEP, COORDINATE_RANGES, END_TIME, EVENT, LONGEST, MADE, MOST_STEPS, QUALITY, SHORTEST, STEP, TOLERANCE,
 };
@@ -54,7 +54,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
             }
             let result = &attempt.result;
             let before = motion;
-            motion = Motion { t, state: end };
+            motion = LaneMotion { t, state: end };
             made = made + chosen(number(1.0), Lanes::zero());
             if self.request.checkpoints {
                 for i in 0..n {
@@ -70,12 +70,12 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
                 *number = chosen(*number, Lanes::zero());
             }
             let is_stuck = (number(SHORTEST) * end_time - step).max(made - most_steps);
-            let goes_on = (t - end_time).max(event).max(is_stuck).is_negative()
+            let keep_running = (t - end_time).max(event).max(is_stuck).is_negative()
                 && quality[0].is_within(MAX_GROWTH)
                 && quality[1].is_within(self.residual)
                 && quality[2].is_within(0.0)
                 && !self.request.waits_each_step;
-            if !goes_on {
+            if !keep_running {
                 self.set_row(layout.row_before(), &before);
                 self.set_row(layout.row(), &motion);
                 for (place, value) in [(MADE, made), (STEP, step), (EVENT, event)] {
@@ -91,7 +91,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
 
     /// Keeps the motion in lanes whose number of steps is the next power of two.
     #[inline(always)]
-    fn keep(&mut self, made: Lanes<S>, motion: &Motion<S, N, M>) {
+    fn keep(&mut self, made: Lanes<S>, motion: &LaneMotion<S, N, M>) {
         let next = self.number(CHECKPOINT_STEP);
         let chosen = |kept, other| (next - made).choose(0.0, kept, other);
         let [row, before] = [self.layout().checkpoint(0), self.layout().checkpoint(1)];

@@ -22,9 +22,9 @@ pub(crate) fn dop853<K: Kernel<Fused, N, M>, const N: usize, const M: usize>(
     let from = state(kernel, from)?;
     let mut slopes = Slopes::zero();
     let mut made = dop853_step(kernel, (t, h), &from, tolerance, &mut slopes);
-    let is_suited = made.result.growth_factor.is_within(MAX_GROWTH) && made.error.is_within(f64::MAX);
+    let is_valid_everywhere = made.result.growth_factor.is_within(MAX_GROWTH) && made.error.is_within(f64::MAX);
     let is_accepted = made.error.is_within(1.0);
-    if !is_suited || is_accepted && !made.result.is_good(request.residual) {
+    if !is_valid_everywhere || is_accepted && !made.result.is_good(request.residual) {
         return None;
     }
     let estimate = StepEstimate {

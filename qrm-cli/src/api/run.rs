@@ -93,7 +93,7 @@ impl Observer for Table {
         Ok(())
     }
 
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
+    fn keep_running(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
         Ok(!interrupted())
     }
 

@@ -56,7 +56,7 @@ impl LoadedScene {
         if !start.start.is_empty() {
             return Err(Error::usage("a sweep begins at the start of the scene").help("leave out `start`"));
         }
-        let setup = Setup::as_written(self.found(), &scene, &by_lanes(&how))?;
+        let setup = Setup::without_rewrites(self.found(), &scene, &by_lanes(&how))?;
         let axes = if options.is_paired { Axes::paired } else { Axes::combinations };
         let axes = axes(setup.description, options.vary.clone())?;
         let designs = Designs {

@@ -9,7 +9,7 @@ mod revolution;
 
 use clap::Args;
 use qrm_core::{Mechanism, Model, QuantityDescription};
-use qrm_sim::analysis::ReleasedDrive;
+use qrm_sim::analysis::MechanismWithoutDrive;
 use qrm_sim::start::Start;
 
 use crate::error::Error;
@@ -88,7 +88,7 @@ pub(crate) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>),
 
 /// The mechanism with some of its drives released.
 fn released(setup: &Setup, drives: &[usize]) -> Result<Box<dyn Mechanism>, Error> {
-    let release = |mechanism, drive: &usize| ReleasedDrive::new(mechanism, *drive).map(|own| Box::new(own) as Box<_>);
+    let release = |mechanism, drive: &usize| MechanismWithoutDrive::new(mechanism, *drive).map(|own| Box::new(own) as Box<_>);
     let released = drives.iter().try_fold(setup.mechanism(), release);
     released.map_err(|reason| messages::not_assembled(&reason, setup))
 }

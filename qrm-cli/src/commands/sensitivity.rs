@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use clap::Args;
 use num_dual::HyperDual64;
-use qrm_core::{Model, Replace};
+use qrm_core::{Model, ParameterOverrides};
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::names::suggestion;
 use qrm_sim::analysis::{Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest, sensitivity};
@@ -171,7 +171,7 @@ fn check_outputs(setup: &Setup, asked: &[String]) -> Result<(), Error> {
 /// The derivatives that are asked for, at other values of parameters.
 fn derive(
     (setup, progress): (&Setup, &MotionProgress),
-    replace: Replace,
+    replace: ParameterOverrides,
     asked: SensitivityRequest,
 ) -> Result<Sensitivity, Error> {
     let values = setup.model.parameter_values(replace);
@@ -195,8 +195,8 @@ fn derive(
         (None, Some(_)) => Some(SensitivityEnd::Condition(&condition)),
         (None, None) => None,
     };
-    let goes_on = |t, end_time| progress.goes_on(t, end_time);
-    let request = SensitivityRequest { step: Some(setup.step()), end, goes_on: Some(&goes_on), ..asked };
+    let keep_running = |t, end_time| progress.keep_running(t, end_time);
+    let request = SensitivityRequest { step: Some(setup.step()), end, keep_running: Some(&keep_running), ..asked };
     sensitivity(setup.model, replace, &request).map_err(|reason| no_sensitivity(setup, &reason))
 }
 

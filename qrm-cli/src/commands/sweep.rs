@@ -132,7 +132,7 @@ struct Plan<'s> {
 
 impl<'s> Plan<'s> {
     fn new(models: &'static [Model], options: &'s Options) -> Result<Self, Error> {
-        let setup = Setup::as_written(options.scene.name.find(models)?, &options.scene, &by_lanes(&options.how))?;
+        let setup = Setup::without_rewrites(options.scene.name.find(models)?, &options.scene, &by_lanes(&options.how))?;
         let axes = Axes::new(setup.description, &options.vary)?;
         let range = match &options.shard {
             Some(shard) => axes::shard(shard, axes.count())?,

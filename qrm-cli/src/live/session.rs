@@ -12,7 +12,7 @@ use qrm_scene::source::read_text;
 
 use super::derivation_key::DerivationKey;
 use super::feed::Feed;
-use super::watch::Watch;
+use super::file_watcher::FileWatcher;
 use crate::packing::packed;
 use crate::progress::interrupted;
 use crate::scenes::cache::Entry;
@@ -73,7 +73,7 @@ impl Session {
 
     /// Follows the file until the user ends the program, or something else does.
     pub(crate) fn follow(&mut self, is_over: impl Fn() -> bool) {
-        let mut watch = Watch::new(&self.path);
+        let mut watch = FileWatcher::new(&self.path);
         self.engine = Engine::start(&self.path).ok();
         self.read();
         while !interrupted() && !is_over() {

@@ -19,8 +19,9 @@ const ROUNDING: f64 = 1e-9;
 
 /// The reasons not to trust the numbers of a run that came to its end.
 pub(crate) fn distrust(outcome: &Outcome, description: &Description) -> Vec<String> {
-    let doubts = outcome.doubts(description);
-    let mut reasons: Vec<String> = doubts.iter().map(|doubt| doubt.text(outcome.tolerance, description)).collect();
+    let rejection_reasons = outcome.rejection_reasons(description);
+    let mut reasons: Vec<String> =
+        rejection_reasons.iter().map(|reason| reason.text(outcome.tolerance, description)).collect();
     if !reasons.is_empty() {
         reasons.extend(near_singular(outcome, description, SUSPECT).map(|message| message.text));
     }

@@ -53,11 +53,11 @@ pub(crate) fn build_if_missing(said: impl FnOnce(&str)) -> Result<(), Error> {
     watch_interrupts();
     said(BUILDING);
     let spinner = Spinner::new();
-    let goes_on = || {
+    let keep_running = || {
         spinner.show("building the symbolic engine".to_owned());
         !interrupted()
     };
-    sources.build(goes_on).map_err(Error::run)
+    sources.build(keep_running).map_err(Error::run)
 }
 
 /// Derives a scene and keeps it in the cache.

@@ -23,9 +23,9 @@ const SAME: f64 = 1e-6;
 ///
 /// Guesses are spread evenly over all angles and over lengths of the size of the first position (an additive recurrence
 /// with the generalized golden ratio), so that the same positions are found each time. A position that almost no guess
-/// leads to may be missed. Angles are those nearest to the first position. The search ends when `goes_on` says so, or with
+/// leads to may be missed. Angles are those nearest to the first position. The search ends when `keep_running` says so, or with
 /// [`MAX_BRANCHES`] positions.
-pub fn branches(mechanism: &dyn Mechanism, start: &Start, mut goes_on: impl FnMut() -> bool) -> Vec<Vec<f64>> {
+pub fn branches(mechanism: &dyn Mechanism, start: &Start, mut keep_running: impl FnMut() -> bool) -> Vec<Vec<f64>> {
     let description = mechanism.description();
     let own = assemble(mechanism, start).ok().map(|(q, _)| q);
     let center = own.clone().unwrap_or_else(|| start.q.clone());
@@ -50,7 +50,7 @@ pub fn branches(mechanism: &dyn Mechanism, start: &Start, mut goes_on: impl FnMu
                 since = 0;
             }
         }
-        if since >= PATIENCE || found.len() >= MAX_BRANCHES || !goes_on() {
+        if since >= PATIENCE || found.len() >= MAX_BRANCHES || !keep_running() {
             break;
         }
     }

@@ -3,7 +3,7 @@
 
 use qrm_core::Mechanism;
 
-use super::kinematics::{Drive, Position};
+use super::kinematics::{LoopSolver, Position};
 use crate::quadrature::{NODES, gauss_legendre};
 use crate::run::assembled;
 use crate::start::Start;
@@ -18,7 +18,7 @@ const MOMENTS: u32 = 256;
 /// Times at equally spaced values of the driven coordinate.
 #[derive(Clone)]
 pub struct EnergyIntegral<'m> {
-    drive: Drive<'m>,
+    drive: LoopSolver<'m>,
     driven: usize,
     energy: f64,
     /// Which way the driven coordinate goes, times the width of a panel.
@@ -61,9 +61,9 @@ impl<'m> EnergyIntegral<'m> {
         let (Some(driven), None) = (places.next(), places.next()) else {
             return Err(NoEnergyIntegral::NotOneGiven);
         };
-        let drive = Drive::new(mechanism, start.given.clone()).ok_or(NoEnergyIntegral::NotOneGiven)?;
+        let drive = LoopSolver::new(mechanism, start.given.clone()).ok_or(NoEnergyIntegral::NotOneGiven)?;
         let (q, qd) = assembled(mechanism).map_err(|_| NoEnergyIntegral::TurnsBack)?;
-        let begin = drive.close(q).ok_or(NoEnergyIntegral::TurnsBack)?;
+        let begin = drive.solve_loops(q).ok_or(NoEnergyIntegral::TurnsBack)?;
         let step = qd[driven].signum() * std::f64::consts::TAU / panels;
         if qd[driven] == 0.0 {
             return Err(NoEnergyIntegral::TurnsBack);

@@ -2,7 +2,7 @@
 
 use qrm_core::Mechanism;
 
-use super::kinematics::Drive;
+use super::kinematics::LoopSolver;
 use crate::run::{NotAssembled, assembled};
 use crate::start::Start;
 
@@ -52,9 +52,9 @@ pub fn static_equilibrium(
         return Err(NoEquilibrium::Driven);
     }
     let start = Start::of(mechanism);
-    let drive = Drive::new(mechanism, start.given.clone()).ok_or(NoEquilibrium::Singular)?;
+    let drive = LoopSolver::new(mechanism, start.given.clone()).ok_or(NoEquilibrium::Singular)?;
     let (q, _) = assembled(mechanism).map_err(NoEquilibrium::NotAssembled)?;
-    let from = drive.close(q).ok_or(NoEquilibrium::Singular)?;
+    let from = drive.solve_loops(q).ok_or(NoEquilibrium::Singular)?;
     let mut to = from.q.clone();
     for (coordinate, value) in wanted {
         to[*coordinate] = *value;

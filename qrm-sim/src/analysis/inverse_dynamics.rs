@@ -2,7 +2,7 @@
 
 use qrm_core::Mechanism;
 
-use super::kinematics::{CONTINUATION, Drive, Position};
+use super::kinematics::{CONTINUATION, LoopSolver, Position};
 use crate::run::{NotAssembled, assemble};
 use crate::solve::Dynamics;
 use crate::start::Start;
@@ -64,7 +64,7 @@ pub enum NotPossible {
 
 /// A mechanism that is moved from outside: given coordinates are functions of time, the others follow.
 pub struct PrescribedMotion<'m> {
-    drive: Drive<'m>,
+    drive: LoopSolver<'m>,
     position: Position,
     last: PrescribedState,
 }
@@ -91,7 +91,7 @@ impl<'m> PrescribedMotion<'m> {
         if !mechanism.description().friction.is_empty() && start.given.contains(&true) {
             return Err(NotPossible::Friction);
         }
-        let mut drive = Drive::new(mechanism, start.given.clone()).ok_or(NotPossible::Singular)?;
+        let mut drive = LoopSolver::new(mechanism, start.given.clone()).ok_or(NotPossible::Singular)?;
         let mut start = start.clone();
         for i in (0..start.q.len()).filter(|&i| start.given[i]) {
             let motion = prescribed(i, t);
@@ -102,7 +102,7 @@ impl<'m> PrescribedMotion<'m> {
         }
         let (q, _) = assemble(mechanism, &start).map_err(NotPossible::NotAssembled)?;
         drive.t = t;
-        let position = drive.close(q).ok_or(NotPossible::Singular)?;
+        let position = drive.solve_loops(q).ok_or(NotPossible::Singular)?;
         let last = state(&drive, &position, prescribed).ok_or(NotPossible::NotFinite { t })?;
         Ok(Self { drive, position, last })
     }
@@ -173,7 +173,7 @@ impl<'m> PrescribedMotion<'m> {
             return None;
         }
         let guess: Vec<f64> = (0..q.len()).map(guess).collect();
-        let position = drive.close(guess.clone())?;
+        let position = drive.solve_loops(guess.clone())?;
         let angles = || (0..q.len()).filter(|&i| drive.is_angle(i));
         let moved = angles().map(|i| (guess[i] - q[i]).abs()).fold(0.0, f64::max);
         let missed = angles().map(|i| (position.q[i] - guess[i]).abs()).fold(0.0, f64::max);
@@ -188,7 +188,7 @@ const LONGEST: f64 = 0.5;
 const ROUNDING: f64 = 1e-9;
 
 /// Rates, accelerations and forces at a position; `None` if they are not finite.
-fn state(drive: &Drive, position: &Position, prescribed: Prescribed) -> Option<PrescribedState> {
+fn state(drive: &LoopSolver, position: &Position, prescribed: Prescribed) -> Option<PrescribedState> {
     let (t, q) = (drive.t, position.q.clone());
     let qd = drive.rates(position, |i| prescribed(i, t)[1]);
     let dynamics = Dynamics::of(drive.mechanism, t, &q, &qd);

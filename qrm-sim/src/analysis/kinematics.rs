@@ -11,7 +11,7 @@ use crate::start::Start;
 
 /// A mechanism whose given coordinates are moved from outside, the others following from the constraints.
 #[derive(Clone)]
-pub struct Drive<'m> {
+pub struct LoopSolver<'m> {
     /// The mechanism.
     pub mechanism: &'m dyn Mechanism,
     /// The time, for constraints that depend on it.
@@ -80,7 +80,7 @@ const BEYOND: f64 = 1e-2;
 /// Nor are steps of shorter angles: where branches cross, rounding errors join them at about this distance.
 const SHORTEST_ANGLE: f64 = 1e-7;
 
-impl<'m> Drive<'m> {
+impl<'m> LoopSolver<'m> {
     /// `None` if the given coordinates do not leave as many as there are independent constraints.
     pub fn new(mechanism: &'m dyn Mechanism, given: Vec<bool>) -> Option<Self> {
         let dependent: Vec<usize> = (0..given.len()).filter(|&i| !given[i]).collect();
@@ -105,7 +105,7 @@ impl<'m> Drive<'m> {
     }
 
     /// The position near a guess, by Newton's method until rounding errors alone are left.
-    pub fn close(&self, mut q: Vec<f64>) -> Option<Position> {
+    pub fn solve_loops(&self, mut q: Vec<f64>) -> Option<Position> {
         let CoordinatePartition { dependent, independent, .. } = &*self.partition;
         let mut before = f64::INFINITY;
         let mut constraints = LoopConstraints::zero(q.len(), self.mechanism.description().constraints.len());
@@ -190,7 +190,7 @@ impl<'m> Drive<'m> {
                 (missed - ROUNDING).max(0.0) / (fastest * (next - done)).max(f64::MIN_POSITIVE)
             };
             let is_neighbour = |position: &Position| position.is_on_branch_of(&now) && missed(position) <= CONTINUATION;
-            match self.close(guess.clone()).filter(is_neighbour) {
+            match self.solve_loops(guess.clone()).filter(is_neighbour) {
                 Some(position) => {
                     let missed = missed(&position);
                     (now, done) = (position, next);

@@ -7,7 +7,7 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 use super::energy_integral::{EnergyIntegral, NoEnergyIntegral};
 use crate::columns::Kind;
 use crate::integrate::{BlockEnd, Counts, Integrator, MethodSettings, StepError};
-use crate::run::{Branch, StartError, first_state};
+use crate::run::{AssemblyBranch, StartError, first_state};
 use crate::solve::{LoopConstraints, Solver, largest};
 use crate::start::Start;
 use crate::state::State;
@@ -95,7 +95,7 @@ pub fn measure(
     times: &[f64],
     repetitions: Repetitions,
 ) -> Result<Measurement, StartError> {
-    let first = first_state(mechanism, &Branch::of(mechanism), Start::of(mechanism))?;
+    let first = first_state(mechanism, &AssemblyBranch::of(mechanism), Start::of(mechanism))?;
     let mut states = Vec::with_capacity(times.len());
     let mut seconds = Vec::new();
     let mut counts = Counts::default();

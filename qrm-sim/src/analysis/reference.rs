@@ -6,7 +6,7 @@ mod equations;
 mod extrapolation;
 mod least_norm;
 
-use qrm_core::{DoubleDouble, Model, Replace, Scalar};
+use qrm_core::{DoubleDouble, Model, ParameterOverrides, Scalar};
 
 use self::equations::Equations;
 use self::extrapolation::{ORDER, extrapolated};
@@ -37,7 +37,7 @@ pub struct ReferenceState {
 /// with motions along a jump.
 pub fn reference_states(
     model: &Model,
-    replace: Replace,
+    replace: ParameterOverrides,
     times: &[f64],
     tolerance: f64,
 ) -> Result<Vec<ReferenceState>, StartError> {

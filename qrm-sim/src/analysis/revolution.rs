@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use qrm_core::Mechanism;
 
-use super::kinematics::{CONTINUATION, Drive, LimitPosition, Position};
+use super::kinematics::{CONTINUATION, LimitPosition, LoopSolver, Position};
 use crate::maximum::largest_between;
 use crate::run::{NotAssembled, assembled};
 use crate::solve::{Matrix, constraint_rank, dot};
@@ -192,7 +192,7 @@ const GAP: f64 = 1.6e-7;
 
 /// A turn to be made.
 struct Round<'m> {
-    drive: Drive<'m>,
+    drive: LoopSolver<'m>,
     start: Position,
     driven: usize,
     /// A whole turn, or how far a length is moved.
@@ -215,9 +215,10 @@ impl<'m> Round<'m> {
         let Some(driven) = start.given.iter().position(|given| *given) else {
             return Err(NoRevolution::NothingGiven);
         };
-        let drive = Drive::new(mechanism, start.given.clone()).ok_or(NoRevolution::Singular)?;
+        let drive = LoopSolver::new(mechanism, start.given.clone()).ok_or(NoRevolution::Singular)?;
         let direction = if qd[driven] < 0.0 { -1.0 } else { 1.0 };
-        let start = drive.close(q).filter(|position| position.determinant != 0.0).ok_or(NoRevolution::Singular)?;
+        let start =
+            drive.solve_loops(q).filter(|position| position.determinant != 0.0).ok_or(NoRevolution::Singular)?;
         let span = if drive.is_angle(driven) { TAU } else { REACH * drive.size(&start) };
         Ok(Self { drive, start, driven, span, direction })
     }
@@ -275,7 +276,7 @@ impl<'m> Round<'m> {
         let from = before.iter().rev().find(is_apart)?;
         let change = self.drive.linear_change(from, |_| 2.0 * (singular - from.q[self.driven]));
         let guess = from.q.iter().zip(&change).map(|(q, change)| q + change).collect();
-        let beyond = self.drive.close(guess).filter(|to| self.crosses(from, to, singular))?;
+        let beyond = self.drive.solve_loops(guess).filter(|to| self.crosses(from, to, singular))?;
         let is_behind = (angle - singular) / spacing >= 0.1;
         self.at(&beyond, if is_behind { angle } else { singular + 0.5 * spacing }).ok()
     }

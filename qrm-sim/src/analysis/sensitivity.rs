@@ -22,7 +22,7 @@ mod values;
 pub use result::{DerivativeErrors, Derivatives, OutputValues, Sensitivity};
 
 use num_dual::{Dual64, HyperDual64};
-use qrm_core::{Mechanism, Model, Replace, Tape};
+use qrm_core::{Mechanism, Model, ParameterOverrides, Tape};
 
 use crate::integrate::{MethodSettings, StepError};
 use crate::run::StartError;
@@ -66,7 +66,7 @@ use number::{Inner, PARTS};
 /// A name is unknown, the motion does not come to its end, or it has no derivative there: see [`SensitivityError`].
 pub fn sensitivity(
     model: &Model,
-    replace: Replace,
+    replace: ParameterOverrides,
     request: &SensitivityRequest,
 ) -> Result<Sensitivity, SensitivityError> {
     derived(&*model.mechanism(replace), model.tape(), replace, request)
@@ -75,7 +75,7 @@ pub fn sensitivity(
 fn derived(
     mechanism: &dyn Mechanism,
     tape: &Tape,
-    replace: Replace,
+    replace: ParameterOverrides,
     request: &SensitivityRequest,
 ) -> Result<Sensitivity, SensitivityError> {
     if request.by.is_empty() {
@@ -99,7 +99,7 @@ const RATIO_AT_CORNERS: f64 = 3.0;
 fn motions<T: Inner>(
     mechanism: &dyn Mechanism,
     tape: &Tape,
-    replace: Replace,
+    replace: ParameterOverrides,
     request: &SensitivityRequest,
     is_halved: bool,
 ) -> Result<(Sensitivity, u64), SensitivityError> {
@@ -129,7 +129,7 @@ pub struct SensitivityRequest<'a> {
     pub estimate_errors: bool,
     /// Asked after some steps, with the time and the latest end of the motion under way; nothing more is computed where
     /// it says false.
-    pub goes_on: Option<&'a dyn Fn(f64, f64) -> bool>,
+    pub keep_running: Option<&'a dyn Fn(f64, f64) -> bool>,
 }
 
 impl SensitivityRequest<'_> {

@@ -8,7 +8,9 @@ use qrm_core::{BatchRequest, LaneSchedule, Mechanism, Model, SimdBatch, Width};
 
 use super::sweep::{DesignResult, SweepEnd, SweepRequest, run_alone};
 use crate::integrate::{AUTO, DOP853, StepBounds};
-use crate::run::{Branch, StartError, Status, Undefined, check_condition, check_step, first_position, is_balanced};
+use crate::run::{
+    AssemblyBranch, NonFiniteQuantity, StartError, Status, check_condition, check_step, first_position, is_balanced,
+};
 use crate::solve::{Projection, Solver, largest};
 use crate::start::Start;
 use crate::state::State;
@@ -43,7 +45,7 @@ pub(super) struct LaneSweep<'a> {
     /// Number of coordinates and of constraints.
     size: (usize, usize),
     /// The branch that designs are assembled on.
-    branch: Branch,
+    branch: AssemblyBranch,
     /// Computes the first accelerations; it does not know of constraints that repeat others, nor do lanes.
     solver: Solver,
 }
@@ -109,7 +111,7 @@ impl<'a> LaneSweep<'a> {
             to: State::default(),
             near: State::default(),
             size,
-            branch: Branch::of(&**designs.first()?),
+            branch: AssemblyBranch::of(&**designs.first()?),
             solver: Solver::of_rank(&**designs.first()?, size.1),
             batch,
         })
@@ -130,7 +132,7 @@ impl<'a> LaneSweep<'a> {
         while self.lanes.iter().any(Option::is_some) {
             self.batch.advance();
             for lane in 0..self.lanes.len() {
-                if self.lanes[lane].is_some() && !self.batch.goes_on(lane) {
+                if self.lanes[lane].is_some() && !self.batch.keep_running(lane) {
                     self.resolve_step(lane);
                 }
             }
@@ -337,7 +339,7 @@ impl<'a> LaneSweep<'a> {
     fn result(&self, lane: usize, design: usize, status: Status, at: &State) -> DesignResult {
         let outputs = self.outputs(design, at);
         let status = match outputs.iter().position(|value| !value.is_finite()) {
-            Some(output) => Status::NotFinite { t: at.t, what: Undefined::Output(output) },
+            Some(output) => Status::NotFinite { t: at.t, what: NonFiniteQuantity::Output(output) },
             None => status,
         };
         let range = |(output, value): (usize, &f64)| {
@@ -352,7 +354,7 @@ impl<'a> LaneSweep<'a> {
             qd: at.qd.clone(),
             extremes: outputs.iter().enumerate().map(range).collect(),
             estimated_error: None,
-            doubts: Vec::new(),
+            rejection_reasons: Vec::new(),
             is_alone: false,
         }
     }

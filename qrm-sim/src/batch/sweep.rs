@@ -3,12 +3,12 @@
 use std::io;
 use std::ops::Range;
 
-use qrm_core::{Description, Mechanism, Model, Replace, Width};
+use qrm_core::{Description, Mechanism, Model, ParameterOverrides, Width};
 
 use super::lanes::LaneSweep;
 use crate::columns::{Kind, columns};
 use crate::integrate::{DOP853, MethodSettings, StepBounds};
-use crate::run::{Doubt, End, Extremes, Observer, Request, Row, StartError, Status, simulate};
+use crate::run::{End, Extremes, Observer, RejectionReason, Request, Row, StartError, Status, simulate};
 
 /// The settings of every design of a sweep.
 pub struct SweepRequest<'a> {
@@ -71,7 +71,7 @@ pub struct DesignResult {
     /// Estimated largest error of a coordinate: in lanes at the end and at two times before, alone in any row.
     pub estimated_error: Option<f64>,
     /// The reasons not to trust these numbers.
-    pub doubts: Vec<Doubt>,
+    pub rejection_reasons: Vec<RejectionReason>,
     /// Whether it was run by itself: no lanes, or something in its lane asked for a closer look.
     pub is_alone: bool,
 }
@@ -88,7 +88,12 @@ pub enum LaneCount {
 }
 
 /// Runs designs, each with some parameters replaced, and returns their ends in their order.
-pub fn sweep(model: &Model, designs: &[Replace], request: &SweepRequest, lanes: LaneCount) -> Vec<DesignResult> {
+pub fn sweep(
+    model: &Model,
+    designs: &[ParameterOverrides],
+    request: &SweepRequest,
+    lanes: LaneCount,
+) -> Vec<DesignResult> {
     let designs = model.mechanisms(designs);
     let widths: &[Width] = match lanes {
         LaneCount::Most => &[Width::Eight, Width::Four],
@@ -124,7 +129,11 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
     match simulate(mechanism, &request, &mut ranges) {
         Err(reason) => DesignResult::not_started(reason),
         Ok(outcome) => DesignResult {
-            doubts: if outcome.status.is_done() { outcome.doubts(mechanism.description()) } else { Vec::new() },
+            rejection_reasons: if outcome.status.is_done() {
+                outcome.rejection_reasons(mechanism.description())
+            } else {
+                Vec::new()
+            },
             estimated_error: outcome.estimated_error(),
             status: Ok(outcome.status),
             steps: outcome.counts.accepted,
@@ -158,7 +167,7 @@ impl Observer for Ranges {
         Ok(())
     }
 
-    fn wants_outputs(&self) -> bool {
+    fn needs_outputs(&self) -> bool {
         self.is_wanted
     }
 
@@ -183,7 +192,7 @@ impl DesignResult {
             qd: Vec::new(),
             extremes: Vec::new(),
             estimated_error: None,
-            doubts: Vec::new(),
+            rejection_reasons: Vec::new(),
             is_alone: true,
         }
     }

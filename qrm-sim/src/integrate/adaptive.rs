@@ -19,7 +19,7 @@ pub(super) type KeepState<'a> = dyn FnMut(&State) + 'a;
 
 /// The states between rows that are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum InnerRows {
+pub(crate) enum IntermediateRows {
     /// The states at the ends of steps.
     StepEnds,
     /// The states at the ends of steps, and some inside steps that are long against the time between rows.
@@ -197,16 +197,16 @@ impl Adaptive {
         t: f64,
         solver: &mut Solver,
         to: &mut State,
-        mut inner: Option<(InnerRows, &mut KeepState)>,
+        mut inner: Option<(IntermediateRows, &mut KeepState)>,
     ) -> Result<(), StepError> {
         self.rows += 1;
         let (mut checked, mut then) = (self.attempts(), self.dense_output.to.t);
         let begin = std::mem::replace(&mut self.asked, t);
-        let is_sampled = matches!(inner, Some((InnerRows::Samples, _)));
+        let is_sampled = matches!(inner, Some((IntermediateRows::Samples, _)));
         self.task.dense_from = if is_sampled || self.balance.has_power { f64::NEG_INFINITY } else { t };
         loop {
             if let Some((which, inner)) = &mut inner {
-                if *which == InnerRows::Samples {
+                if *which == IntermediateRows::Samples {
                     self.sample(mechanism, [begin, t], solver, *inner)?;
                 }
                 let end = &self.dense_output.to;
@@ -284,7 +284,7 @@ impl Adaptive {
         let t = self.dense_output.to.t;
         // The corner that the step ends at.
         let mut corner = self.corners.as_ref().and_then(|corners| corners.next_time(t));
-        let end = corner.map_or(f64::INFINITY, Corner::before);
+        let end = corner.map_or(f64::INFINITY, Corner::just_before);
         let end_time = self.task.end_time.min(self.task.bounds.next_end(t)).min(end);
         let mut task = Task { end_time, ..self.task };
         let longest = self.companion_limit.longest(t, self.task.bounds.longest);
@@ -307,7 +307,7 @@ impl Adaptive {
                 Ok(error) if error <= 1.0 => error,
                 Ok(error) => {
                     self.reject(shorter_for_error(h, error, self.formula.order()));
-                    if meets_corner_at_once && self.meets_jump_at_once(h) {
+                    if meets_corner_at_once && self.jump_at_step_start(h) {
                         return self.step(mechanism, solver, false);
                     }
                     continue;
@@ -331,12 +331,12 @@ impl Adaptive {
                     self.corner = Some(met);
                     return self.step(mechanism, solver, false);
                 }
-                task.end_time = met.before();
+                task.end_time = met.just_before();
                 corner = Some(met);
                 continue;
             }
             self.accept(mechanism, t, h, error);
-            self.corner = corner.filter(|corner| self.dense_output.to.t == corner.before());
+            self.corner = corner.filter(|corner| self.dense_output.to.t == corner.just_before());
             if self.corner.is_some() {
                 // The step was short for the sake of the corner, and that says little of the next one.
                 self.control.h = self.control.h.max(wanted);
@@ -355,7 +355,7 @@ impl Adaptive {
     }
 
     /// Whether a rejected step of length `h` met a jump just behind its beginning, to be crossed there.
-    fn meets_jump_at_once(&mut self, h: f64) -> bool {
+    fn jump_at_step_start(&mut self, h: f64) -> bool {
         let from = self.dense_output.to.as_ref();
         let size = 1.0 + from.t.abs();
         if h >= SHORT * size {
@@ -391,10 +391,10 @@ impl Adaptive {
         let Some(corners) = &mut self.corners else { return Ok(()) };
         let now = &mut self.dense_output.to;
         let corner = self.corner.take().or_else(|| corners.at(now.t));
-        if let Some(corner) = corner.filter(|corner| corner.behind() < self.task.end_time) {
+        if let Some(corner) = corner.filter(|corner| corner.just_after() < self.task.end_time) {
             corners.forget();
             self.balance.cross(mechanism, now, corner);
-            solver.cross(mechanism, self.task.projection, corner.behind(), now)?;
+            solver.cross(mechanism, self.task.projection, corner.just_after(), now)?;
         }
         corners.leave(mechanism, (self.task.projection, solver), SHORTEST_TO_CORNER * self.control.h, now)
     }

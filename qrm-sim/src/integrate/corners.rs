@@ -77,12 +77,12 @@ impl Corner {
     }
 
     /// The end of a step towards it, where no stage is behind it yet.
-    pub(crate) fn before(self) -> f64 {
+    pub(crate) fn just_before(self) -> f64 {
         self.0 - equal(self.0)
     }
 
     /// The beginning of a step from it on.
-    pub(crate) fn behind(self) -> f64 {
+    pub(crate) fn just_after(self) -> f64 {
         self.0 + equal(self.0)
     }
 }
@@ -141,12 +141,12 @@ impl Corners {
 
     /// The first corner behind `t` whose time is known.
     pub(crate) fn next_time(&self, t: f64) -> Option<Corner> {
-        self.times.iter().copied().find(|corner| corner.before() > t)
+        self.times.iter().copied().find(|corner| corner.just_before() > t)
     }
 
     /// The known corner at `t`, behind which a step is to begin.
     pub(crate) fn at(&self, t: f64) -> Option<Corner> {
-        self.times.iter().copied().find(|corner| corner.before() <= t && t < corner.behind())
+        self.times.iter().copied().find(|corner| corner.just_before() <= t && t < corner.just_after())
     }
 
     /// Moves a state at which a switching function is zero off there, at most so far in time: its sign is to be that of

@@ -91,12 +91,12 @@ impl Fixed {
         let Some(mut corners) = self.corners.take() else { return self.step(by, from, t, to) };
         let mut now = std::mem::replace(&mut self.now, State::zero(0, 0));
         now.clone_from(from);
-        let result = self.advance_by_parts(by, &mut corners, &mut now, t, to, inner);
+        let result = self.advance_split_at_corners(by, &mut corners, &mut now, t, to, inner);
         (self.corners, self.now) = (Some(corners), now);
         result
     }
 
-    fn advance_by_parts(
+    fn advance_split_at_corners(
         &mut self,
         by: &mut StepBy,
         corners: &mut Corners,
@@ -109,8 +109,8 @@ impl Fixed {
         let whole = t - begin;
         let (mut last, mut limit) = (begin, t);
         for _ in 0..MOST_PARTS {
-            if let Some(corner) = corners.at(now.t).filter(|corner| corner.behind() < t) {
-                by.solver.cross(by.mechanism, by.projection(), corner.behind(), now)?;
+            if let Some(corner) = corners.at(now.t).filter(|corner| corner.just_after() < t) {
+                by.solver.cross(by.mechanism, by.projection(), corner.just_after(), now)?;
             }
             corners.leave(by.mechanism, (by.projection(), by.solver), CROSSED * whole, now)?;
             let mut count = 1;
@@ -121,7 +121,7 @@ impl Fixed {
             if now.t > begin {
                 count = self.steps_behind_corners;
             }
-            let end = corners.next_time(now.t).map_or(limit, |corner| corner.before().min(limit));
+            let end = corners.next_time(now.t).map_or(limit, |corner| corner.just_before().min(limit));
             self.steps(by, (now, count), end, to)?;
             if let Some(behind) = self.corner_inside(by, corners, (now, count), to)? {
                 match self.found_corner(by, (now, count), &behind)? {
@@ -134,7 +134,7 @@ impl Fixed {
             } else if corners.is_seen_by_stages() {
                 self.go_to_jump(by, corners, to.t, whole, (now, count))?;
                 corners.forget();
-            } else if end >= t || corners.at(end).is_some_and(|corner| corner.behind() >= t) {
+            } else if end >= t || corners.at(end).is_some_and(|corner| corner.just_after() >= t) {
                 to.t = t;
                 return Ok(());
             } else {
@@ -186,7 +186,7 @@ impl Fixed {
         }
         let middle = now.t + 0.5 * way;
         self.steps(by, (now, count), middle, &mut at)?;
-        Ok(if has_seen_corner([now, &at, behind]) { FoundCorner::Unclear(middle) } else { FoundCorner::Corner })
+        Ok(if stages_straddle_corner([now, &at, behind]) { FoundCorner::Unclear(middle) } else { FoundCorner::Corner })
     }
 
     /// Moves towards a jump, so far that no stage lies behind it; and across it where it is near.
@@ -211,7 +211,7 @@ impl Fixed {
             }
         }
         now.clone_from(&from);
-        by.solver.cross(by.mechanism, by.projection(), Corner(from.t + left).behind() + left, now)
+        by.solver.cross(by.mechanism, by.projection(), Corner(from.t + left).just_after() + left, now)
     }
 
     /// Moves to a time by so many even steps.
@@ -264,7 +264,7 @@ impl Fixed {
 
 /// Whether the last stages of a step have seen the motion behind the corner at its end, so that it may lie earlier: the
 /// step is no smooth motion through its beginning, middle and end.
-fn has_seen_corner([begin, middle, end]: [&State; 3]) -> bool {
+fn stages_straddle_corner([begin, middle, end]: [&State; 3]) -> bool {
     let h = end.t - begin.t;
     (0..begin.qd.len()).any(|i| {
         let by_ends = 0.5 * (begin.qd[i] + end.qd[i]) + h / 8.0 * (begin.qdd[i] - end.qdd[i]);

@@ -2,7 +2,7 @@
 
 use qrm_core::{Mechanism, RowLayout, RowRequest, RowStop};
 
-use super::adaptive::{Adaptive, Counts, InnerRows};
+use super::adaptive::{Adaptive, Counts, IntermediateRows};
 use super::corners::{Corner, Corners};
 use super::fixed::{Fixed, StepBy};
 use super::formula::Formula;
@@ -27,7 +27,7 @@ pub struct Integrator {
     pair: [State; 2],
     layout: RowLayout,
     /// Which states between rows are kept, and those of the last block.
-    keeps_inner: Option<InnerRows>,
+    keeps_inner: Option<IntermediateRows>,
     inner: Vec<f64>,
 }
 
@@ -90,7 +90,7 @@ impl Integrator {
     }
 
     /// Has states between rows kept, where steps are shorter than these.
-    pub(crate) fn keep_inner_rows(&mut self, which: InnerRows) {
+    pub(crate) fn keep_inner_rows(&mut self, which: IntermediateRows) {
         self.keeps_inner = Some(which);
     }
 
@@ -310,7 +310,7 @@ impl Integrator {
         if corners.at(t).is_some() {
             return 0;
         }
-        let end = corners.next_time(t).map_or(f64::INFINITY, Corner::before);
+        let end = corners.next_time(t).map_or(f64::INFINITY, Corner::just_before);
         let room = room.min(ROWS_BETWEEN_CORNERS);
         (0..room).take_while(|row| request.time(request.first + *row as u64 + 1) <= end).count()
     }

@@ -29,7 +29,7 @@ impl StepBalance {
 
     /// Takes up the work on the way across a corner.
     pub(super) fn cross(&mut self, mechanism: &dyn Mechanism, from: &State, corner: Corner) {
-        self.work += from.power(mechanism) * (corner.behind() - from.t);
+        self.work += from.power(mechanism) * (corner.just_after() - from.t);
     }
 
     /// Takes up a step, whose power is integrated inside it by its formula; there is `room` for a state.

@@ -2,7 +2,7 @@
 
 use qrm_core::Mechanism;
 
-use crate::analysis::{Drive, Position};
+use crate::analysis::{LoopSolver, Position};
 use crate::solve::{LoopConstraints, Matrix, PivotedLdl, largest, least_squares, row_products, subtract_combination};
 use crate::start::Start;
 
@@ -34,14 +34,14 @@ pub fn assemble(mechanism: &dyn Mechanism, start: &Start) -> Result<(Vec<f64>, V
     let found = search(mechanism, start, &start.q, &weights, &mut constraints);
     constraints.evaluate(mechanism, 0.0, &found);
     if !is_closed(&constraints, &found) {
-        return Err(blame(mechanism, start, &found, &mut constraints));
+        return Err(find_open_constraint(mechanism, start, &found, &mut constraints));
     }
     let qd = rates(&constraints, start, &found)?;
     Ok((found, qd))
 }
 
 /// The coordinates of a closed position, and rates; `None` if they do not meet the constraints.
-pub(crate) fn completed(drive: &Drive, start: &Start, position: Position) -> Option<(Vec<f64>, Vec<f64>)> {
+pub(crate) fn completed(drive: &LoopSolver, start: &Start, position: Position) -> Option<(Vec<f64>, Vec<f64>)> {
     if !is_closed(&position.constraints, &position.q) {
         return None;
     }
@@ -62,7 +62,12 @@ fn is_closed(constraints: &LoopConstraints, q: &[f64]) -> bool {
 
 /// The last constraint that alone stays open when all others are met, and its residual; failing that, the one with the
 /// largest residual.
-fn blame(mechanism: &dyn Mechanism, start: &Start, found: &[f64], constraints: &mut LoopConstraints) -> NotAssembled {
+fn find_open_constraint(
+    mechanism: &dyn Mechanism,
+    start: &Start,
+    found: &[f64],
+    constraints: &mut LoopConstraints,
+) -> NotAssembled {
     let (constraint, residual) = largest(&constraints.residuals);
     let count = constraints.residuals.len();
     let alone = (0..count).rev().find_map(|constraint| {
@@ -99,7 +104,7 @@ fn search(
 fn rates(constraints: &LoopConstraints, start: &Start, q: &[f64]) -> Result<Vec<f64>, NotAssembled> {
     let mut qd: Vec<f64> =
         start.qd.iter().zip(&start.given_rates).map(|(qd, given)| if *given { *qd } else { 0.0 }).collect();
-    let dependents = Dependents::new(&constraints.constraint_jacobian, &start.given_rates);
+    let dependents = DependentCoordinates::new(&constraints.constraint_jacobian, &start.given_rates);
     // The second pass removes the rounding errors of the first.
     for _ in 0..2 {
         let rates = constraints.velocity_residual(&qd);
@@ -114,13 +119,13 @@ fn rates(constraints: &LoopConstraints, start: &Start, q: &[f64]) -> Result<Vec<
 }
 
 /// The coordinates or rates that follow from the given ones by the constraints.
-pub(crate) struct Dependents {
+pub(crate) struct DependentCoordinates {
     /// The Jacobian, without the columns of given ones.
     rows: Matrix,
     factors: PivotedLdl,
 }
 
-impl Dependents {
+impl DependentCoordinates {
     pub(crate) fn new(jacobian: &Matrix, given: &[bool]) -> Self {
         let (m, n) = (jacobian.rows(), jacobian.columns());
         let rows = Matrix::from_fn(m, n, |r, i| if given[i] { 0.0 } else { jacobian[r][i] });

@@ -33,7 +33,7 @@ const TIGHT: f64 = 1e-8;
 const SMALLEST_TOLERANCE: f64 = 1e-15;
 
 /// Pages show no errors of extremes and of the end time, and are to be small.
-pub(super) const COMES_TO_EXTREMES: bool = cfg!(not(target_arch = "wasm32"));
+pub(super) const ESTIMATES_EXTREMES: bool = cfg!(not(target_arch = "wasm32"));
 
 /// A companion run beside a run: with longer steps; or, where a tolerance chooses them, with shorter ones, where the
 /// difference is the error of the first run itself.
@@ -109,7 +109,7 @@ impl Companion {
     }
 
     fn try_change(&mut self, [old, new]: [&dyn Mechanism; 2], [end, first]: [&State; 2]) -> Result<(), StepError> {
-        self.come_to(old, end)?;
+        self.advance_to(old, end)?;
         for (before, difference) in self.before.iter_mut().zip(self.differences.restart()) {
             *before += difference;
         }
@@ -120,7 +120,7 @@ impl Companion {
     }
 
     /// Comes to the state `end` of the run.
-    fn come_to(&mut self, mechanism: &dyn Mechanism, end: &State) -> Result<(), StepError> {
+    fn advance_to(&mut self, mechanism: &dyn Mechanism, end: &State) -> Result<(), StepError> {
         // Two steps where the run may have made one: the same step would show no difference.
         let middle = 0.5 * (self.at.t + end.t);
         for t in [middle, end.t] {
@@ -145,8 +145,8 @@ impl Companion {
         if self.failed || self.at.t > end.t {
             return;
         }
-        self.failed = self.come_to(mechanism, end).is_err();
-        if COMES_TO_EXTREMES {
+        self.failed = self.advance_to(mechanism, end).is_err();
+        if ESTIMATES_EXTREMES {
             self.of_end_time = condition.and_then(|condition| condition.time_between(end, &self.at));
         }
     }
@@ -194,7 +194,7 @@ impl Companion {
             self.differences.take(mechanism, &state_in(self.layout, row), &state_in(self.layout, state));
         }
         self.at.read(&states[made * width..]);
-        if COMES_TO_EXTREMES {
+        if ESTIMATES_EXTREMES {
             for extreme in block.extremes {
                 let other = self.step_to(mechanism, made, step, extreme.t);
                 self.compare(mechanism, extreme, other.as_ref());
@@ -219,22 +219,22 @@ impl Companion {
     /// Moves to each row of the run before number `end`, and to each extreme.
     fn follow_rows(&mut self, mechanism: &dyn Mechanism, block: RowBlock, end: u64) -> Result<(), StepError> {
         let width = self.layout.width();
-        let mut extremes = if COMES_TO_EXTREMES { block.extremes.to_vec() } else { Vec::new() };
-        if COMES_TO_EXTREMES {
+        let mut extremes = if ESTIMATES_EXTREMES { block.extremes.to_vec() } else { Vec::new() };
+        if ESTIMATES_EXTREMES {
             extremes.sort_by(|a, b| a.t.total_cmp(&b.t));
         }
         let mut extremes = extremes.into_iter().peekable();
         let first = block.first.max(self.row + 1);
         for number in first..end.max(first) {
             let row = &block.rows[(number - block.first) as usize * width..];
-            while COMES_TO_EXTREMES && let Some(extreme) = extremes.next_if(|extreme| extreme.t < row[0]) {
+            while ESTIMATES_EXTREMES && let Some(extreme) = extremes.next_if(|extreme| extreme.t < row[0]) {
                 self.compare_at(mechanism, &extreme)?;
             }
             self.move_to(mechanism, row[0])?;
             self.row = number;
             self.differences.take(mechanism, &state_in(self.layout, row), &self.at.as_ref());
         }
-        if COMES_TO_EXTREMES { extremes.try_for_each(|extreme| self.compare_at(mechanism, &extreme)) } else { Ok(()) }
+        if ESTIMATES_EXTREMES { extremes.try_for_each(|extreme| self.compare_at(mechanism, &extreme)) } else { Ok(()) }
     }
 
     /// Compares an extreme of the run with the motion at its time.
@@ -274,7 +274,7 @@ impl Companion {
             quantities: differences.quantities,
             start: self.start,
             largest: errors(&|difference| difference.largest),
-            at_extremes: if COMES_TO_EXTREMES {
+            at_extremes: if ESTIMATES_EXTREMES {
                 [0, 1].map(|end| errors(&|difference| difference.at_extremes[end]))
             } else {
                 [const { Vec::new() }; 2]
@@ -326,7 +326,7 @@ fn size(of: &[Difference]) -> f64 {
 /// steps that end beside that miss its value. Slopes and jumps do not count.
 fn change_within_time_resolution(mechanism: &dyn Mechanism, at: &State, column: usize) -> f64 {
     let here = number(mechanism, at, column);
-    let reach = Corner(at.t).behind() - at.t;
+    let reach = Corner(at.t).just_after() - at.t;
     let mut beside = at.clone();
     let mut change = |h: f64| {
         beside.clone_from(at);

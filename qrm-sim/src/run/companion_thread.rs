@@ -8,7 +8,7 @@ use std::thread::{self, Scope, ScopedJoinHandle};
 
 use qrm_core::{Mechanism, RowRequest};
 
-use super::companion::{COMES_TO_EXTREMES, Companion, RowBlock};
+use super::companion::{Companion, ESTIMATES_EXTREMES, RowBlock};
 use super::extremes::{Extremes, FoundExtreme};
 use crate::integrate::Integrator;
 
@@ -48,7 +48,7 @@ pub(super) fn with_threads<'env, R>(
 
 /// A block of rows that are kept until the companion follows them.
 #[derive(Default)]
-struct KeptRows {
+struct RowBuffer {
     rows: Vec<f64>,
     first: u64,
     steps: Vec<[f64; 2]>,
@@ -62,9 +62,9 @@ pub(crate) struct Follower<'scope, 'env> {
     request: RowRequest,
     /// The number of values of a row.
     width: usize,
-    block: KeptRows,
+    block: RowBuffer,
     /// Room for the next block.
-    spare: KeptRows,
+    spare: RowBuffer,
     /// The extremes that were known last.
     known: Vec<Extremes>,
     /// The number of values so far.
@@ -78,9 +78,9 @@ pub(crate) struct Follower<'scope, 'env> {
 struct CompanionThread<'scope, 'env> {
     /// Makes this type impossible where there are no threads, so that its code is not compiled.
     _scope: ThreadScope<'scope, 'env>,
-    sender: SyncSender<KeptRows>,
+    sender: SyncSender<RowBuffer>,
     /// Blocks that the companion has followed.
-    followed: Receiver<KeptRows>,
+    followed: Receiver<RowBuffer>,
     thread: ScopedJoinHandle<'scope, Companion>,
 }
 
@@ -97,8 +97,8 @@ impl<'scope, 'env> Follower<'scope, 'env> {
             mechanism,
             request,
             width: companion.as_ref().map_or(0, Companion::width),
-            block: KeptRows::default(),
-            spare: KeptRows::default(),
+            block: RowBuffer::default(),
+            spare: RowBuffer::default(),
             known: Vec::new(),
             count: 0,
             beside: companion,
@@ -118,7 +118,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         }
         block.rows.extend_from_slice(rows);
         block.steps.extend_from_slice(run.steps());
-        if COMES_TO_EXTREMES {
+        if ESTIMATES_EXTREMES {
             self.take_extremes(extremes);
         }
         if self.block.rows.len() < BLOCK {
@@ -156,7 +156,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
             Some(thread) => thread.empty(),
             None => std::mem::take(&mut self.spare),
         };
-        if COMES_TO_EXTREMES && waiting > 0 {
+        if ESTIMATES_EXTREMES && waiting > 0 {
             self.block.move_last(waiting * self.width, self.width, &mut later);
         }
         let mut block = std::mem::replace(&mut self.block, later);
@@ -178,7 +178,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
     }
 }
 
-impl KeptRows {
+impl RowBuffer {
     fn follow(&self, companion: &mut Companion, mechanism: &dyn Mechanism, request: &RowRequest) {
         let Self { rows, first, steps, extremes } = self;
         companion.follow(mechanism, request, RowBlock { rows, first: *first, steps, extremes });
@@ -214,11 +214,11 @@ impl<'scope, 'env> CompanionThread<'scope, 'env> {
         request: RowRequest,
         mut companion: Companion,
     ) -> Self {
-        let (sender, receiver) = sync_channel::<KeptRows>(BLOCKS);
+        let (sender, receiver) = sync_channel::<RowBuffer>(BLOCKS);
         let (used, followed) = sync_channel(BLOCKS);
         for _ in 0..BLOCKS {
             // There is room, and the receiver is there.
-            let _ = used.send(KeptRows::default());
+            let _ = used.send(RowBuffer::default());
         }
         let thread = scope.spawn(move || {
             for block in receiver {
@@ -232,7 +232,7 @@ impl<'scope, 'env> CompanionThread<'scope, 'env> {
     }
 
     /// An empty block, as soon as there is one.
-    fn empty(&self) -> KeptRows {
+    fn empty(&self) -> RowBuffer {
         // Where the thread has panicked, joining it tells.
         let mut block = self.followed.recv().unwrap_or_default();
         block.clear();
@@ -240,7 +240,7 @@ impl<'scope, 'env> CompanionThread<'scope, 'env> {
     }
 
     /// Hands a block over.
-    fn send(&self, block: KeptRows) {
+    fn send(&self, block: RowBuffer) {
         let _ = self.sender.send(block);
     }
 }

@@ -3,7 +3,7 @@
 use qrm_core::{Mechanism, Model};
 
 use super::assembly::{NotAssembled, assemble, completed};
-use crate::analysis::{CoordinatePartition, Drive, Position};
+use crate::analysis::{CoordinatePartition, LoopSolver, Position};
 use crate::start::Start;
 
 /// Angles that differ by less than this from the scene's own start are taken for those of its branch.
@@ -18,7 +18,7 @@ const SHORTEST: f64 = 1e-6;
 /// Where the first guesses of a scene are solved with other parameters, they may lead to a mirrored position, or to
 /// none. Then parameters and given values are changed little by little from the scene's own, and the position follows.
 #[derive(Clone, Debug)]
-pub(crate) struct Branch {
+pub(crate) struct AssemblyBranch {
     /// The scene's own start; `None` where the given coordinates do not determine the others, and for mechanisms that
     /// are not generated.
     own: Option<SceneStart>,
@@ -39,14 +39,14 @@ impl SceneStart {
         let parameters = parameters.unwrap_or_else(|| model.parameter_values(&|_| None));
         let own = model.mechanism_with(parameters.clone());
         let start = Start::of(&*own);
-        let drive = Drive::new(&*own, start.given.clone())?;
-        let position = drive.close(assemble(&*own, &start).ok()?.0)?;
+        let drive = LoopSolver::new(&*own, start.given.clone())?;
+        let position = drive.solve_loops(assemble(&*own, &start).ok()?.0)?;
         let partition = drive.into_partition();
         (position.determinant != 0.0).then_some(Self { model, parameters, start, position, partition })
     }
 }
 
-impl Branch {
+impl AssemblyBranch {
     /// The branch of the scene of a mechanism.
     pub(crate) fn of(mechanism: &dyn Mechanism) -> Self {
         Self::with_parameters(mechanism, None)
@@ -80,9 +80,9 @@ impl Branch {
         }
         let direct = assemble(mechanism, &start);
         if let Ok((q, _)) = &direct
-            && let Some(position) = drive.close(q.clone())
+            && let Some(position) = drive.solve_loops(q.clone())
             && position.determinant * own.position.determinant > 0.0
-            && own.moved(&own.position, &position.q) < NEAR
+            && own.max_angle_change(&own.position, &position.q) < NEAR
         {
             return direct;
         }
@@ -123,18 +123,18 @@ impl SceneStart {
     }
 
     /// The position that another one becomes when the parameters change a little to those of another mechanism.
-    fn neighbour(&self, drive: &Drive, start: &Start, from: &Position) -> Option<Position> {
+    fn neighbour(&self, drive: &LoopSolver, start: &Start, from: &Position) -> Option<Position> {
         let guess = (0..from.q.len()).map(|i| if start.given[i] { start.q[i] } else { from.q[i] }).collect();
-        let position = drive.close(guess)?;
-        (position.is_on_branch_of(from) && self.moved(from, &position.q) < LONGEST).then_some(position)
+        let position = drive.solve_loops(guess)?;
+        (position.is_on_branch_of(from) && self.max_angle_change(from, &position.q) < LONGEST).then_some(position)
     }
 
-    fn drive<'m>(&'m self, mechanism: &'m dyn Mechanism) -> Drive<'m> {
-        Drive::with_partition(mechanism, &self.partition)
+    fn drive<'m>(&'m self, mechanism: &'m dyn Mechanism) -> LoopSolver<'m> {
+        LoopSolver::with_partition(mechanism, &self.partition)
     }
 
     /// The largest change of an angle that is not given.
-    fn moved(&self, from: &Position, to: &[f64]) -> f64 {
+    fn max_angle_change(&self, from: &Position, to: &[f64]) -> f64 {
         let is_free_angle = |i: &usize| !self.start.given[*i] && self.model.description.is_angle(*i);
         (0..to.len()).filter(is_free_angle).map(|i| (to[i] - from.q[i]).abs()).fold(0.0, f64::max)
     }
@@ -153,5 +153,5 @@ pub fn assembled(mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotA
 /// # Errors
 /// Some constraint cannot be met, or only on another branch.
 pub fn assembled_from(mechanism: &dyn Mechanism, start: Start) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
-    Branch::of(mechanism).assemble(mechanism, start)
+    AssemblyBranch::of(mechanism).assemble(mechanism, start)
 }

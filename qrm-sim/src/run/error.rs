@@ -5,7 +5,7 @@ use std::fmt;
 use qrm_core::Description;
 
 use super::assembly::NotAssembled;
-use super::judgement::Doubt;
+use super::judgement::RejectionReason;
 use super::outcome::StartError;
 use crate::integrate::StepError;
 
@@ -42,7 +42,7 @@ pub enum Reason {
         /// The time up to which it was followed.
         t: f64,
         /// Why.
-        doubts: Vec<Doubt>,
+        rejection_reasons: Vec<RejectionReason>,
         /// The tolerance of a method that chooses its steps.
         tolerance: Option<f64>,
     },
@@ -80,8 +80,9 @@ impl fmt::Display for SimError {
                 write!(f, "`{name}` breaks off after t = {t} s: {}", reason.explain(description))
             }
             Reason::NoTime { from, to } => write!(f, "`{name}` has come to t = {from} s and cannot go on to {to:?} s"),
-            Reason::Doubtful { t, doubts, tolerance } => {
-                let texts: Vec<String> = doubts.iter().map(|doubt| doubt.text(*tolerance, description)).collect();
+            Reason::Doubtful { t, rejection_reasons, tolerance } => {
+                let texts: Vec<String> =
+                    rejection_reasons.iter().map(|reason| reason.text(*tolerance, description)).collect();
                 let help = match tolerance {
                     Some(_) => "use a smaller tolerance",
                     None => "use a shorter step, or a method that chooses its steps",

@@ -2,7 +2,7 @@
 
 use qrm_core::Mechanism;
 
-use super::continuation::Branch;
+use super::continuation::AssemblyBranch;
 use super::outcome::StartError;
 use crate::integrate::StepError;
 use crate::solve::{Solver, constraint_rank};
@@ -13,14 +13,22 @@ use crate::state::State;
 ///
 /// # Errors
 /// The constraints cannot be met, or the accelerations are not determined.
-pub(crate) fn first_state(mechanism: &dyn Mechanism, branch: &Branch, start: Start) -> Result<State, StartError> {
+pub(crate) fn first_state(
+    mechanism: &dyn Mechanism,
+    branch: &AssemblyBranch,
+    start: Start,
+) -> Result<State, StartError> {
     let mut first = first_position(mechanism, branch, start)?;
     Solver::at(mechanism, first.t, &first.q).complete(mechanism, &mut first).map_err(StartError::Step)?;
     Ok(first)
 }
 
 /// The first state without accelerations and multipliers.
-pub(crate) fn first_position(mechanism: &dyn Mechanism, branch: &Branch, start: Start) -> Result<State, StartError> {
+pub(crate) fn first_position(
+    mechanism: &dyn Mechanism,
+    branch: &AssemblyBranch,
+    start: Start,
+) -> Result<State, StartError> {
     let (q, qd) = branch.assemble(mechanism, start).map_err(StartError::NotAssembled)?;
     let description = mechanism.description();
     let count = description.constraints.len();

@@ -25,7 +25,7 @@ const ROUNDING: f64 = 10.0;
 
 /// A reason not to trust the numbers of a run.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Doubt {
+pub enum RejectionReason {
     /// The energy changed otherwise than by the work of the loads without potential.
     Energy {
         /// The largest difference, in J.
@@ -75,37 +75,35 @@ pub(crate) struct Evidence<'a> {
 
 impl Evidence<'_> {
     /// The reasons not to trust the numbers.
-    pub(crate) fn doubts(&self, description: &Description) -> Vec<Doubt> {
-        let mut doubts = Vec::new();
+    pub(crate) fn rejection_reasons(&self, description: &Description) -> Vec<RejectionReason> {
+        let mut rejection_reasons = Vec::new();
         let imbalance = self.energy_imbalance;
         if !is_at_rest(description, self.ranges)
             && !is_balanced(imbalance, self.largest_kinetic_energy, self.largest_energy)
         {
-            doubts.push(Doubt::Energy { imbalance, is_conservative: self.is_conservative });
+            rejection_reasons.push(RejectionReason::Energy { imbalance, is_conservative: self.is_conservative });
         }
         let accepted = accepted_errors(description, self.ranges, self.tolerance, self.steps);
         match self.estimated_errors {
-            Some(errors) => doubts.extend(worst(errors, &accepted).map(|coordinate| Doubt::Error {
-                coordinate,
-                error: errors[coordinate],
-                accepted: accepted[coordinate],
+            Some(errors) => rejection_reasons.extend(worst(errors, &accepted).map(|coordinate| {
+                RejectionReason::Error { coordinate, error: errors[coordinate], accepted: accepted[coordinate] }
             })),
-            None if self.companion_failed => doubts.push(Doubt::CompanionFailed),
+            None if self.companion_failed => rejection_reasons.push(RejectionReason::CompanionFailed),
             None => {}
         }
         let tolerable = accepted_errors(description, self.ranges, None, self.steps);
-        doubts.extend(worst(self.corrections, &tolerable).map(|coordinate| Doubt::Correction {
+        rejection_reasons.extend(worst(self.corrections, &tolerable).map(|coordinate| RejectionReason::Correction {
             coordinate,
             correction: self.corrections[coordinate],
             residual: self.residual,
         }));
-        doubts
+        rejection_reasons
     }
 }
 
 impl Outcome {
     /// The reasons not to trust the numbers.
-    pub fn doubts(&self, description: &Description) -> Vec<Doubt> {
+    pub fn rejection_reasons(&self, description: &Description) -> Vec<RejectionReason> {
         let evidence = Evidence {
             energy_imbalance: self.energy_imbalance,
             is_conservative: self.energy_drift.is_some(),
@@ -119,11 +117,11 @@ impl Outcome {
             corrections: &self.corrections,
             residual: self.stats.residual_before_correction,
         };
-        evidence.doubts(description)
+        evidence.rejection_reasons(description)
     }
 }
 
-impl Doubt {
+impl RejectionReason {
     /// The reason in words, with the names of the mechanism.
     pub fn text(&self, tolerance: Option<f64>, description: &Description) -> String {
         let coordinate = |i: usize| (description.coordinates[i].name, description.coordinates[i].unit);
@@ -253,8 +251,8 @@ mod tests {
         }
     }
 
-    fn doubts(evidence: &Evidence) -> Vec<Doubt> {
-        evidence.doubts(&DESCRIPTION)
+    fn rejection_reasons(evidence: &Evidence) -> Vec<RejectionReason> {
+        evidence.rejection_reasons(&DESCRIPTION)
     }
 
     #[test]
@@ -267,25 +265,31 @@ mod tests {
 
     #[test]
     fn each_limit_alone_is_a_reason() {
-        assert_eq!(doubts(&trusted()), []);
+        assert_eq!(rejection_reasons(&trusted()), []);
         let energy = Evidence { energy_imbalance: 1.1e-3, ..trusted() };
-        assert_eq!(doubts(&energy), [Doubt::Energy { imbalance: 1.1e-3, is_conservative: true }]);
+        assert_eq!(rejection_reasons(&energy), [RejectionReason::Energy { imbalance: 1.1e-3, is_conservative: true }]);
         let angle = Evidence { estimated_errors: Some(&[1.1e-3 * TAU, 0.0]), ..trusted() };
-        assert!(matches!(doubts(&angle)[..], [Doubt::Error { coordinate: 0, .. }]), "however many turns");
+        assert!(
+            matches!(rejection_reasons(&angle)[..], [RejectionReason::Error { coordinate: 0, .. }]),
+            "however many turns"
+        );
         let length = Evidence { estimated_errors: Some(&[0.0, 1.1e-8]), ..trusted() };
-        assert!(matches!(doubts(&length)[..], [Doubt::Error { coordinate: 1, .. }]), "however short");
+        assert!(
+            matches!(rejection_reasons(&length)[..], [RejectionReason::Error { coordinate: 1, .. }]),
+            "however short"
+        );
         let unknown = Evidence { estimated_errors: Some(&[0.0, f64::NAN]), ..trusted() };
-        assert!(matches!(doubts(&unknown)[..], [Doubt::Error { coordinate: 1, .. }]));
+        assert!(matches!(rejection_reasons(&unknown)[..], [RejectionReason::Error { coordinate: 1, .. }]));
         let failed = Evidence { estimated_errors: None, companion_failed: true, ..trusted() };
-        assert_eq!(doubts(&failed), [Doubt::CompanionFailed]);
-        assert_eq!(doubts(&Evidence { estimated_errors: None, ..trusted() }), []);
+        assert_eq!(rejection_reasons(&failed), [RejectionReason::CompanionFailed]);
+        assert_eq!(rejection_reasons(&Evidence { estimated_errors: None, ..trusted() }), []);
         let moved = Evidence { corrections: &[0.0, 1.1e-8], ..trusted() };
-        assert!(matches!(doubts(&moved)[..], [Doubt::Correction { coordinate: 1, .. }]));
+        assert!(matches!(rejection_reasons(&moved)[..], [RejectionReason::Correction { coordinate: 1, .. }]));
     }
 
     #[test]
     fn only_steps_of_a_length_of_their_own_can_be_too_long() {
-        let text = |tolerance| Doubt::CompanionFailed.text(tolerance, &DESCRIPTION);
+        let text = |tolerance| RejectionReason::CompanionFailed.text(tolerance, &DESCRIPTION);
         assert!(text(None).contains("the limit of what is stable"), "{}", text(None));
         assert!(text(Some(1e-9)).contains("shorter steps"), "{}", text(Some(1e-9)));
     }
@@ -295,19 +299,22 @@ mod tests {
         let errors =
             |error: &'static [f64; 2]| Evidence { tolerance: Some(1e-9), estimated_errors: Some(error), ..trusted() };
         // 1e4 times the tolerance, of a range of 1e-5 m.
-        assert_eq!(doubts(&errors(&[0.0, 0.9e-10])), []);
-        assert!(matches!(doubts(&errors(&[0.0, 1.1e-10]))[..], [Doubt::Error { coordinate: 1, .. }]));
+        assert_eq!(rejection_reasons(&errors(&[0.0, 0.9e-10])), []);
+        assert!(matches!(
+            rejection_reasons(&errors(&[0.0, 1.1e-10]))[..],
+            [RejectionReason::Error { coordinate: 1, .. }]
+        ));
         // Many steps accumulate more.
-        assert_eq!(doubts(&Evidence { steps: 10_000, ..errors(&[0.0, 9e-10]) }), []);
-        assert_eq!(doubts(&Evidence { steps: 10_000, ..errors(&[0.0, 1.1e-9]) }).len(), 1);
+        assert_eq!(rejection_reasons(&Evidence { steps: 10_000, ..errors(&[0.0, 9e-10]) }), []);
+        assert_eq!(rejection_reasons(&Evidence { steps: 10_000, ..errors(&[0.0, 1.1e-9]) }).len(), 1);
     }
 
     #[test]
     fn what_hardly_moves_is_not_measured_by_its_range() {
         let ranges = &[[1.0, 1.0], [0.5, 0.5 + 1e-9]];
         let still = Evidence { ranges, estimated_errors: Some(&[0.9e-5, 0.9e-5 * 0.5]), corrections: &[], ..trusted() };
-        assert_eq!(doubts(&still), []);
+        assert_eq!(rejection_reasons(&still), []);
         let off = Evidence { estimated_errors: Some(&[1.1e-5, 0.0]), ..still };
-        assert!(matches!(doubts(&off)[..], [Doubt::Error { coordinate: 0, .. }]));
+        assert!(matches!(rejection_reasons(&off)[..], [RejectionReason::Error { coordinate: 0, .. }]));
     }
 }

@@ -5,7 +5,7 @@ use qrm_core::{Mechanism, RowLayout, RowQuantities, StateRef};
 use super::balance::Balance;
 use super::extremes::ExtremesTracker;
 use super::observer::{Observer, Row};
-use super::outcome::{Status, Undefined};
+use super::outcome::{NonFiniteQuantity, Status};
 use super::singularity_monitor::SingularityMonitor;
 use crate::columns::write_row;
 use crate::solve::{LoopConstraints, constraint_rank, largest};
@@ -196,8 +196,8 @@ impl RunMonitor {
     }
 
     /// Which number of the row under way is not finite.
-    fn undefined(&self, energy: f64) -> Option<Undefined> {
+    fn undefined(&self, energy: f64) -> Option<NonFiniteQuantity> {
         let output = self.outputs.iter().position(|value| !value.is_finite());
-        output.map(Undefined::Output).or((!energy.is_finite()).then_some(Undefined::Energy))
+        output.map(NonFiniteQuantity::Output).or((!energy.is_finite()).then_some(NonFiniteQuantity::Energy))
     }
 }

@@ -42,7 +42,7 @@ pub trait Observer {
     fn row(&mut self, row: &Row) -> std::io::Result<()>;
 
     /// Whether rows are to have outputs; without them no output can be undefined.
-    fn wants_outputs(&self) -> bool {
+    fn needs_outputs(&self) -> bool {
         true
     }
 
@@ -59,7 +59,7 @@ pub trait Observer {
     ///
     /// # Errors
     /// The rows so far cannot be kept; the run ends.
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> std::io::Result<bool> {
+    fn keep_running(&mut self, _t: f64, _end_time: f64) -> std::io::Result<bool> {
         Ok(true)
     }
 
@@ -85,8 +85,8 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         self.1.row(row)
     }
 
-    fn wants_outputs(&self) -> bool {
-        self.0.wants_outputs() || self.1.wants_outputs()
+    fn needs_outputs(&self) -> bool {
+        self.0.needs_outputs() || self.1.needs_outputs()
     }
 
     fn wants_extremes(&self) -> bool {
@@ -98,8 +98,8 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         self.1.extremes(extremes);
     }
 
-    fn goes_on(&mut self, t: f64, end_time: f64) -> std::io::Result<bool> {
-        Ok(self.0.goes_on(t, end_time)? && self.1.goes_on(t, end_time)?)
+    fn keep_running(&mut self, t: f64, end_time: f64) -> std::io::Result<bool> {
+        Ok(self.0.keep_running(t, end_time)? && self.1.keep_running(t, end_time)?)
     }
 
     fn finish(&mut self, last: &[f64]) -> std::io::Result<()> {
@@ -122,7 +122,7 @@ mod tests {
             Ok(())
         }
 
-        fn wants_outputs(&self) -> bool {
+        fn needs_outputs(&self) -> bool {
             !self.1
         }
 
@@ -136,7 +136,7 @@ mod tests {
     fn both_of_a_pair_are_asked() {
         for (fails, others) in [(false, false), (true, false), (false, true), (true, true)] {
             let mut pair = (Ends(0, fails), Ends(0, others));
-            assert_eq!(pair.wants_outputs(), !fails || !others);
+            assert_eq!(pair.needs_outputs(), !fails || !others);
             assert_eq!(pair.finish(&[]).is_err(), fails || others);
             assert_eq!((pair.0.0, pair.1.0), (1, 1));
         }

@@ -87,7 +87,7 @@ pub enum Status {
         /// The time of the row.
         t: f64,
         /// Which value.
-        what: Undefined,
+        what: NonFiniteQuantity,
     },
     /// A row could not be kept.
     Unwritable(std::io::Error),
@@ -102,7 +102,7 @@ impl Status {
 
 /// A value of a row that is not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Undefined {
+pub enum NonFiniteQuantity {
     /// An output.
     Output(usize),
     /// The energy.

@@ -7,17 +7,17 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::companion::Companion;
 use super::companion_thread::{Follower, ThreadScope, with_threads};
-use super::continuation::Branch;
+use super::continuation::AssemblyBranch;
 use super::extreme_search::ExtremeSearch;
 use super::first_state::first_state;
 use super::monitor::RunMonitor;
 use super::observer::Observer;
-use super::outcome::{Outcome, StartError, Status, Undefined};
+use super::outcome::{NonFiniteQuantity, Outcome, StartError, Status};
 use super::redundancy::Redundancy;
 use super::request::{End, Request, check_step};
 use super::sampler::Sampler;
 use super::stop_condition::StopCondition;
-use crate::integrate::{BlockEnd, InnerRows, Integrator};
+use crate::integrate::{BlockEnd, Integrator, IntermediateRows};
 use crate::start::Start;
 use crate::state::State;
 use crate::stopwatch::Stopwatch;
@@ -42,7 +42,7 @@ pub fn simulate(
     };
     check_step(step, end_time)?;
     let start = request.start.clone().unwrap_or_else(|| Start::of(mechanism));
-    let branch = Branch::with_parameters(mechanism, request.scene_parameters.clone());
+    let branch = AssemblyBranch::with_parameters(mechanism, request.scene_parameters.clone());
     let first = first_state(mechanism, &branch, start)?;
     let settings = request.settings;
     let mut run = Run {
@@ -60,17 +60,17 @@ pub fn simulate(
         integrator: Integrator::new(mechanism, settings, &first, end_time).map_err(StartError::Step)?,
         sampler: Sampler::new(mechanism, &settings, &first, end_time),
         companion: if request.estimate_error {
-            Companion::new(mechanism, &settings, &first, end_time, observer.wants_outputs())
+            Companion::new(mechanism, &settings, &first, end_time, observer.needs_outputs())
         } else {
             None
         },
         redundancy: Redundancy::at(mechanism, &first),
-        monitor: RunMonitor::new(mechanism, &first, [observer.wants_outputs(), observer.wants_extremes()]),
+        monitor: RunMonitor::new(mechanism, &first, [observer.needs_outputs(), observer.wants_extremes()]),
         condition: StopCondition::new(mechanism, request.end.as_ref(), &first)?,
         buffer: Vec::new(),
     };
     let is_sampled = run.condition.is_some() || observer.wants_extremes();
-    run.integrator.keep_inner_rows(if is_sampled { InnerRows::Samples } else { InnerRows::StepEnds });
+    run.integrator.keep_inner_rows(if is_sampled { IntermediateRows::Samples } else { IntermediateRows::StepEnds });
     let is_parallel = request.estimate_error && !request.is_single_threaded;
     Ok(with_threads(is_parallel, |scope| run.run(scope, &first, observer)))
 }
@@ -136,8 +136,9 @@ impl<'a> Run<'a> {
             if taken.is_err() {
                 steps = self.monitor.rows.saturating_sub(1);
             }
-            let goes_on = taken.and_then(|()| observer.goes_on(end.t, self.rows.end_time).map_err(Status::Unwritable));
-            match goes_on {
+            let keep_running =
+                taken.and_then(|()| observer.keep_running(end.t, self.rows.end_time).map_err(Status::Unwritable));
+            match keep_running {
                 Err(ending) => status = Some(ending),
                 Ok(false) if status.is_none() => status = Some(Status::Interrupted),
                 Ok(_) => {}
@@ -195,7 +196,7 @@ impl<'a> Run<'a> {
             (BlockEnd::Failed(reason), _) => (made, Some(Status::Failed(reason))),
             (BlockEnd::Event, _) if last.is_nan() => {
                 let t = self.buffer[made * width];
-                (made - 1, Some(Status::NotFinite { t, what: Undefined::Condition }))
+                (made - 1, Some(Status::NotFinite { t, what: NonFiniteQuantity::Condition }))
             }
             (BlockEnd::Event, Some(condition)) => {
                 match condition.locate(&mut self.integrator, &self.buffer[..(made + 1) * width]) {

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use qrm_core::{Mechanism, Model, Replace, RowLayout, RowRequest};
+use qrm_core::{Mechanism, Model, ParameterOverrides, RowLayout, RowRequest};
 
-use super::continuation::Branch;
+use super::continuation::AssemblyBranch;
 use super::error::{Reason, SimError};
 use super::first_state::first_state;
-use super::judgement::Doubt;
+use super::judgement::RejectionReason;
 use super::outcome::StartError;
-use super::watch::Watch;
+use super::run_health::RunHealth;
 use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
 use crate::solve::{LoopConstraints, Matrix, Solver, is_positive, largest};
 use crate::start::Start;
@@ -44,7 +44,7 @@ pub struct Simulation {
     /// The state that was asked for last.
     now: State,
     /// What the motion shows of its accuracy, where it is watched.
-    watch: Option<Box<Watch>>,
+    watch: Option<Box<RunHealth>>,
 }
 
 /// Most steps on the way to a time.
@@ -62,14 +62,19 @@ impl Simulation {
     ///
     /// # Errors
     /// The mechanism cannot be assembled, its accelerations are not determined, or the step is not above zero.
-    pub fn new(model: &Model, replace: Replace, settings: MethodSettings, step: Option<f64>) -> Result<Self, SimError> {
+    pub fn new(
+        model: &Model,
+        replace: ParameterOverrides,
+        settings: MethodSettings,
+        step: Option<f64>,
+    ) -> Result<Self, SimError> {
         let mechanism: Arc<dyn Mechanism> = model.mechanism(replace).into();
         let made = Self::begin(model, mechanism, settings, step);
-        made.map_err(|reason| error(model, Reason::Start(reason)))?.massive()
+        made.map_err(|reason| error(model, Reason::Start(reason)))?.require_positive_mass()
     }
 
     /// The motion, if every motion of its mechanism has an energy that is not negative.
-    fn massive(self) -> Result<Self, SimError> {
+    fn require_positive_mass(self) -> Result<Self, SimError> {
         let n = self.now.q.len();
         let mut mass_matrix = Matrix::zero(n, n);
         self.mechanism.mass_matrix(&self.now.q, mass_matrix.entries_mut());
@@ -86,7 +91,7 @@ impl Simulation {
         if !(step > 0.0) {
             return Err(StartError::StepTooShort { step, end_time: f64::INFINITY });
         }
-        let first = first_state(&*mechanism, &Branch::of(&*mechanism), Start::of(&*mechanism))?;
+        let first = first_state(&*mechanism, &AssemblyBranch::of(&*mechanism), Start::of(&*mechanism))?;
         Self::from_state(model, mechanism, settings, step, first).map_err(StartError::Step)
     }
 
@@ -111,7 +116,7 @@ impl Simulation {
         })
     }
 
-    /// Watches the motion from here on, so that it can be judged as a run is: see [`doubts`](Self::doubts).
+    /// Watches the motion from here on, so that it can be judged as a run is: see [`rejection_reasons`](Self::rejection_reasons).
     ///
     /// A second motion at 3/2 of the step, or with shorter steps where a tolerance chooses them, estimates the error.
     /// Where the parameters change, it begins with this one again, and the errors add up.
@@ -119,16 +124,17 @@ impl Simulation {
     /// # Errors
     /// The energy is not finite here.
     pub fn watched(mut self) -> Result<Self, SimError> {
-        let watch = Watch::new(&*self.mechanism, &self.integrator.settings, &self.now);
+        let watch = RunHealth::new(&*self.mechanism, &self.integrator.settings, &self.now);
         let failed = |reason| error(&self.model, Reason::Failed { t: self.now.t, error: reason });
         self.watch = Some(Box::new(watch.map_err(failed)?));
         Ok(self)
     }
 
     /// The reasons not to trust the motion since it is [`watched`](Self::watched); none where it is not.
-    pub fn doubts(&self) -> Vec<Doubt> {
-        let doubts = |watch: &Watch| watch.doubts(&*self.mechanism, &self.integrator, self.rows);
-        self.watch.as_deref().map_or_else(Vec::new, doubts)
+    pub fn rejection_reasons(&self) -> Vec<RejectionReason> {
+        let rejection_reasons =
+            |watch: &RunHealth| watch.rejection_reasons(&*self.mechanism, &self.integrator, self.rows);
+        self.watch.as_deref().map_or_else(Vec::new, rejection_reasons)
     }
 
     /// The mechanism.
@@ -164,16 +170,16 @@ impl Simulation {
         Ok(&self.now)
     }
 
-    /// The same, as long as there is no reason to distrust the motion: see [`doubts`](Self::doubts).
+    /// The same, as long as there is no reason to distrust the motion: see [`rejection_reasons`](Self::rejection_reasons).
     ///
     /// # Errors
     /// The motion does not get there, or its numbers cannot be trusted there; the state stays what it was.
     pub fn advance_trusted(&mut self, t: f64) -> Result<&State, SimError> {
         let advanced = self.advanced(t)?;
-        let doubts = advanced.doubts();
-        if !doubts.is_empty() {
+        let rejection_reasons = advanced.rejection_reasons();
+        if !rejection_reasons.is_empty() {
             let tolerance = self.integrator.settings.tolerance();
-            return Err(error(&self.model, Reason::Doubtful { t, doubts, tolerance }));
+            return Err(error(&self.model, Reason::Doubtful { t, rejection_reasons, tolerance }));
         }
         *self = advanced;
         Ok(&self.now)
@@ -240,11 +246,13 @@ impl Simulation {
     /// # Errors
     /// The constraints cannot be met near this position, or the accelerations are not determined; then nothing has
     /// changed.
-    pub fn replace(&mut self, replace: Replace) -> Result<(), SimError> {
+    pub fn replace(&mut self, replace: ParameterOverrides) -> Result<(), SimError> {
         let mechanism: Arc<dyn Mechanism> = self.model.mechanism(replace).into();
         let t = self.now.t;
         let changed = self.changed(mechanism);
-        *self = changed.map_err(|reason| error(&self.model, Reason::Failed { t, error: reason }))?.massive()?;
+        *self = changed
+            .map_err(|reason| error(&self.model, Reason::Failed { t, error: reason }))?
+            .require_positive_mass()?;
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 //! Interpreted mechanisms against compiled ones: the same operations in the same order, so the same numbers.
 
 use crate::model;
-use qrm_core::{Model, Replace};
+use qrm_core::{Model, ParameterOverrides};
 use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::integrate::{METHODS, Method, MethodSettings};
 use qrm_sim::run::{ErrorEstimates, Request, simulate};
@@ -58,7 +58,8 @@ fn every_lane_ends_at_the_same_state() {
         let factors: Vec<f64> = (0..20).map(|i| 1.0 + 1e-3 * f64::from(i)).collect();
         let replacements: Vec<_> =
             factors.iter().map(|factor| move |name: &str| (name == parameter).then_some(factor * value)).collect();
-        let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+        let designs: Vec<ParameterOverrides> =
+            replacements.iter().map(|replace| replace as ParameterOverrides).collect();
         let interpreted = compiled.without_compiled_functions();
         let request = SweepRequest::default();
         let [own, other] = [compiled, &interpreted].map(|model| sweep(model, &designs, &request, LaneCount::Most));

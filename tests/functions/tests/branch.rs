@@ -1,5 +1,5 @@
 //! Designs are assembled on the branch of their scene, where its first guesses would lead to a mirrored position.
-use qrm_core::{Mechanism, Model, Replace};
+use qrm_core::{Mechanism, Model, ParameterOverrides};
 use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
 use qrm_sim::run::{Status, assemble, assembled};
 use qrm_sim::start::Start;
@@ -46,7 +46,7 @@ fn a_start_stays_on_its_branch() {
         mirrored += usize::from(!direct.is_ok_and(|(q, _)| near(&q)));
         // The branch ends at a length of 1.6, where links are in line.
         let replace = |name: &str| (name == "l3").then_some(length);
-        let designs: [Replace; 1] = [&replace];
+        let designs: [ParameterOverrides; 1] = [&replace];
         let request = SweepRequest {
             end: Some(SweepEnd::Time(1e-9)),
             extremes: false,

@@ -1,5 +1,5 @@
 //! Friction by the forces in joints, and a spline, in compiled steps of every kind.
-use qrm_core::{Mechanism, Model, Replace};
+use qrm_core::{Mechanism, Model, ParameterOverrides};
 use qrm_functions::MODELS;
 use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
 use qrm_sim::integrate::{MethodSettings, method_named};
@@ -57,7 +57,7 @@ fn kernel_and_plain_functions_agree_on_accelerations() {
 fn designs_in_lanes_are_runs() {
     let set = [0.0, 0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2, 0.25];
     let replaces = set.map(|mu| move |name: &str| (name == "mu").then_some(mu));
-    let designs: Vec<Replace> = replaces.iter().map(|replace| replace as Replace).collect();
+    let designs: Vec<ParameterOverrides> = replaces.iter().map(|replace| replace as ParameterOverrides).collect();
     let settings = MethodSettings::new(method_named("dop853").expect("a method"), 1e-11);
     let request = SweepRequest { settings, end: Some(SweepEnd::Time(0.5)), ..SweepRequest::default() };
     let found = sweep(model(), &designs, &request, LaneCount::Most);

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use num_dual::HyperDual64;
-use qrm_core::{Model, Replace, Schedule};
+use qrm_core::{Model, ParameterOverrides, Schedule};
 use qrm_sim::analysis::{
     EnergyIntegral, SensitivityEnd, SensitivityRequest, exact_states, reference_states, revolution, sensitivity,
     spectrum, static_equilibrium,
@@ -145,7 +145,7 @@ impl Observer for Rows {
         Ok(())
     }
 
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
+    fn keep_running(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
         Ok(self.most == 0 || self.count < self.most)
     }
 
@@ -158,7 +158,7 @@ impl Observer for Rows {
     }
 }
 
-fn runs(model: &Model, replace: Replace, steps: f64, lines: &mut String) {
+fn runs(model: &Model, replace: ParameterOverrides, steps: f64, lines: &mut String) {
     let mechanism = model.mechanism(replace);
     let schedule = mechanism.schedule();
     let end = schedule.end_time.min(steps * schedule.step);
@@ -176,8 +176,8 @@ fn runs(model: &Model, replace: Replace, steps: f64, lines: &mut String) {
                 // Rounding chooses which residual is the largest.
                 outcome.residual_position.0 = 0;
                 outcome.residual_velocity.0 = 0;
-                let doubts = outcome.doubts(model.description);
-                add(lines, &name, &(outcome, doubts, rows.count, &rows.sums));
+                let rejection_reasons = outcome.rejection_reasons(model.description);
+                add(lines, &name, &(outcome, rejection_reasons, rows.count, &rows.sums));
                 add(lines, &format!("{name}, extremes"), &rows.extremes);
             }
             Err(reason) => add(lines, &name, &reason),
@@ -202,7 +202,7 @@ fn runs(model: &Model, replace: Replace, steps: f64, lines: &mut String) {
 }
 
 /// The first coordinate at 0.6 of the end, and the direction in which it gets there.
-fn middle(model: &Model, replace: Replace, steps: f64) -> (f64, f64) {
+fn middle(model: &Model, replace: ParameterOverrides, steps: f64) -> (f64, f64) {
     let mechanism = model.mechanism(replace);
     let schedule = mechanism.schedule();
     let end = 0.6037 * schedule.end_time.min(steps * schedule.step);
@@ -256,7 +256,7 @@ fn designs(model: &Model, lines: &mut String) {
             Box::new(move |other: &str| (other == name).then_some(value)) as _
         })
         .collect();
-    let replaces: Vec<Replace> = replaces.iter().map(|replace| &**replace).collect();
+    let replaces: Vec<ParameterOverrides> = replaces.iter().map(|replace| &**replace).collect();
     let (to, way) = middle(model, &|_| None, STEPS);
     let condition = |_: usize, _: f64, q: &[f64], _: &[f64]| way * (q[0] - to);
     for (lanes, count) in [(LaneCount::Most, 9), (LaneCount::Four, 2), (LaneCount::One, 1)] {
@@ -289,7 +289,7 @@ fn derivatives(model: &Model, lines: &mut String) {
 fn changes(model: &Model, lines: &mut String) {
     let schedule = model.mechanism(&|_| None).schedule();
     let end = schedule.end_time.min(0.5 * STEPS * schedule.step);
-    // With long steps and loose tolerances the estimates are reasons for doubts, and can be read.
+    // With long steps and loose tolerances the estimates are reasons for rejection_reasons, and can be read.
     let all = METHODS.into_iter().flat_map(|method| [(method, 1.0, TOLERANCE), (method, 25.0, 1e-3)]);
     for (method, longer, tolerance) in all {
         let settings = MethodSettings::new(method, tolerance);
@@ -304,7 +304,7 @@ fn changes(model: &Model, lines: &mut String) {
         for part in [0.31, 0.62, 1.0] {
             let result = simulation.advance(part * end).cloned();
             add(lines, &format!("motion by {}", method.name), &result);
-            add(lines, "watched", &(simulation.doubts(), simulation.outputs(), simulation.residuals()));
+            add(lines, "watched", &(simulation.rejection_reasons(), simulation.outputs(), simulation.residuals()));
             let last = numbers(model).next_back();
             let change = |name: &str| last.filter(|last| last.0 == name).map(|last| last.1 * (1.0 + 0.1 * part));
             let nowhere =

@@ -63,7 +63,7 @@ fn the_motion_is_that_without_the_constraints_that_repeat() {
     for method in METHODS {
         let outcome = run(MethodSettings::new(method, 1e-9), 1e-3, 1e-6);
         assert!(matches!(outcome.status, Status::Completed), "{}: {:?}", method.name, outcome.status);
-        assert_eq!(outcome.doubts(model().description), [], "{}", method.name);
+        assert_eq!(outcome.rejection_reasons(model().description), [], "{}", method.name);
         let redundancy = outcome.redundancy.expect("two constraints too many");
         assert_eq!((redundancy.rank, redundancy.multipliers, redundancy.outputs), (1, vec![0, 1, 2], vec![0]));
         assert!(outcome.nearest_singular.expect("constraints").fraction() > 0.3);
@@ -116,7 +116,7 @@ fn designs_and_units_run_as_runs_do() {
     let request = SweepRequest { extremes: false, ..SweepRequest::default() };
     let results = sweep(model(), &[&replace as &_, &replace as &_], &request, LaneCount::Most);
     // Lanes do not know of constraints that repeat others.
-    assert!(results.iter().all(|result| result.is_alone && result.doubts.is_empty()), "{results:?}");
+    assert!(results.iter().all(|result| result.is_alone && result.rejection_reasons.is_empty()), "{results:?}");
     assert!(results.iter().all(|result| (result.q[0] - expected.q[0]).abs() < 1e-8), "{results:?}");
     let mut unit = Simulation::new(model(), &replace, MethodSettings::default(), None).expect("it begins");
     let now = unit.advance(expected.end_time).expect("it goes on");

@@ -1,7 +1,7 @@
 //! Outputs that are undefined in one row only are noticed in lanes as in a run alone.
-use qrm_core::{Model, Replace};
+use qrm_core::{Model, ParameterOverrides};
 use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
-use qrm_sim::run::{Status, Undefined};
+use qrm_sim::run::{NonFiniteQuantity, Status};
 
 fn model() -> &'static Model {
     qrm_functions::MODELS.iter().find(|model| model.description.name == "undefined").expect("a generated scene")
@@ -17,7 +17,7 @@ fn a_row_with_an_undefined_output_ends_its_design() {
     };
     let replacements: Vec<_> =
         (0..24).map(|i| move |name: &str| (design(i).0 == name).then_some(design(i).1)).collect();
-    let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+    let designs: Vec<ParameterOverrides> = replacements.iter().map(|replace| replace as ParameterOverrides).collect();
     for lanes in [LaneCount::Most, LaneCount::Four, LaneCount::One] {
         for extremes in [true, false] {
             let request = SweepRequest { extremes, ..SweepRequest::default() };
@@ -30,7 +30,7 @@ fn a_row_with_an_undefined_output_ends_its_design() {
                     _ => None,
                 };
                 let found = match result.status {
-                    Ok(Status::NotFinite { t, what: Undefined::Output(output) }) => Some((t, output)),
+                    Ok(Status::NotFinite { t, what: NonFiniteQuantity::Output(output) }) => Some((t, output)),
                     Ok(Status::Completed) => None,
                     other => panic!("design {i}: {other:?}"),
                 };

@@ -138,7 +138,7 @@ fn draw_floor(sheet: &Sheet<'_>, chart: &Chart<'_>, panel: &Panel) -> Drawn {
     let (from, to) = corners(chart);
     let top = chart.backend_coord(&(chart.x_range().start, *value)).1;
     sheet.draw(&Rectangle::new([(from.0, top), to], look::GRID.paper.filled()))?;
-    // Words that do not fit below the edge stand above it.
+    // SourceExcerpts that do not fit below the edge stand above it.
     let fits = to.1 - top >= units(TICK + 6.0);
     let (side, y) = if fits { (VPos::Top, top + units(4.0)) } else { (VPos::Bottom, top - units(4.0)) };
     let style = letters(look::MUTED, TICK, false).pos(Pos::new(HPos::Right, side));

@@ -1,7 +1,7 @@
 //! The lengths that allow a full turn.
 
 use qrm_scene::scene::{Quantity, Scene, Value};
-use qrm_sim::analysis::{ReleasedDrive, can_revolve};
+use qrm_sim::analysis::{MechanismWithoutDrive, can_revolve};
 
 use crate::setup::Setup;
 
@@ -28,7 +28,7 @@ pub(super) fn parameter_ranges(setup: &Setup, drive: Option<usize>, turns: bool)
     let values = setup.model.parameter_values(&setup.replace());
     let described = setup.description.parameters.iter().zip(values);
     let relevant = described.filter(|(p, value)| *value != 0.0 && used.iter().any(|name| name == p.name));
-    let released = drive.and_then(|drive| ReleasedDrive::new(setup.mechanism(), drive).ok());
+    let released = drive.and_then(|drive| MechanismWithoutDrive::new(setup.mechanism(), drive).ok());
     let limits = relevant.map(|(parameter, value)| {
         let replace = setup.replace();
         let turns_with = |trial: f64| {

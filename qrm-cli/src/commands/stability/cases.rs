@@ -162,7 +162,7 @@ impl Observer for Last {
         Ok(())
     }
 
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> std::io::Result<bool> {
+    fn keep_running(&mut self, _t: f64, _end_time: f64) -> std::io::Result<bool> {
         Ok(!interrupted())
     }
 }

@@ -99,7 +99,7 @@ impl Observer for Watch {
         Ok(())
     }
 
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
+    fn keep_running(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
         Ok(!self.is_beyond && !interrupted())
     }
 }

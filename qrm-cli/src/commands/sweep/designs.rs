@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
 
-use qrm_core::Replace;
+use qrm_core::ParameterOverrides;
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::time_scales::time_scales;
 use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest, sweep};
@@ -171,12 +171,12 @@ impl Designs {
             move |name: &str| self.axes.value(&values, name).or_else(|| own(name))
         };
         let replacements: Vec<_> = values.iter().map(replacing).collect();
-        let replacements: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+        let replacements: Vec<ParameterOverrides> = replacements.iter().map(|replace| replace as ParameterOverrides).collect();
         let parameters: Vec<Vec<f64>> =
             replacements.iter().map(|replace| parameter_values(&self.setup.scene, replace)).collect();
         let refused: Vec<Option<String>> = parameters.iter().map(|parameters| self.refused(parameters)).collect();
         let kept: Vec<usize> = (0..numbers.len()).filter(|i| refused[*i].is_none()).collect();
-        let designs: Vec<Replace> = kept.iter().map(|i| replacements[*i]).collect();
+        let designs: Vec<ParameterOverrides> = kept.iter().map(|i| replacements[*i]).collect();
         let until = |design: usize, t: f64, q: &[f64], qd: &[f64]| {
             let condition = self.setup.condition.as_ref();
             condition.map_or(0.0, |condition| condition.value(&parameters[kept[design]], t, q, qd))

@@ -128,7 +128,7 @@ fn missed_extreme(
 }
 
 fn is_trusted(result: &DesignResult) -> bool {
-    result.status.as_ref().is_ok_and(|status| status.is_done()) && result.doubts.is_empty()
+    result.status.as_ref().is_ok_and(|status| status.is_done()) && result.rejection_reasons.is_empty()
 }
 
 impl Agreement {
@@ -185,7 +185,7 @@ mod tests {
             qd: vec![2.0],
             extremes: Vec::new(),
             estimated_error: Some(estimated),
-            doubts: Vec::new(),
+            rejection_reasons: Vec::new(),
             is_alone: false,
         }
     }

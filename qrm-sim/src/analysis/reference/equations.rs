@@ -6,7 +6,7 @@ use super::elimination::Elimination;
 use super::least_norm::least_norm;
 use super::{Number, StateAt};
 use crate::integrate::StepError;
-use crate::run::{Dependents, NotAssembled, assembled};
+use crate::run::{DependentCoordinates, NotAssembled, assembled};
 use crate::solve::{LoopConstraints, PivotedLdl, constraint_rank, row_products};
 use crate::start::Start;
 
@@ -98,7 +98,7 @@ impl<'t> Equations<'t> {
         // The Jacobian in doubles is good enough for corrections of the last digits.
         let jacobian = LoopConstraints::of(mechanism, 0.0, &q).constraint_jacobian;
         for (rates, given) in [(false, &start.given), (true, &start.given_rates)] {
-            let dependents = Dependents::new(&jacobian, given);
+            let dependents = DependentCoordinates::new(&jacobian, given);
             for _ in 0..PASSES {
                 let open: Vec<f64> = self.open(Number::zero(), &y, rates).iter().map(|open| open.to_f64()).collect();
                 let mut change = vec![0.0; n];

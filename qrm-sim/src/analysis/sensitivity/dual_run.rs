@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use qrm_core::{Mechanism, Replace, RowRequest, Scalar, Tape};
+use qrm_core::{Mechanism, ParameterOverrides, RowRequest, Scalar, Tape};
 
 use super::columns::Columns;
 use super::equations::DualState;
@@ -33,7 +33,7 @@ pub(super) struct DualRun<'a, T: Inner> {
     columns: Columns<T>,
     /// The number of steps so far.
     steps: u64,
-    goes_on: Option<&'a dyn Fn(f64, f64) -> bool>,
+    keep_running: Option<&'a dyn Fn(f64, f64) -> bool>,
 }
 
 impl<'a, T: Inner> DualRun<'a, T> {
@@ -44,7 +44,7 @@ impl<'a, T: Inner> DualRun<'a, T> {
     pub(super) fn new(
         mechanism: &'a dyn Mechanism,
         tape: &'a Tape<'a>,
-        replace: Replace,
+        replace: ParameterOverrides,
         parameters: &'a [&'a str],
         request: &'a SensitivityRequest<'a>,
         is_halved: bool,
@@ -70,8 +70,8 @@ impl<'a, T: Inner> DualRun<'a, T> {
         let mesh = mesh.map_err(|error| SensitivityError::Start(StartError::Step(error)))?;
         let condition = Condition { parameters, end: request.end.as_ref() };
         let columns = Columns::new(mechanism.description().outputs.len());
-        let (last_rows, goes_on) = (VecDeque::new(), request.goes_on);
-        Ok(Self { stepper, mesh, condition, rows, end_time, state, last_rows, columns, steps: 0, goes_on })
+        let (last_rows, keep_running) = (VecDeque::new(), request.keep_running);
+        Ok(Self { stepper, mesh, condition, rows, end_time, state, last_rows, columns, steps: 0, keep_running })
     }
 
     /// Follows the motion to its end.
@@ -93,7 +93,7 @@ impl<'a, T: Inner> DualRun<'a, T> {
                 }
             }
             let t = self.state.t.to_f64();
-            if self.goes_on.is_some_and(|goes_on| !goes_on(t, self.rows.end_time)) {
+            if self.keep_running.is_some_and(|keep_running| !keep_running(t, self.rows.end_time)) {
                 return Err(SensitivityError::Interrupted { t });
             }
         }
@@ -161,7 +161,7 @@ fn outputs<T: Inner>(
 /// There is no parameter of a name.
 fn seed<T: Inner>(
     stepper: &mut DualStepper<T>,
-    replace: Replace,
+    replace: ParameterOverrides,
     parameters: &[&str],
     direction: &[(&str, f64)],
 ) -> Result<(), SensitivityError> {

@@ -1,7 +1,7 @@
 //! Numbers with their derivatives by several parameters, and the derivatives of those along a direction.
 
 use num_dual::{Derivative, Dual64, DualSVec, HyperDual64};
-use qrm_core::{Dual, Kind, Scalar};
+use qrm_core::{Dual, DualKind, Scalar};
 
 /// The number of parameters whose derivatives are computed together.
 pub(super) const PARTS: usize = 8;
@@ -13,7 +13,7 @@ pub(super) type Derived<T> = DualSVec<T, PARTS>;
 pub(super) type Number<T> = Dual<Derived<T>>;
 
 /// What a value or a derivative is: a double, or a double with its derivative along a direction of the parameters.
-pub(super) trait Inner: Kind {
+pub(super) trait Inner: DualKind {
     /// The order of the highest derivative of a number.
     const ORDER: usize;
 

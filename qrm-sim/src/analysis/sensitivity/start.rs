@@ -8,7 +8,7 @@ use super::SensitivityError;
 use super::equations::{DualEquations, DualState};
 use super::number::{Inner, Number, complete, constants};
 use super::saddle::less_product;
-use crate::run::{Dependents, StartError, assembled};
+use crate::run::{DependentCoordinates, StartError, assembled};
 use crate::solve::LoopConstraints;
 use crate::start::Start;
 
@@ -30,13 +30,13 @@ pub(super) fn start<T: Inner>(equations: &mut DualEquations<T>) -> Result<DualSt
     let tape = equations.evaluator.tape();
     let mut results = vec![Number::zero(); tape.loop_constraints.results.len()];
     let (evaluator, parts) = (&mut equations.evaluator, equations.parts);
-    follow(&mut q, parts, &Dependents::new(&jacobian, &given.given), |q| {
+    follow(&mut q, parts, &DependentCoordinates::new(&jacobian, &given.given), |q| {
         evaluator.loop_constraints(Number::zero(), q, &mut results);
         tape.split_loop_constraints(&results)[0].iter().map(|residual| -*residual).collect()
     });
     evaluator.loop_constraints(Number::zero(), &q, &mut results);
     let [_, rows, rates] = tape.split_loop_constraints(&results);
-    follow(&mut qd, parts, &Dependents::new(&jacobian, &given.given_rates), |qd| {
+    follow(&mut qd, parts, &DependentCoordinates::new(&jacobian, &given.given_rates), |qd| {
         let rows = rows.chunks_exact(qd.len()).zip(rates);
         rows.map(|(row, rate)| less_product(-*rate, row, qd)).collect()
     });
@@ -48,7 +48,7 @@ pub(super) fn start<T: Inner>(equations: &mut DualEquations<T>) -> Result<DualSt
 fn follow<T: Inner>(
     x: &mut [Number<T>],
     parts: usize,
-    dependents: &Dependents,
+    dependents: &DependentCoordinates,
     mut open: impl FnMut(&[Number<T>]) -> Vec<Number<T>>,
 ) {
     let n = x.len();

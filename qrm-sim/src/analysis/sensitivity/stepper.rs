@@ -51,12 +51,12 @@ impl<'m, T: Inner> DualStepper<'m, T> {
         t: Number<T>,
     ) -> Result<DualState<T>, SensitivityError> {
         let Some(mut corners) = self.corners.take() else { return self.step(formula, from, t) };
-        let made = self.advance_by_parts(formula, &mut corners, from.clone(), t);
+        let made = self.advance_split_at_corners(formula, &mut corners, from.clone(), t);
         self.corners = Some(corners);
         made
     }
 
-    fn advance_by_parts(
+    fn advance_split_at_corners(
         &mut self,
         formula: Formula,
         corners: &mut Corners,
@@ -70,7 +70,7 @@ impl<'m, T: Inner> DualStepper<'m, T> {
         for _ in 0..MOST_PARTS {
             let begin = now.t.to_f64();
             if let Some(corner) = corners.at(begin) {
-                let (before, behind) = (corner.before(), corner.behind());
+                let (before, behind) = (corner.just_before(), corner.just_after());
                 if behind > end {
                     return self.step(formula, &now, beside(begin));
                 }
@@ -84,15 +84,15 @@ impl<'m, T: Inner> DualStepper<'m, T> {
             if corners.is_at(&now.real()) {
                 now = self.left(corners, now, BESIDE * whole)?;
             }
-            let known = corners.next_time(begin).filter(|corner| corner.before() < end);
+            let known = corners.next_time(begin).filter(|corner| corner.just_before() < end);
             let part_end = match known {
-                Some(corner) if corner.behind() > end => beside(corner.before()),
-                Some(corner) => Number::from_f64(corner.before()),
+                Some(corner) if corner.just_after() > end => beside(corner.just_before()),
+                Some(corner) => Number::from_f64(corner.just_before()),
                 None => t,
             };
             let to = self.step(formula, &now, part_end)?;
             let Some(found) = self.corner_inside(formula, corners, [&now, &to])? else {
-                if known.is_none_or(|corner| corner.behind() > end) {
+                if known.is_none_or(|corner| corner.just_after() > end) {
                     return Ok(to);
                 }
                 now = to;
@@ -162,7 +162,7 @@ impl<'m, T: Inner> DualStepper<'m, T> {
         longest: f64,
     ) -> Result<DualState<T>, SensitivityError> {
         let t = from.t.to_f64();
-        let mut far = Corner(t).behind() - t;
+        let mut far = Corner(t).just_after() - t;
         while far <= longest {
             let moved = self.moved(&from, far)?;
             if !corners.is_at(&moved.real()) {

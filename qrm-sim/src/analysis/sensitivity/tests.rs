@@ -5,8 +5,8 @@
 use num_dual::{DualNum, HyperDual64};
 use qrm_core::Operation::{Add, Mul, Neg, Number, Sub};
 use qrm_core::{
-    Description, DynamicsMut, LoopConstraintsMut, Mechanism, ParameterDescription, QuantityDescription, Replace,
-    Schedule, StartMut, Tape, TapeEvaluator, TapeFunction, TapeKernel,
+    Description, DynamicsMut, LoopConstraintsMut, Mechanism, ParameterDescription, ParameterOverrides,
+    QuantityDescription, Schedule, StartMut, Tape, TapeEvaluator, TapeFunction, TapeKernel,
 };
 
 use super::{DualCondition, Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest, derived};
@@ -76,7 +76,7 @@ static DESCRIPTION: Description = Description {
 struct Pendulum(TapeEvaluator<'static, Vec<f64>>);
 
 impl Pendulum {
-    fn new(replace: Replace) -> Self {
+    fn new(replace: ParameterOverrides) -> Self {
         let mut evaluator = TapeEvaluator::new(&TAPE);
         evaluator.set_parameters(|i| replace(DESCRIPTION.parameters[i].name));
         Self(evaluator)
@@ -138,7 +138,11 @@ impl Mechanism for Pendulum {
     }
 }
 
-fn derive(replace: Replace, by: &[&str], end: Option<SensitivityEnd>) -> Result<Sensitivity, SensitivityError> {
+fn derive(
+    replace: ParameterOverrides,
+    by: &[&str],
+    end: Option<SensitivityEnd>,
+) -> Result<Sensitivity, SensitivityError> {
     derived(&Pendulum::new(replace), &TAPE, replace, &SensitivityRequest { by, end, ..SensitivityRequest::default() })
 }
 

@@ -23,7 +23,7 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
         Some(SensitivityEnd::Time(t)) => Some(End::Time(t)),
         Some(SensitivityEnd::Condition(_)) => Some(End::Condition(&until)),
     };
-    let mut columns = Columns { goes_on: request.goes_on, ..Columns::default() };
+    let mut columns = Columns { keep_running: request.keep_running, ..Columns::default() };
     let run = Request { settings: request.settings, step: request.step, end, ..Request::default() };
     let outcome = simulate(mechanism, &run, &mut columns).map_err(SensitivityError::Start)?;
     let t = outcome.end_time;
@@ -59,7 +59,7 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
 /// The columns of the outputs.
 #[derive(Default)]
 struct Columns<'a> {
-    goes_on: Option<&'a dyn Fn(f64, f64) -> bool>,
+    keep_running: Option<&'a dyn Fn(f64, f64) -> bool>,
     extremes: ExtremesTracker,
     integrals: Vec<Integral<f64>>,
     /// The last row.
@@ -76,7 +76,7 @@ impl Observer for Columns<'_> {
         Ok(())
     }
 
-    fn goes_on(&mut self, t: f64, end_time: f64) -> io::Result<bool> {
-        Ok(self.goes_on.is_none_or(|goes_on| goes_on(t, end_time)))
+    fn keep_running(&mut self, t: f64, end_time: f64) -> io::Result<bool> {
+        Ok(self.keep_running.is_none_or(|keep_running| keep_running(t, end_time)))
     }
 }

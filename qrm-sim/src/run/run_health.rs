@@ -4,7 +4,7 @@ use qrm_core::{Mechanism, RowRequest};
 
 use super::companion::{Companion, RowBlock};
 use super::error_estimate::ErrorEstimates;
-use super::judgement::{Doubt, Evidence};
+use super::judgement::{Evidence, RejectionReason};
 use super::monitor::RunMonitor;
 use super::sampler::Sampler;
 use crate::integrate::{Integrator, MethodSettings, StepError};
@@ -15,7 +15,7 @@ use crate::state::State;
 /// Where the parameters change, a new part of the motion begins. Ranges go on; errors are estimated, and energy and
 /// work compared, within each part, and add up.
 #[derive(Clone, Debug)]
-pub(crate) struct Watch {
+pub(crate) struct RunHealth {
     monitor: RunMonitor,
     sampler: Option<Sampler>,
     companion: Option<Companion>,
@@ -34,7 +34,7 @@ struct Before {
     rows: u64,
 }
 
-impl Watch {
+impl RunHealth {
     /// Begins at a state.
     ///
     /// # Errors
@@ -109,7 +109,12 @@ impl Watch {
     }
 
     /// The reasons not to trust the motion so far, after so many rows of its last part.
-    pub(crate) fn doubts(&self, mechanism: &dyn Mechanism, integrator: &Integrator, rows: u64) -> Vec<Doubt> {
+    pub(crate) fn rejection_reasons(
+        &self,
+        mechanism: &dyn Mechanism,
+        integrator: &Integrator,
+        rows: u64,
+    ) -> Vec<RejectionReason> {
         let (before, monitor) = (&self.before, &self.monitor);
         let steps = before.steps + integrator.counts(rows).accepted;
         let corrections = larger(&before.corrections, integrator.corrections());
@@ -128,7 +133,7 @@ impl Watch {
             corrections: &corrections,
             residual: before.residual.max(integrator.stats().residual_before_correction),
         };
-        evidence.doubts(mechanism.description())
+        evidence.rejection_reasons(mechanism.description())
     }
 
     /// The largest difference between energy and work, all parts together.

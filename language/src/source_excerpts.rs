@@ -2,14 +2,14 @@
 
 use qrm_scene::scene::{Body, LoadKind, Value};
 
-/// Words about one scene.
+/// SourceExcerpts about one scene.
 #[derive(Clone, Copy, Debug)]
-pub struct Words<'s> {
+pub struct SourceExcerpts<'s> {
     /// The scene's text.
     pub source: &'s str,
 }
 
-impl Words<'_> {
+impl SourceExcerpts<'_> {
     /// A formula.
     pub fn formula(&self, value: &Value) -> String {
         let text = self.source.get(value.whole_span()).unwrap_or_default();

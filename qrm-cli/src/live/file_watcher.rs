@@ -10,7 +10,7 @@ use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};
 const DATE_INTERVAL: Duration = Duration::from_millis(250);
 
 /// Watches a file.
-pub(super) struct Watch {
+pub(super) struct FileWatcher {
     path: PathBuf,
     events: Receiver<()>,
     seen: Option<(SystemTime, u64)>,
@@ -18,7 +18,7 @@ pub(super) struct Watch {
     _watcher: Option<RecommendedWatcher>,
 }
 
-impl Watch {
+impl FileWatcher {
     pub(super) fn new(path: &Path) -> Self {
         let (sender, events) = channel();
         // The folder is watched: editors replace the file by a new one.

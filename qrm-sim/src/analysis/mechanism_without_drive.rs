@@ -10,7 +10,7 @@ use crate::start::Start;
 ///
 /// The constraint `C_k(q, t)` of the drive becomes `C_k(q, 0) - s`. Where it contains a single coordinate, the new one
 /// has its name and its value; otherwise it has the name of the constraint, and is zero at the start.
-pub struct ReleasedDrive {
+pub struct MechanismWithoutDrive {
     mechanism: Box<dyn Mechanism>,
     description: &'static Description,
     /// The constraint of the drive.
@@ -20,7 +20,7 @@ pub struct ReleasedDrive {
     start: Start,
 }
 
-impl ReleasedDrive {
+impl MechanismWithoutDrive {
     /// Releases the drive that this constraint belongs to.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl ReleasedDrive {
     }
 }
 
-impl Mechanism for ReleasedDrive {
+impl Mechanism for MechanismWithoutDrive {
     fn description(&self) -> &'static Description {
         self.description
     }
