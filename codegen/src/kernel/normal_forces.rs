@@ -147,16 +147,16 @@ impl Builder<'_> {
             forces = self.forces_of(components, &sizes);
         }
         let found = sizes_at(self, &forces, "found");
-        let reason = self.reason(components, &sizes, &found);
+        let doubt = self.doubt(components, &sizes, &found);
         let checked = |(k, size): (usize, &Value)| {
-            let sum = self.sum(size.iter().copied().chain(reason).collect());
+            let sum = self.sum(size.iter().copied().chain(doubt).collect());
             self.keep(Block::Friction, &name(k, "normal"), sum)
         };
         sizes.iter().enumerate().map(checked).collect()
     }
 
     /// Zero but for rounding where the solution is the only one, else not a number.
-    fn reason(&mut self, components: &[Components], sizes: &[Value], found: &[Value]) -> Value {
+    fn doubt(&mut self, components: &[Components], sizes: &[Value], found: &[Value]) -> Value {
         let contraction: Matrix = components
             .iter()
             .map(|own| (0..components.len()).map(|k| self.size(&own.by_normal_force(k))).collect())
@@ -177,8 +177,8 @@ impl Builder<'_> {
         margins.retain(|margin| margin.is_some_and(|margin| !self.is_one(margin)));
         let roots: Vec<Signed> = margins.into_iter().filter_map(|margin| self.root(margin)).collect();
         let sum = self.sum(roots);
-        let reason = self.multiply(nothing, sum);
-        self.keep(Block::Friction, "reason", reason)
+        let doubt = self.multiply(nothing, sum);
+        self.keep(Block::Friction, "doubt", doubt)
     }
 
     /// `rest + by N`

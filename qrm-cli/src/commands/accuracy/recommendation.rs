@@ -31,12 +31,12 @@ impl Study {
             Message::new("finer steps were not measured: there was no time left")
                 .help(format!("give more with `--budget`, which was {budget}"))
         });
-        cut.into_iter().chain(self.reason()).collect()
+        cut.into_iter().chain(self.doubt()).collect()
     }
 
     /// A warning where fine steps agree with themselves and not with the reference: it may have passed over something
     /// short.
-    fn reason(&self) -> Option<Message> {
+    fn doubt(&self) -> Option<Message> {
         let name = yardstick();
         let measured = |sample: &&Sample| sample.method == name && sample.result.is_ok();
         let finest = self.samples.iter().rfind(measured)?.result.as_ref().ok()?;
@@ -44,7 +44,7 @@ impl Study {
         let is_incredible = error > INCREDIBLE * estimate.max(self.reference.uncertainty.judged());
         is_incredible.then(|| {
             Message::new(format!(
-                "the reference is in reason: the shortest steps of {name} differ from it by {error:.1e}, but from \
+                "the reference is in doubt: the shortest steps of {name} differ from it by {error:.1e}, but from \
                  longer ones by {estimate:.1e} only"
             ))
             .help(
