@@ -23,7 +23,7 @@ use crate::lane_steps::BoxedLaneSteps;
 use crate::mechanism::{DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, StartMut, StateRef};
 use crate::model::Model;
 use crate::projection::{ProjectionResult, StateMut, complete};
-use crate::rows::{RowRequest, RowResult, RowStop, integrate_rk4};
+use crate::rows::{RowRequest, RowResult, integrate_rk4};
 use crate::scalar::{Fused, Scalar};
 use crate::single_step::{StepEstimate, StepMut, StepRequest, fused};
 use crate::tape::{TapeEvaluator, split};
@@ -282,7 +282,7 @@ impl<const C: usize> Mechanism for Interpreted<C> {
 
     fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult {
         let (Some(kernel), Some(fused)) = (&self.kernel, &self.fused) else {
-            return RowResult { made: 0, reason: RowStop::Unreliable };
+            return RowResult { rows_written: 0, reason: None };
         };
         // The same numbers as a compiled kernel has.
         if self.operations() <= Fused::INLINE_LIMIT {

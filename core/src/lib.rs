@@ -90,7 +90,7 @@ pub use model::{Model, ParameterOverrides};
 pub use named_tape::NamedTape;
 pub use projection::{ProjectionResult, StateMut};
 pub use rk4::{CORRECTION_ROUNDING, KernelState, MAX_CORRECTIONS, RESIDUAL_ROUNDING, StepResult, rk4_step};
-pub use rows::{RowLayout, RowRequest, RowResult, RowStop};
+pub use rows::{RowLayout, RowRequest, RowResult, StopReason};
 pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;
 pub use single_step::{StepEstimate, StepMut, StepRequest};

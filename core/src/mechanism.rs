@@ -16,7 +16,7 @@ use crate::kernel::{Equations, Generated, Kernel, Schedule};
 #[cfg(feature = "simd")]
 use crate::model::Model;
 use crate::projection::{ProjectionResult, StateMut, complete};
-use crate::rows::{RowRequest, RowResult, RowStop, integrate_rk4};
+use crate::rows::{RowRequest, RowResult, integrate_rk4};
 #[cfg(feature = "simd")]
 use crate::scalar::{Fused, Scalar};
 #[cfg(feature = "simd")]
@@ -134,7 +134,7 @@ pub trait Mechanism: Send + Sync {
     /// for no more, the end comes, the event occurs, or a step cannot be relied on.
     fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult {
         let _ = (request, rows);
-        RowResult { made: 0, reason: RowStop::Unreliable }
+        RowResult { rows_written: 0, reason: None }
     }
 }
 

@@ -61,27 +61,25 @@ impl RowRequest {
     }
 }
 
-/// What was made of a request for rows.
+/// What was rows_written of a request for rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RowResult {
     /// Rows after the first one that were written.
-    pub made: usize,
-    /// Why no more were.
-    pub reason: RowStop,
+    pub rows_written: usize,
+    /// The reason why no more were; `None` if the next step cannot be relied on: some number is not finite, a residual is
+    /// too large, or the kernel is not valid at the position.
+    pub reason: Option<StopReason>,
 }
 
-/// Why no more rows were made.
+/// The reason why no more rows were rows_written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RowStop {
+pub enum StopReason {
     /// There is room for no more.
     Full,
     /// The last row stands at the end time.
     End,
     /// The event's value in the last row is not below zero.
     Event,
-    /// The next step cannot be relied on: some number is not finite, a residual is too large, or the kernel does not
-    /// suit the position.
-    Unreliable,
 }
 
 /// Makes rows: see [`Mechanism::integrate_rk4`](crate::Mechanism::integrate_rk4).
@@ -94,17 +92,17 @@ pub(crate) fn integrate_rk4<K: Kernel<R, N, M>, R: Scalar, const N: usize, const
     let [n, m] = kernel.sizes();
     let layout = RowLayout { n, m };
     let mut rows = rows.chunks_exact_mut(layout.width());
-    let Some(first) = rows.next() else { return RowResult { made: 0, reason: RowStop::Full } };
+    let Some(first) = rows.next() else { return RowResult { rows_written: 0, reason: Some(StopReason::Full) } };
     let (mut t, mut state) = read(kernel, layout, first);
-    let mut made = 0;
+    let mut rows_written = 0;
     for row in rows {
         if t >= request.end_time {
-            return RowResult { made, reason: RowStop::End };
+            return RowResult { rows_written, reason: Some(StopReason::End) };
         }
-        let next = request.time(request.first + made as u64 + 1);
+        let next = request.time(request.first + rows_written as u64 + 1);
         let result = rk4_step(kernel, R::from_f64(t), R::from_f64(next - t), &state);
         if !result.is_good(request.residual) {
-            return RowResult { made, reason: RowStop::Unreliable };
+            return RowResult { rows_written, reason: None };
         }
         state = result.end;
         t = next;
@@ -113,13 +111,13 @@ pub(crate) fn integrate_rk4<K: Kernel<R, N, M>, R: Scalar, const N: usize, const
             _ => -1.0,
         };
         write(row, layout, t, &state, result.corrections, event);
-        made += 1;
+        rows_written += 1;
         // Written so that a value that is not a number ends the steps too.
         if !(event < 0.0) {
-            return RowResult { made, reason: RowStop::Event };
+            return RowResult { rows_written, reason: Some(StopReason::Event) };
         }
     }
-    RowResult { made, reason: if t >= request.end_time { RowStop::End } else { RowStop::Full } }
+    RowResult { rows_written, reason: Some(if t >= request.end_time { StopReason::End } else { StopReason::Full }) }
 }
 
 #[inline(always)]

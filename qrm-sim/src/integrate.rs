@@ -38,7 +38,6 @@ pub use dop853::DOP853;
 pub use dopri5::DOPRI5;
 pub(crate) use formula::Formula;
 pub use gauss::GAUSS;
-pub(crate) use integrator::BlockEnd;
 pub use integrator::Integrator;
 pub use method::{METHODS, Method, MethodSettings, StepError, method_named};
 pub use rodas::RODAS;

@@ -6,7 +6,7 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::energy_integral::{EnergyIntegral, NoEnergyIntegral};
 use crate::columns::Kind;
-use crate::integrate::{BlockEnd, Counts, Integrator, MethodSettings, StepError};
+use crate::integrate::{Counts, Integrator, MethodSettings, StepError};
 use crate::run::{AssemblyBranch, StartError, first_state};
 use crate::solve::{LoopConstraints, Solver, largest};
 use crate::start::Start;
@@ -147,11 +147,11 @@ fn visit(
             buffer.resize((CHUNK.min(steps - request.first) + 1) as usize * layout.width(), 0.0);
             now.write(&mut buffer);
             let block = integrator.fill(mechanism, &request, &mut buffer);
-            if let BlockEnd::Failed(reason) = block.reason {
+            if let Err(reason) = block.reason {
                 return Err(reason);
             }
-            request.first += block.made as u64;
-            now.read(&buffer[block.made * layout.width()..]);
+            request.first += block.rows_written as u64;
+            now.read(&buffer[block.rows_written * layout.width()..]);
         }
         states.push(now.clone());
     }

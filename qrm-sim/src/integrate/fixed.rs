@@ -254,7 +254,7 @@ impl Fixed {
         let step = t - from.t;
         let request = RowRequest { origin: from.t, step, end_time: t, first: 0, residual, watches_event: false };
         from.write(&mut self.rows);
-        let is_made = by.mechanism.integrate_rk4(&request, &mut self.rows).made == 1;
+        let is_made = by.mechanism.integrate_rk4(&request, &mut self.rows).rows_written == 1;
         if is_made {
             to.read(&self.rows[self.rows.len() / 2..]);
         }

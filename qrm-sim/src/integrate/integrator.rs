@@ -1,6 +1,6 @@
 //! A motion from one row to the next, by any method.
 
-use qrm_core::{Mechanism, RowLayout, RowRequest, RowStop};
+use qrm_core::{Mechanism, RowLayout, RowRequest, StopReason};
 
 use super::adaptive::{Adaptive, Counts, IntermediateRows};
 use super::corners::{Corner, Corners};
@@ -43,22 +43,9 @@ enum Steps {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Block {
     /// The number of rows.
-    pub(crate) made: usize,
-    /// Why it ended.
-    pub(crate) reason: BlockEnd,
-}
-
-/// Why a block of rows ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum BlockEnd {
-    /// There is room for no more.
-    Full,
-    /// The last row stands at the end time.
-    End,
-    /// The event's value in the last row is not below zero.
-    Event,
-    /// The next row could not be made.
-    Failed(StepError),
+    pub(crate) rows_written: usize,
+    /// The reason why it ended; an error if the next row could not be made.
+    pub(crate) reason: Result<StopReason, StepError>,
 }
 
 impl Integrator {
@@ -271,32 +258,28 @@ impl Integrator {
                 let rest = RowRequest { first: request.first + made as u64, ..*request };
                 let room = self.rows_to_corner(&rest, rows.len() / width - made - 1, rows[made * width]);
                 let result = mechanism.integrate_rk4(&rest, &mut rows[made * width..(made + room + 1) * width]);
-                let smooth = self.rows_without_corner(&rows[made * width..(made + result.made + 1) * width]);
+                let smooth = self.rows_without_corner(&rows[made * width..(made + result.rows_written + 1) * width]);
                 made += smooth;
-                if smooth == result.made && room > 0 {
+                if smooth == result.rows_written && room > 0 {
                     match result.reason {
-                        RowStop::Full if rows.len() < (made + 2) * width => {
-                            return Block { made, reason: BlockEnd::Full };
-                        }
-                        RowStop::Full => continue,
-                        RowStop::End => return Block { made, reason: BlockEnd::End },
-                        RowStop::Event => return Block { made, reason: BlockEnd::Event },
-                        RowStop::Unreliable => {}
+                        Some(StopReason::Full) if rows.len() >= (made + 2) * width => continue,
+                        Some(reason) => return Block { rows_written: made, reason: Ok(reason) },
+                        None => {}
                     }
                 }
                 from.read(&rows[made * width..]);
             }
             if rows.len() < (made + 2) * width {
-                return Block { made, reason: BlockEnd::Full };
+                return Block { rows_written: made, reason: Ok(StopReason::Full) };
             }
             match self.row(mechanism, request.first + made as u64, request, from, to) {
-                Err(reason) => return Block { made, reason: BlockEnd::Failed(reason) },
+                Err(reason) => return Block { rows_written: made, reason: Err(reason) },
                 Ok(event) => {
                     made += 1;
                     to.write(&mut rows[made * width..]);
                     rows[made * width + layout.event()] = event;
                     if let Some(reason) = end_of_row(event, to, request, made, rows.len() / width) {
-                        return Block { made, reason };
+                        return Block { rows_written: made, reason: Ok(reason) };
                     }
                     std::mem::swap(from, to);
                 }
@@ -376,14 +359,14 @@ impl Integrator {
     }
 }
 
-fn end_of_row(event: f64, row: &State, request: &RowRequest, made: usize, room: usize) -> Option<BlockEnd> {
+fn end_of_row(event: f64, row: &State, request: &RowRequest, made: usize, room: usize) -> Option<StopReason> {
     // Written so that a value that is not a number ends the block too.
     if !(event < 0.0) {
-        Some(BlockEnd::Event)
+        Some(StopReason::Event)
     } else if row.t >= request.end_time {
-        Some(BlockEnd::End)
+        Some(StopReason::End)
     } else if made + 1 == room {
-        Some(BlockEnd::Full)
+        Some(StopReason::Full)
     } else {
         None
     }

@@ -10,7 +10,7 @@ use super::extremes::FoundExtreme;
 use super::quantities::Quantities;
 use super::stop_condition::StopCondition;
 use crate::columns::number;
-use crate::integrate::{BlockEnd, COMPANION_STEP_RATIO, Corner, Integrator, MethodSettings, StepError};
+use crate::integrate::{COMPANION_STEP_RATIO, Corner, Integrator, MethodSettings, StepError};
 use crate::state::{State, state_in};
 
 /// So many steps of a run take as long as so many of its companion. Steps that are no multiples of each other see
@@ -184,8 +184,8 @@ impl Companion {
         let mut made = 0;
         if steps > 0 {
             let filled = self.integrator.fill(mechanism, &longer, &mut self.rows[..length]);
-            self.failed = matches!(filled.reason, BlockEnd::Failed(_));
-            made = filled.made;
+            self.failed = matches!(filled.reason, Err(_));
+            made = filled.rows_written;
         }
         let states = &self.rows[..(made + 1) * width];
         for state in states.chunks_exact(width).step_by(own as usize).skip(1) {

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use qrm_core::{Mechanism, RowLayout, RowRequest};
+use qrm_core::{Mechanism, RowLayout, RowRequest, StopReason};
 
 use super::companion::Companion;
 use super::companion_thread::{Follower, ThreadScope, with_threads};
@@ -17,7 +17,7 @@ use super::redundancy::Redundancy;
 use super::request::{End, Request, check_step};
 use super::sampler::Sampler;
 use super::stop_condition::StopCondition;
-use crate::integrate::{BlockEnd, Integrator, IntermediateRows};
+use crate::integrate::{Integrator, IntermediateRows};
 use crate::start::Start;
 use crate::state::State;
 use crate::stopwatch::Stopwatch;
@@ -178,7 +178,7 @@ impl<'a> Run<'a> {
         let width = self.layout.width();
         self.rows.first = steps;
         let block = self.integrator.fill(self.mechanism, &self.rows, &mut self.buffer);
-        let mut made = block.made;
+        let mut made = block.rows_written;
         let mut reason = block.reason;
         if let Some(condition) = &mut self.condition {
             let found = condition.write(&mut self.buffer[..(made + 1) * width]);
@@ -186,19 +186,19 @@ impl<'a> Run<'a> {
             let crossed = condition.first_crossing(&mut self.integrator, &mut self.buffer[..(made + 1) * width]);
             made = crossed.unwrap_or(made);
             if found.or(crossed).is_some() {
-                reason = BlockEnd::Event;
+                reason = Ok(StopReason::Event);
             }
-            condition.note(&self.buffer[..(made + usize::from(reason != BlockEnd::Event)) * width]);
+            condition.note(&self.buffer[..(made + usize::from(reason != Ok(StopReason::Event))) * width]);
         }
         let last = self.buffer[made * width + self.layout.event()];
         match (reason, &self.condition) {
-            (BlockEnd::Full, _) => (made, None),
-            (BlockEnd::Failed(reason), _) => (made, Some(Status::Failed(reason))),
-            (BlockEnd::Event, _) if last.is_nan() => {
+            (Ok(StopReason::Full), _) => (made, None),
+            (Err(reason), _) => (made, Some(Status::Failed(reason))),
+            (Ok(StopReason::Event), _) if last.is_nan() => {
                 let t = self.buffer[made * width];
                 (made - 1, Some(Status::NotFinite { t, what: NonFiniteQuantity::Condition }))
             }
-            (BlockEnd::Event, Some(condition)) => {
+            (Ok(StopReason::Event), Some(condition)) => {
                 match condition.locate(&mut self.integrator, &self.buffer[..(made + 1) * width]) {
                     Ok(found) => {
                         found.write(&mut self.buffer[made * width..]);
@@ -207,8 +207,8 @@ impl<'a> Run<'a> {
                     Err(reason) => (made - 1, Some(Status::Failed(reason))),
                 }
             }
-            (BlockEnd::End, Some(condition)) => (made, Some(condition.not_reached())),
-            (BlockEnd::End | BlockEnd::Event, None) => (made, Some(Status::Completed)),
+            (Ok(StopReason::End), Some(condition)) => (made, Some(condition.not_reached())),
+            (Ok(StopReason::End | StopReason::Event), None) => (made, Some(Status::Completed)),
         }
     }
 

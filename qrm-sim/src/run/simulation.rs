@@ -10,7 +10,7 @@ use super::first_state::first_state;
 use super::judgement::RejectionReason;
 use super::outcome::StartError;
 use super::run_health::RunHealth;
-use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
+use crate::integrate::{Integrator, MethodSettings, StepError};
 use crate::solve::{LoopConstraints, Matrix, Solver, is_positive, largest};
 use crate::start::Start;
 use crate::state::State;
@@ -228,14 +228,19 @@ impl Simulation {
                 watches_event: false,
             };
             let block = integrator.fill(&*mechanism, &request, &mut buffer);
-            if let BlockEnd::Failed(reason) = block.reason {
+            if let Err(reason) = block.reason {
                 return Err(reason);
             }
             if let Some(watch) = &mut self.watch {
-                watch.follow(&*mechanism, integrator, &request, &buffer[..(block.made + 1) * layout.width()])?;
+                watch.follow(
+                    &*mechanism,
+                    integrator,
+                    &request,
+                    &buffer[..(block.rows_written + 1) * layout.width()],
+                )?;
             }
-            *rows += block.made as u64;
-            row.read(&buffer[block.made * layout.width()..]);
+            *rows += block.rows_written as u64;
+            row.read(&buffer[block.rows_written * layout.width()..]);
         }
         self.now = if row.t >= t - NEAR * step { row.clone() } else { integrator.between(&*mechanism, row, t)? };
         Ok(())
