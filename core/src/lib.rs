@@ -61,6 +61,7 @@ mod scalar;
 mod sine;
 mod single_step;
 mod stored_tape;
+#[cfg(feature = "std")]
 mod tape;
 
 pub use angles::Angles;
@@ -96,8 +97,9 @@ pub use sine::sin_cos;
 pub use single_step::{StepEstimate, StepMut, StepRequest};
 pub use stored_tape::StoredTape;
 #[cfg(feature = "std")]
-pub use tape::{Obstacle, OwnedFunction, OwnedKernel, OwnedTape, TapeSeries};
-pub use tape::{Operation, OperationKind, Tape, TapeEvaluator, TapeFunction, TapeKernel, execute};
+pub use tape::{
+    Obstacle, Operation, OperationKind, Tape, TapeEvaluator, TapeFunction, TapeKernel, TapeSeries, execute,
+};
 
 /// The constructors of steps in lanes; none without `simd`.
 #[cfg(not(feature = "simd"))]

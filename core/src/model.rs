@@ -61,7 +61,7 @@ impl Model {
     }
 
     /// The functions as data, for any kind of number.
-    pub fn tape(&self) -> &'static Tape<'static> {
+    pub fn tape(&self) -> &'static Tape {
         self.stored.tape()
     }
 

@@ -6,7 +6,7 @@ use std::{boxed::Box, sync::OnceLock};
 #[cfg(feature = "std")]
 use crate::named_tape::NamedTape;
 #[cfg(feature = "std")]
-use crate::tape::{OwnedTape, Tape};
+use crate::tape::Tape;
 
 /// The functions of a mechanism: with names for printers, and in the order in which evaluators run them.
 #[derive(Debug)]
@@ -16,7 +16,7 @@ pub struct StoredTape {
     #[cfg(feature = "std")]
     named: OnceLock<NamedTape>,
     #[cfg(feature = "std")]
-    placed: OnceLock<&'static Tape<'static>>,
+    placed: OnceLock<&'static Tape>,
 }
 
 impl StoredTape {
@@ -45,12 +45,8 @@ impl StoredTape {
     }
 
     /// The tape for evaluators. It lives as long as the program.
-    pub fn tape(&self) -> &'static Tape<'static> {
-        let place = || -> &'static Tape<'static> {
-            let owned: &'static OwnedTape = Box::leak(Box::new(self.named().placed()));
-            Box::leak(Box::new(owned.tape()))
-        };
-        self.placed.get_or_init(place)
+    pub fn tape(&self) -> &'static Tape {
+        self.placed.get_or_init(|| Box::leak(Box::new(self.named().placed())))
     }
 }
 

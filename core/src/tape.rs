@@ -2,29 +2,22 @@
 
 mod evaluator;
 mod execute;
-#[cfg(feature = "std")]
 mod nodes;
-#[cfg(feature = "std")]
-mod owned;
-#[cfg(feature = "std")]
 mod series;
-#[cfg(feature = "std")]
 mod smooth;
+
+use std::borrow::Cow;
 
 pub use evaluator::TapeEvaluator;
 pub use execute::execute;
 #[cfg(feature = "simd")]
 pub(crate) use execute::execute_one;
-#[cfg(feature = "std")]
-pub use owned::{OwnedFunction, OwnedKernel, OwnedTape};
-#[cfg(feature = "std")]
 pub use series::{Obstacle, TapeSeries};
 
 /// One operation on values; operands are places that hold a value already.
 ///
 /// The result has the next free place. [`SinCos`](Self::SinCos) has two results: the sine, then the cosine.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "std", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[allow(missing_docs, reason = "the names say what they compute")]
 pub enum Operation {
     Number(f64),
@@ -141,8 +134,8 @@ impl Operation {
 /// Values have places: parameters come first, then the arguments: `t`, `q`, `qd`, `qdd` (`n` each) and the multipliers
 /// (`m`), then sines and cosines of `q` (`n` each) and residuals (`m`) for the kernel. The constants come next. The values
 /// of each function follow, in the same places for all functions; those of the kernel stand one after another.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tape<'a> {
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tape {
     /// The number of coordinates, `n`.
     pub coordinates: u32,
     /// The number of constraints, `m`.
@@ -151,85 +144,85 @@ pub struct Tape<'a> {
     pub is_driven: bool,
     /// The values of the parameters, in the order of the description. A parameter follows from those before it, by the
     /// operations up to its result.
-    pub parameters: TapeFunction<'a>,
+    pub parameters: TapeFunction,
     /// Values that depend on parameters alone, and numbers.
-    pub constants: &'a [Operation],
+    pub constants: Cow<'static, [Operation]>,
     /// Mass matrix (`n` by `n`), generalized forces (`n`), constraint Jacobian (`m` by `n`) and constraint bias (`m`).
-    pub dynamics: TapeFunction<'a>,
+    pub dynamics: TapeFunction,
     /// `C` (`m`), `C_q` (`m` by `n`) and `C_t` (`m`).
-    pub loop_constraints: TapeFunction<'a>,
+    pub loop_constraints: TapeFunction,
     /// The mass matrix (`n` by `n`).
-    pub mass_matrix: TapeFunction<'a>,
+    pub mass_matrix: TapeFunction,
     /// Kinetic energy and potential, in J.
-    pub energy: TapeFunction<'a>,
+    pub energy: TapeFunction,
     /// Power of the loads that have no potential, and of what drives the constraints, in W.
-    pub power: TapeFunction<'a>,
+    pub power: TapeFunction,
     /// The outputs that the scene asks for.
-    pub outputs: TapeFunction<'a>,
+    pub outputs: TapeFunction,
     /// The parts of [`Linearization`](crate::Linearization) in their order; `None` if the scene does not ask for them.
-    pub linearization: Option<TapeFunction<'a>>,
+    pub linearization: Option<TapeFunction>,
     /// One value that rises through zero when the stop condition becomes true; `None` if the scene has none.
-    pub event: Option<TapeFunction<'a>>,
+    pub event: Option<TapeFunction>,
     /// The switching functions: where one of them is zero, the equations of motion have a corner or a jump.
-    pub switching_functions: TapeFunction<'a>,
+    pub switching_functions: TapeFunction,
     /// So many of them, which come first, are `a + b t` with constants.
     pub linear_in_time: u32,
     /// The arguments of hyperbolic tangents in the equations of motion: these change within a few units around zero.
-    pub tanh_arguments: TapeFunction<'a>,
+    pub tanh_arguments: TapeFunction,
     /// Coordinates and rates at the start (`n` each); those that are not given are first guesses.
-    pub start: TapeFunction<'a>,
+    pub start: TapeFunction,
     /// Which coordinates and rates are given (`n` each).
-    pub given: &'a [bool],
+    pub given: Cow<'static, [bool]>,
     /// Step and end time, in s.
-    pub schedule: TapeFunction<'a>,
+    pub schedule: TapeFunction,
     /// What steps need: see [`Kernel`](crate::Kernel).
-    pub kernel: TapeKernel<'a>,
+    pub kernel: TapeKernel,
 }
 
 /// The functions of a kernel. Those that take a position need its values in their places.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TapeKernel<'a> {
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TapeKernel {
     /// The number of operations of accelerations and multipliers.
     pub operations: usize,
     /// Which coordinates need a sine or cosine (`n`).
-    pub has_angle: &'a [bool],
+    pub has_angle: Cow<'static, [bool]>,
     /// What follows from the position: the growth factor, and the residuals (`m`).
-    pub position: TapeFunction<'a>,
+    pub position: TapeFunction,
     /// `C_q qd + C_t` (`m`).
-    pub velocity_residual: TapeFunction<'a>,
+    pub velocity_residual: TapeFunction,
     /// The correction (`n`) for given residuals.
-    pub correction: TapeFunction<'a>,
+    pub correction: TapeFunction,
     /// Accelerations (`n`).
-    pub accelerations: TapeFunction<'a>,
+    pub accelerations: TapeFunction,
     /// Multipliers (`m`), directly after accelerations.
-    pub multipliers: TapeFunction<'a>,
+    pub multipliers: TapeFunction,
     /// Outputs.
-    pub outputs: TapeFunction<'a>,
+    pub outputs: TapeFunction,
 }
 
 /// Operations, and the places of their results; matrices row by row.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TapeFunction<'a> {
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TapeFunction {
     /// The operations in their order.
-    pub operations: &'a [Operation],
+    pub operations: Cow<'static, [Operation]>,
     /// The places of the results.
-    pub results: &'a [u32],
+    pub results: Cow<'static, [u32]>,
 }
 
-impl<'a> Tape<'a> {
+impl Tape {
     /// The number of values that an evaluator holds.
     pub fn places(&self) -> usize {
-        let longest = self.functions().map(|function| places(function.operations)).max();
-        let kernel: usize = self.kernel.functions().iter().map(|function| places(function.operations)).sum();
+        let longest = self.functions().map(|function| places(&function.operations)).max();
+        let kernel: usize = self.kernel.functions().iter().map(|function| places(&function.operations)).sum();
         self.arguments().end + longest.unwrap_or(0).max(kernel)
     }
 
     /// Every function but those of the kernel.
-    pub fn functions(&self) -> impl Iterator<Item = TapeFunction<'a>> {
-        let dynamics = [self.dynamics, self.loop_constraints, self.mass_matrix];
-        let rows = [self.energy, self.power, self.outputs];
-        let run = [self.parameters, self.start, self.schedule, self.switching_functions, self.tanh_arguments];
-        dynamics.into_iter().chain(rows).chain(run).chain(self.linearization).chain(self.event)
+    pub fn functions(&self) -> impl Iterator<Item = &TapeFunction> {
+        let dynamics = [&self.dynamics, &self.loop_constraints, &self.mass_matrix];
+        let rows = [&self.energy, &self.power, &self.outputs];
+        let run = [&self.parameters, &self.start, &self.schedule, &self.switching_functions, &self.tanh_arguments];
+        dynamics.into_iter().chain(rows).chain(run).chain(&self.linearization).chain(&self.event)
     }
 
     /// Mass matrix, generalized forces, constraint Jacobian and constraint bias in the results of `dynamics`.
@@ -261,7 +254,7 @@ impl<'a> Tape<'a> {
         let mut next = self.arguments().end;
         self.kernel.functions().map(|function| {
             let first = next;
-            next += places(function.operations);
+            next += places(&function.operations);
             first
         })
     }
@@ -274,7 +267,7 @@ impl<'a> Tape<'a> {
         let sin = multipliers + m;
         let (cos, residuals) = (sin + n, sin + 2 * n);
         let constants = residuals + m;
-        let end = constants + places(self.constants);
+        let end = constants + places(&self.constants);
         Arguments { t, q, qd, qdd, multipliers, sin, cos, residuals, constants, end }
     }
 }
@@ -296,16 +289,21 @@ pub(crate) struct Arguments {
     pub(crate) end: usize,
 }
 
-impl TapeFunction<'_> {
-    /// No operations, and no results.
-    pub const NONE: Self = Self { operations: &[], results: &[] };
+impl TapeFunction {
+    /// A function without operations and results.
+    pub const NONE: Self = Self::new(&[], &[]);
+
+    /// A function of constant operations and results.
+    pub const fn new(operations: &'static [Operation], results: &'static [u32]) -> Self {
+        Self { operations: Cow::Borrowed(operations), results: Cow::Borrowed(results) }
+    }
 }
 
-impl<'a> TapeKernel<'a> {
-    /// No functions: for tapes that steps do not use.
+impl TapeKernel {
+    /// A kernel without functions: for tapes that steps do not use.
     pub const NONE: Self = Self {
         operations: 0,
-        has_angle: &[],
+        has_angle: Cow::Borrowed(&[]),
         position: TapeFunction::NONE,
         velocity_residual: TapeFunction::NONE,
         correction: TapeFunction::NONE,
@@ -317,8 +315,9 @@ impl<'a> TapeKernel<'a> {
     pub(crate) const FUNCTIONS: usize = 6;
 
     /// Every function, in the order of the places of their values.
-    pub fn functions(&self) -> [TapeFunction<'a>; TapeKernel::FUNCTIONS] {
-        [self.position, self.velocity_residual, self.correction, self.accelerations, self.multipliers, self.outputs]
+    pub fn functions(&self) -> [&TapeFunction; Self::FUNCTIONS] {
+        let Self { position, velocity_residual, correction, accelerations, multipliers, outputs, .. } = self;
+        [position, velocity_residual, correction, accelerations, multipliers, outputs]
     }
 }
 

@@ -2,6 +2,7 @@
 
 use qrm_core::Operation::{Add, Cos, Mul, Neg, Number, Sin, Sub};
 use qrm_core::{Fused, Scalar, Tape, TapeEvaluator, TapeFunction, TapeKernel};
+use std::borrow::Cow;
 
 const NONE: TapeFunction = TapeFunction::NONE;
 
@@ -10,28 +11,25 @@ static PENDULUM: Tape = Tape {
     coordinates: 1,
     constraints: 0,
     is_driven: false,
-    parameters: TapeFunction {
-        operations: &[Number(2.0), Number(0.5), Mul(0, 1), Mul(14, 1), Number(9.81)],
-        results: &[12, 13, 15, 16],
-    },
-    constants: &[Mul(0, 1), Mul(10, 3)],
-    dynamics: TapeFunction { operations: &[Sin(5), Mul(11, 12), Neg(13)], results: &[2, 14] },
+    parameters: TapeFunction::new(&[Number(2.0), Number(0.5), Mul(0, 1), Mul(14, 1), Number(9.81)], &[12, 13, 15, 16]),
+    constants: Cow::Borrowed(&[Mul(0, 1), Mul(10, 3)]),
+    dynamics: TapeFunction::new(&[Sin(5), Mul(11, 12), Neg(13)], &[2, 14]),
     loop_constraints: NONE,
-    mass_matrix: TapeFunction { operations: &[], results: &[2] },
-    energy: TapeFunction {
-        operations: &[Mul(6, 6), Mul(12, 2), Number(0.5), Mul(13, 14), Cos(5), Mul(11, 16), Neg(17)],
-        results: &[15, 18],
-    },
+    mass_matrix: TapeFunction::new(&[], &[2]),
+    energy: TapeFunction::new(
+        &[Mul(6, 6), Mul(12, 2), Number(0.5), Mul(13, 14), Cos(5), Mul(11, 16), Neg(17)],
+        &[15, 18],
+    ),
     power: NONE,
-    outputs: TapeFunction { operations: &[Add(5, 6), Add(12, 7)], results: &[13] },
+    outputs: TapeFunction::new(&[Add(5, 6), Add(12, 7)], &[13]),
     linearization: None,
-    event: Some(TapeFunction { operations: &[Sub(5, 4)], results: &[12] }),
+    event: Some(TapeFunction::new(&[Sub(5, 4)], &[12])),
     switching_functions: TapeFunction::NONE,
     linear_in_time: 0,
     tanh_arguments: TapeFunction::NONE,
-    start: TapeFunction { operations: &[Number(1.0), Number(0.0)], results: &[12, 13] },
-    given: &[true, true],
-    schedule: TapeFunction { operations: &[Number(0.001), Number(10.0)], results: &[12, 13] },
+    start: TapeFunction::new(&[Number(1.0), Number(0.0)], &[12, 13]),
+    given: Cow::Borrowed(&[true, true]),
+    schedule: TapeFunction::new(&[Number(0.001), Number(10.0)], &[12, 13]),
     kernel: TapeKernel::NONE,
 };
 

@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let placed = tape.placed();
         (tape, placed)
     });
-    let (verified, verifying) = timed(|| verify::verify(&scene, &equations, &tape, &placed.tape()));
+    let (verified, verifying) = timed(|| verify::verify(&scene, &equations, &tape, &placed));
     verified?;
     let ((code, derivation), writing) = timed(|| {
         let code = rust::text(&Code { path: &path, scene: &scene, source: &text, tape: &tape });
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!("code          {} lines, {} kB", code.lines().count(), code.len() / 1000);
     println!("derivation    {} lines, {} kB", derivation.lines().count(), derivation.len() / 1000);
-    let (placed, bytes) = (placed.tape(), tape.to_bytes());
+    let bytes = tape.to_bytes();
     let operations = placed.constants.len() + placed.functions().map(|f| f.operations.len()).sum::<usize>();
     println!("tape          {operations} operations, {} kB, {} places", bytes.len() / 1000, placed.places());
     for function in &tape.functions {

@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if keeps_all {
             write()?;
         }
-        let verified = verify::verify(scene, equations, &tape, &tape.placed().tape());
+        let verified = verify::verify(scene, equations, &tape, &tape.placed());
         if let Err(reason) = verified.map_err(|e| e.to_string()).and(printed) {
             failed += 1;
             println!("{seed}: {reason}");

@@ -165,7 +165,9 @@ fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
             multipliers.chain(loads).fold(virtual_work::free_body(system, displacements), |sum, term| sum + term)
         }
         OutputKind::ShakingForce(along) => virtual_work::on_ground(system, &VirtualDisplacement::along(system, along)),
-        OutputKind::ShakingMoment(point) => virtual_work::on_ground(system, &VirtualDisplacement::about(system, *point)),
+        OutputKind::ShakingMoment(point) => {
+            virtual_work::on_ground(system, &VirtualDisplacement::about(system, *point))
+        }
         OutputKind::Norm { .. } => Atom::num(0),
         OutputKind::ReactionMoment { constraint, coordinate } => {
             let turned = |i: usize| {

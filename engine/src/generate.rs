@@ -48,7 +48,7 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<(), Error> {
     for (scene_file, equations) in all.iter().zip(&equations(&all, &|_| ())?) {
         let SceneFile { scene, source, path, .. } = scene_file;
         let tape = functions::tape(scene, equations);
-        verify::verify(scene, equations, &tape, &tape.placed().tape()).map_err(Error::Unverified)?;
+        verify::verify(scene, equations, &tape, &tape.placed()).map_err(Error::Unverified)?;
         let path = path.display().to_string();
         let code = rust::text(&Code { path: &path, scene, source, tape: &tape });
         rust::check(&tape, &code).map_err(|e| Error::Unverified(Unverified::Wrong(e)))?;

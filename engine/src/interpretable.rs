@@ -29,7 +29,7 @@ pub fn derive(
     let SceneFile { scene, source, .. } = &file;
     let tape = functions::tape(scene, &equations);
     show(&DerivedScene { description: description(scene, source, String::new()), tape: tape.without_texts() });
-    verify::verify(scene, &equations, &tape, &tape.placed().tape()).map_err(Error::Unverified)?;
+    verify::verify(scene, &equations, &tape, &tape.placed()).map_err(Error::Unverified)?;
     let derivation = derivation::markdown(scene, &equations, source);
     Ok(DerivedScene { description: description(scene, source, derivation), tape })
 }

@@ -48,7 +48,8 @@ impl VirtualDisplacement {
 /// The work of inertia, less that of loads and constraints, in displacements of bodies and points.
 pub(super) fn free_body(system: &System, displacements: &[Displacement]) -> Atom {
     let algebra = &system.algebra;
-    let shifts: Vec<VirtualDisplacement> = displacements.iter().map(|own| VirtualDisplacement::new(system, own)).collect();
+    let shifts: Vec<VirtualDisplacement> =
+        displacements.iter().map(|own| VirtualDisplacement::new(system, own)).collect();
     let moved = || displacements.iter().zip(&shifts);
     let shifted = |point: usize, axis: usize| {
         let place = algebra.point(point);

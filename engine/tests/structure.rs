@@ -78,8 +78,7 @@ fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
     let tapes: Vec<NamedTape> = (0..texts.len())
         .map(|i| {
             let tape = functions::tape(&scenes[i], &equations[i]);
-            verify::verify(&scenes[i], &equations[i], &tape, &tape.placed().tape())
-                .unwrap_or_else(|wrong| panic!("{wrong}"));
+            verify::verify(&scenes[i], &equations[i], &tape, &tape.placed()).unwrap_or_else(|wrong| panic!("{wrong}"));
             tape
         })
         .collect();

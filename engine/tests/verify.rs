@@ -156,7 +156,7 @@ fn check(equations: &Equations) -> Result<(), verify::Unverified> {
 fn check_in(text: &str, equations: &Equations) -> Result<(), verify::Unverified> {
     let (scene, _) = resolve::read("pendulum.toml", text).expect("the scene is right");
     let tape = functions::tape(&scene, equations);
-    verify::verify(&scene, equations, &tape, &tape.placed().tape())
+    verify::verify(&scene, equations, &tape, &tape.placed())
 }
 
 /// The scene with other sizes: as it is, with a rod of steel, on a chip, and with both extremes at once.
@@ -250,8 +250,7 @@ fn a_wrong_tape_is_found() {
     wrong.power[0] = product(&[number(2), wrong.power[0].clone()]);
     let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
     let [right, wrong] = [equations(), wrong].map(|equations| functions::tape(&scene, &equations));
-    let said =
-        verify::verify(&scene, &equations(), &right, &wrong.placed().tape()).expect_err("a wrong tape").to_string();
+    let said = verify::verify(&scene, &equations(), &right, &wrong.placed()).expect_err("a wrong tape").to_string();
     assert!(said.contains("generated tape of `power` is wrong"), "{said}");
 }
 

@@ -27,7 +27,7 @@ const OUTPUTS: usize = 5;
 /// The kernel of a tape with up to `C` coordinates and constraints.
 #[derive(Clone, Debug)]
 pub(crate) struct InterpretedKernel<R, const C: usize> {
-    tape: &'static Tape<'static>,
+    tape: &'static Tape,
     arguments: Arguments,
     programs: [Program; TapeKernel::FUNCTIONS],
     units: UnitConstants,
@@ -45,7 +45,7 @@ pub(crate) struct PositionNumber(usize);
 
 impl<R: Scalar, const C: usize> InterpretedKernel<R, C> {
     /// The kernel of a mechanism; its parameters are yet to be set. `None` if the mechanism is too large.
-    pub(crate) fn new(tape: &'static Tape<'static>, description: &Description) -> Option<Self> {
+    pub(crate) fn new(tape: &'static Tape, description: &Description) -> Option<Self> {
         let [n, m] = tape.sizes();
         if n > C || m > C {
             return None;
@@ -53,7 +53,7 @@ impl<R: Scalar, const C: usize> InterpretedKernel<R, C> {
         let end = u32::try_from(tape.places()).ok()?;
         let units = UnitConstants { one: end, negative_zero: end + 1 };
         let (functions, places) = (tape.kernel.functions(), tape.kernel_places());
-        let program = |i: usize| Program::new(functions[i].operations, places[i], units);
+        let program = |i: usize| Program::new(&functions[i].operations, places[i], units);
         Some(Self {
             tape,
             arguments: tape.arguments(),
@@ -79,14 +79,14 @@ impl<R: Scalar, const C: usize> InterpretedKernel<R, C> {
         let values = &mut *self.values[position % POSITIONS].borrow_mut();
         write(values, arguments);
         self.programs[function].execute(values);
-        results(values, self.tape.kernel.functions()[function].results)
+        results(values, &self.tape.kernel.functions()[function].results)
     }
 
     /// The value of one of the functions without a position.
     fn evaluate(&self, function: &TapeFunction, arguments: &[(usize, &[R])]) -> R {
         let values = &mut *self.values[POSITIONS].borrow_mut();
         write(values, arguments);
-        execute(values, self.arguments.end, function.operations);
+        execute(values, self.arguments.end, &function.operations);
         function.results.first().map_or(R::zero(), |&place| values[place as usize])
     }
 
@@ -142,7 +142,7 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
         first.iter_mut().take(self.arguments.t).enumerate().for_each(|(i, parameter)| *parameter = value(i));
         first[self.units.one as usize] = R::from_f64(1.0);
         first[self.units.negative_zero as usize] = R::from_f64(-0.0);
-        execute(first, self.arguments.constants, self.tape.constants);
+        execute(first, self.arguments.constants, &self.tape.constants);
         others.iter_mut().for_each(|other| other.get_mut().copy_from_slice(first));
     }
 
@@ -161,7 +161,7 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
     }
 
     fn growth_factor(&self, position: &PositionNumber) -> R {
-        read::<R, 1>(&self.values[position.0 % POSITIONS].borrow(), self.tape.kernel.position.results)[0]
+        read::<R, 1>(&self.values[position.0 % POSITIONS].borrow(), &self.tape.kernel.position.results)[0]
     }
 
     fn velocity_residual(&self, position: &PositionNumber, qd: &[R; C]) -> [R; C] {

@@ -4,7 +4,7 @@ use std::vec::Vec;
 
 use super::places::Places;
 use super::{NamedTape, place};
-use crate::tape::{OwnedFunction, OwnedKernel, OwnedTape};
+use crate::tape::{Tape, TapeFunction, TapeKernel};
 
 /// The parts of `dynamics` in their order.
 const DYNAMICS: [&str; 4] = ["mass_matrix", "generalized_forces", "constraint_jacobian", "constraint_bias"];
@@ -16,7 +16,7 @@ const LINEARIZATION: [&str; 6] =
 
 impl NamedTape {
     /// The tape for evaluators.
-    pub fn placed(&self) -> OwnedTape {
+    pub fn placed(&self) -> Tape {
         let results = |name: &str| self.function(name).map(|own| own.results().collect()).unwrap_or_default();
         let optional = |name: &str| self.function(name).map(|own| own.results().collect());
         let parts = |name: &str, parts: &[&str]| -> Vec<u32> {
@@ -52,13 +52,13 @@ impl NamedTape {
         let constants = places.constants(all.flatten().copied());
         let mut kernel = places.clone();
         let linear_in_time = self.function("switching_functions").and_then(|own| own.part("linear_in_time"));
-        let function = |roots: &Vec<u32>| -> OwnedFunction { places.function(roots) };
-        OwnedTape {
+        let function = |roots: &Vec<u32>| -> TapeFunction { places.function(roots) };
+        Tape {
             coordinates: place(self.coordinates),
             constraints: place(self.constraints),
             is_driven: self.is_driven,
             parameters: places.parameters(&results("parameters")),
-            constants,
+            constants: constants.into(),
             dynamics: function(&dynamics),
             loop_constraints: function(&loop_constraints),
             mass_matrix: function(&mass_matrix),
@@ -71,11 +71,11 @@ impl NamedTape {
             linear_in_time: linear_in_time.map_or(0, |part| place(part.values.values().len())),
             tanh_arguments: function(&tanh_arguments),
             start: function(&start),
-            given: self.given.clone(),
+            given: self.given.clone().into(),
             schedule: function(&schedule),
-            kernel: OwnedKernel {
+            kernel: TapeKernel {
                 operations: self.solution.sum(),
-                has_angle: self.has_angle.clone(),
+                has_angle: self.has_angle.clone().into(),
                 position: kernel.first_part(&fields, &of_position),
                 velocity_residual: kernel.part(&velocity_residual),
                 correction: kernel.part(&correction),

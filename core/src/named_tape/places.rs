@@ -5,7 +5,7 @@ use std::vec::Vec;
 
 use super::schedule::scheduled;
 use super::{NamedTape, Value, place};
-use crate::tape::{Operation, OwnedFunction};
+use crate::tape::{Operation, TapeFunction};
 
 /// Values that have a place, and the next free one.
 #[derive(Clone)]
@@ -31,31 +31,31 @@ impl<'t> Places<'t> {
     }
 
     /// The values of parameters, each after what it follows from.
-    pub(super) fn parameters(&self, roots: &[u32]) -> OwnedFunction {
+    pub(super) fn parameters(&self, roots: &[u32]) -> TapeFunction {
         // Constants follow from parameters, so none of them is known.
         let mut own = Self { next: self.next, ..Self::new(self.tape) };
         let values = own.needed(roots.iter().copied());
-        OwnedFunction { operations: own.place_all(values), results: own.results(roots) }
+        TapeFunction { operations: own.place_all(values).into(), results: own.results(roots).into() }
     }
 
     /// A function; its values have no place afterwards.
-    pub(super) fn function(&self, roots: &[u32]) -> OwnedFunction {
+    pub(super) fn function(&self, roots: &[u32]) -> TapeFunction {
         self.clone().first_part(&[], roots)
     }
 
     /// A function whose values, and others, keep their places for those that follow.
-    pub(super) fn first_part(&mut self, others: &[u32], roots: &[u32]) -> OwnedFunction {
+    pub(super) fn first_part(&mut self, others: &[u32], roots: &[u32]) -> TapeFunction {
         let operations = self.operations(others.iter().chain(roots).copied());
-        OwnedFunction { operations, results: self.results(roots) }
+        TapeFunction { operations: operations.into(), results: self.results(roots).into() }
     }
 
     /// A function whose places are not used by those that follow.
-    pub(super) fn part(&mut self, roots: &[u32]) -> OwnedFunction {
+    pub(super) fn part(&mut self, roots: &[u32]) -> TapeFunction {
         self.part_after(&[], roots)
     }
 
     /// A function that is executed after one with these results.
-    pub(super) fn part_after(&mut self, before: &[u32], roots: &[u32]) -> OwnedFunction {
+    pub(super) fn part_after(&mut self, before: &[u32], roots: &[u32]) -> TapeFunction {
         let mut own = self.clone();
         own.operations(before.iter().copied());
         let part = own.first_part(&[], roots);

@@ -1,7 +1,6 @@
 //! The evaluation of a tape on any number.
 
 use core::ops::DerefMut;
-#[cfg(feature = "std")]
 use std::vec::Vec;
 
 use super::{Arguments, Operation, Tape, TapeFunction, execute};
@@ -12,20 +11,19 @@ use crate::{Scalar, Schedule};
 /// Slices of results have the lengths of the tape's `results`; matrices are stored row by row.
 #[derive(Clone, Debug)]
 pub struct TapeEvaluator<'t, B> {
-    pub(super) tape: &'t Tape<'t>,
+    pub(super) tape: &'t Tape,
     places: Arguments,
     pub(super) values: B,
 }
 
-#[cfg(feature = "std")]
 impl<'t, R: Scalar> TapeEvaluator<'t, Vec<R>> {
     /// The mechanism with the scene's parameters.
-    pub fn new(tape: &'t Tape<'t>) -> Self {
+    pub fn new(tape: &'t Tape) -> Self {
         Self::with_buffer(tape, std::vec![R::zero(); tape.places()])
     }
 
     /// The mechanism with these values of all parameters.
-    pub fn with_parameters(tape: &'t Tape<'t>, parameters: &[f64]) -> Self {
+    pub fn with_parameters(tape: &'t Tape, parameters: &[f64]) -> Self {
         let mut evaluator = Self::new(tape);
         evaluator.set_parameters(|i| Some(R::from_f64(parameters[i])));
         evaluator
@@ -37,7 +35,7 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
     ///
     /// # Panics
     /// If the buffer is shorter.
-    pub fn with_buffer(tape: &'t Tape<'t>, values: B) -> Self {
+    pub fn with_buffer(tape: &'t Tape, values: B) -> Self {
         assert!(values.len() >= tape.places(), "a tape of {} places needs a larger buffer", tape.places());
         let mut evaluator = Self { tape, places: tape.arguments(), values };
         evaluator.set_parameters(|_| None);
@@ -45,7 +43,7 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
     }
 
     /// The tape.
-    pub fn tape(&self) -> &'t Tape<'t> {
+    pub fn tape(&self) -> &'t Tape {
         self.tape
     }
 
@@ -53,8 +51,8 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
     ///
     /// Parameters that the scene computes from others follow.
     pub fn set_parameters(&mut self, replace: impl Fn(usize) -> Option<R>) {
-        let TapeFunction { operations, results } = self.tape.parameters;
-        let (mut next, mut rest) = (self.places.end, operations);
+        let TapeFunction { operations, results } = &self.tape.parameters;
+        let (mut next, mut rest) = (self.places.end, &operations[..]);
         for (i, &result) in results.iter().enumerate() {
             while next <= result as usize
                 && let Some((operation, others)) = rest.split_first()
@@ -64,7 +62,7 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
             }
             self.values[i] = replace(i).unwrap_or(self.values[result as usize]);
         }
-        execute(&mut self.values, self.places.constants, self.tape.constants);
+        execute(&mut self.values, self.places.constants, &self.tape.constants);
     }
 
     /// The values of the parameters.
@@ -137,7 +135,7 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
     /// Coordinates and rates at the start; [`Tape::given`] says which of them are given.
     pub fn start(&mut self, q: &mut [R], qd: &mut [R]) {
         let (of_q, of_qd) = self.tape.start.results.split_at(q.len());
-        self.run(self.tape.start.operations);
+        self.run(&self.tape.start.operations);
         self.read(of_q, q);
         self.read(of_qd, qd);
     }
@@ -155,8 +153,8 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
 
     /// The results of a function of time and as many of `q`, `qd`, `qdd` as it has.
     fn evaluate<const K: usize>(&mut self, function: &TapeFunction, t: R, arguments: [&[R]; K], results: &mut [R]) {
-        self.evaluate_at(t, arguments, function.operations);
-        self.read(function.results, results);
+        self.evaluate_at(t, arguments, &function.operations);
+        self.read(&function.results, results);
     }
 
     /// Executes operations at a time and at as many of `q`, `qd`, `qdd` as are given.

@@ -58,7 +58,7 @@ pub(super) struct Nodes {
 
 impl Nodes {
     /// The nodes of a function, with some parameters replaced by their index.
-    pub(super) fn new(tape: &Tape, function: TapeFunction, replace: impl Fn(usize) -> Option<Interval>) -> Self {
+    pub(super) fn new(tape: &Tape, function: &TapeFunction, replace: impl Fn(usize) -> Option<Interval>) -> Self {
         let places = tape.arguments();
         let arguments = places.sin - places.t;
         let mut nodes =
@@ -66,7 +66,7 @@ impl Nodes {
         for argument in 0..arguments {
             nodes.at[places.t + argument] = argument as u32;
         }
-        let (mut next, mut rest) = (places.end, tape.parameters.operations);
+        let (mut next, mut rest) = (places.end, &tape.parameters.operations[..]);
         for (i, &result) in tape.parameters.results.iter().enumerate() {
             while next <= result as usize
                 && let Some((operation, others)) = rest.split_first()
@@ -76,8 +76,8 @@ impl Nodes {
             }
             nodes.at[i] = replace(i).map_or(nodes.at[result as usize], |value| nodes.push(Node::Constant(value)));
         }
-        for (mut next, operations) in [(places.constants, tape.constants), (places.end, function.operations)] {
-            for operation in operations {
+        for (mut next, operations) in [(places.constants, &tape.constants), (places.end, &function.operations)] {
+            for operation in operations.iter() {
                 next = nodes.take(next, *operation);
             }
         }

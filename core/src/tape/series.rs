@@ -37,7 +37,7 @@ impl TapeSeries {
     /// their index.
     pub fn new(
         tape: &Tape,
-        function: TapeFunction,
+        function: &TapeFunction,
         replace: impl Fn(usize) -> Option<Interval>,
         [order, directions]: [usize; 2],
     ) -> Self {
@@ -264,21 +264,23 @@ fn divide(own: &mut [Interval], by: &[Interval]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Operation as Op, OwnedFunction, OwnedTape};
+    use super::super::{Operation as Op, Tape, TapeFunction};
     use super::*;
     use crate::{Scalar, TapeEvaluator};
 
     /// A tape whose event is a function of time, which has the place 0; results of operations follow it.
-    fn tape(operations: &[Op]) -> OwnedTape {
+    fn tape(operations: &[Op]) -> Tape {
         let results = vec![operations.iter().map(|op| if matches!(op, Op::SinCos(_)) { 2 } else { 1 }).sum()];
-        OwnedTape { event: Some(OwnedFunction { operations: operations.to_vec(), results }), ..OwnedTape::default() }
+        Tape {
+            event: Some(TapeFunction { operations: operations.to_vec().into(), results: results.into() }),
+            ..Tape::default()
+        }
     }
 
     /// The series of such a function at a time, with derivatives by time.
     fn series(operations: &[Op], t: Interval, order: usize) -> TapeSeries {
         let tape = tape(operations);
-        let tape = tape.tape();
-        let mut series = TapeSeries::new(&tape, tape.event.expect("a function"), |_| None, [order, 1]);
+        let mut series = TapeSeries::new(&tape, tape.event.as_ref().expect("a function"), |_| None, [order, 1]);
         for k in 0..=order {
             let coefficient = [[t, Interval::ONE], [Interval::ONE, Interval::ZERO]].get(k).copied();
             series.set(k, 0, &coefficient.unwrap_or([Interval::ZERO; 2]));
@@ -333,7 +335,6 @@ mod tests {
             let sum =
                 (0..=order).rev().fold(Interval::ZERO, |sum, k| sum * Interval::point(h) + series.result(k, 0)[0]);
             let tape = tape(operations);
-            let tape = tape.tape();
             let exact = TapeEvaluator::<Vec<f64>>::new(&tape).event(t + h, &[], &[]).expect("an event");
             let width = 1e-12 * exact.abs().max(1.0);
             assert!((sum.lo() - width..sum.hi() + width).contains(&exact), "{operations:?}: {sum:?} {exact}");
@@ -359,7 +360,6 @@ mod tests {
     fn values_of_32_digits_are_contained() {
         for operations in FUNCTIONS {
             let tape = tape(operations);
-            let tape = tape.tape();
             for step in 0..200 {
                 let t = 1.0 + f64::from(step) / 256.0;
                 let value = series(operations, Interval::point(t), 0).result(0, 0)[0];

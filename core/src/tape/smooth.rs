@@ -2,7 +2,7 @@
 
 use std::vec::Vec;
 
-use super::{Operation, OwnedTape, TapeEvaluator};
+use super::{Operation, Tape, TapeEvaluator};
 use crate::Scalar;
 
 impl<R: Scalar> TapeEvaluator<'_, Vec<R>> {
@@ -10,11 +10,11 @@ impl<R: Scalar> TapeEvaluator<'_, Vec<R>> {
     ///
     /// It differs from the tape in `dynamics`, `loop_constraints` and `switching_functions`, where `sign(x)` is a number,
     /// and `abs(x)` is `x` or `-x`.
-    pub fn with_signs_of(&mut self, t: R, q: &[R], qd: &[R]) -> OwnedTape {
-        let mut tape = OwnedTape::of(self.tape);
+    pub fn with_signs_of(&mut self, t: R, q: &[R], qd: &[R]) -> Tape {
+        let mut tape = self.tape.clone();
         for function in [&mut tape.dynamics, &mut tape.loop_constraints, &mut tape.switching_functions] {
             self.evaluate_at(t, [q, qd], &function.operations);
-            for operation in &mut function.operations {
+            for operation in function.operations.to_mut() {
                 let value = |place: u32| self.values[place as usize].to_f64();
                 *operation = match *operation {
                     Operation::Sign(a) => Operation::Number(Scalar::sign(value(a))),

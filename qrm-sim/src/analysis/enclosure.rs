@@ -143,7 +143,7 @@ impl<'m> Motion<'m> {
         let mut flow = Flow::new(tape, &replace, ORDER);
         let states = start::start(model, values, &mut flow.manifold)?;
         let set = StateSet::of_box(&mut flow.manifold, 0.0, &states).ok_or(Reason::NotIsolated)?;
-        Ok(Self { model, flow, outputs: TapeSeries::new(tape, tape.outputs, replace, [0, 0]), set, steps: 0 })
+        Ok(Self { model, flow, outputs: TapeSeries::new(tape, &tape.outputs, replace, [0, 0]), set, steps: 0 })
     }
 
     fn follow(mut self, end: EnclosureEnd, is_interrupted: &dyn Fn() -> bool) -> Result<Enclosure, NotEnclosed> {

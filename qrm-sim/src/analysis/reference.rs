@@ -63,8 +63,7 @@ fn follow(
     let mut at = At { t: Number::zero(), y, slope, h: step };
     let mut states = Vec::with_capacity(times.len());
     loop {
-        let smooth = equations.smooth_from(&at);
-        let tape = smooth.tape();
+        let tape = equations.smooth_from(&at);
         let mut part = Equations::new(&tape, parameters).with_constraints_of(&equations);
         part.budget = equations.budget;
         let mut motion = Motion::new(part, at, tolerance)?;

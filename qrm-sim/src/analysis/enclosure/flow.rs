@@ -39,7 +39,7 @@ impl Flow {
     /// The equations of a tape with some parameters replaced by their index, for series up to an order.
     pub(super) fn new(tape: &Tape, replace: &dyn Fn(usize) -> Option<Interval>, order: usize) -> Self {
         let directions = 2 * tape.coordinates as usize;
-        let series = [0, directions].map(|width| TapeSeries::new(tape, tape.dynamics, replace, [order, width]));
+        let series = [0, directions].map(|width| TapeSeries::new(tape, &tape.dynamics, replace, [order, width]));
         Self { manifold: Manifold::new(tape, replace), series }
     }
 

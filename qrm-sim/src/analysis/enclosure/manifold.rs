@@ -24,7 +24,7 @@ impl Manifold {
     /// The constraints of a tape with some parameters replaced by their index.
     pub(super) fn new(tape: &Tape, replace: &dyn Fn(usize) -> Option<Interval>) -> Self {
         let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
-        let series = TapeSeries::new(tape, tape.loop_constraints, replace, [0, n]);
+        let series = TapeSeries::new(tape, &tape.loop_constraints, replace, [0, n]);
         Self { coordinates: n, constraints: m, series }
     }
 

@@ -32,7 +32,7 @@ pub(super) fn start(model: &Model, values: Values, manifold: &mut Manifold) -> R
     if free_q.len() != m || free_rates.len() != m {
         return Err(Reason::NotGiven);
     }
-    let mut formulae = TapeSeries::new(model.tape(), model.tape().start, |i| replaced(model, values, i), [0, 0]);
+    let mut formulae = TapeSeries::new(model.tape(), &model.tape().start, |i| replaced(model, values, i), [0, 0]);
     formulae.advance(0);
     let value = |i: usize| formulae.result(0, i)[0];
     let given_q = (0..n).map(|i| if given[i] { value(i) } else { Interval::point(q[i]) });

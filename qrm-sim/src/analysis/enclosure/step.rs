@@ -173,16 +173,16 @@ fn estimate(center: &Expansion, tolerance: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use qrm_core::{Operation as Op, OwnedFunction, OwnedTape};
+    use qrm_core::{Operation as Op, Tape, TapeFunction};
 
     use super::*;
 
     /// The motion `x'' = 6 x^2`, which is `1 / (1 - t)^2` from `x = 1`, `x' = 2`.
     fn flow() -> Flow {
         let operations = vec![Op::Number(1.0), Op::Mul(1, 1), Op::Number(6.0), Op::Mul(8, 7)];
-        let dynamics = OwnedFunction { operations, results: vec![6, 9] };
-        let tape = OwnedTape { coordinates: 1, dynamics, ..OwnedTape::default() };
-        Flow::new(&tape.tape(), &|_| None, ORDER)
+        let dynamics = TapeFunction { operations: operations.into(), results: vec![6, 9].into() };
+        let tape = Tape { coordinates: 1, dynamics, ..Tape::default() };
+        Flow::new(&tape, &|_| None, ORDER)
     }
 
     fn exact(t: f64) -> [f64; 2] {

@@ -1,6 +1,6 @@
 //! Corners and jumps of a motion, to all digits: the zeros of switching functions on the smooth continuation.
 
-use qrm_core::{OwnedTape, Scalar};
+use qrm_core::{Scalar, Tape};
 
 use super::equations::Equations;
 use super::{At, Motion, Number};
@@ -16,7 +16,7 @@ const LEFT: f64 = 1e-29;
 
 impl Equations<'_> {
     /// The smooth continuation of the equations from a state on.
-    pub(super) fn smooth_from(&mut self, at: &At) -> OwnedTape {
+    pub(super) fn smooth_from(&mut self, at: &At) -> Tape {
         let (t, y) = behind(at);
         let (q, qd) = y.split_at(y.len() / 2);
         self.evaluator.with_signs_of(t, q, qd)

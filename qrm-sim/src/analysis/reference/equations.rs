@@ -38,7 +38,7 @@ const PASSES: usize = 4;
 
 impl<'t> Equations<'t> {
     /// The equations with these values of all parameters, and with all constraints.
-    pub(super) fn new(tape: &'t Tape<'t>, parameters: &[f64]) -> Self {
+    pub(super) fn new(tape: &'t Tape, parameters: &[f64]) -> Self {
         let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
         let zero = |size| vec![Number::zero(); size];
         Self {

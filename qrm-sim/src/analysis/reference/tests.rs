@@ -2,6 +2,7 @@
 
 use qrm_core::Operation::{Add, Mul, Neg, Number as Constant, Sub};
 use qrm_core::{Scalar, Tape, TapeFunction, TapeKernel};
+use std::borrow::Cow;
 
 use super::equations::Equations;
 use super::{At, Motion, Number, ReferenceState};
@@ -14,14 +15,14 @@ static ROD: Tape = Tape {
     coordinates: 2,
     constraints: 1,
     is_driven: true,
-    parameters: TapeFunction { operations: &[Constant(1.0), Constant(0.0), Constant(9.81)], results: &[16, 17, 18] },
-    constants: &[],
-    dynamics: TapeFunction {
-        operations: &[Constant(1.0), Constant(0.0), Neg(2), Mul(6, 6), Mul(7, 7), Add(19, 20), Mul(1, 1), Sub(21, 22)],
-        results: &[16, 17, 17, 16, 17, 18, 4, 5, 23],
-    },
-    loop_constraints: TapeFunction {
-        operations: &[
+    parameters: TapeFunction::new(&[Constant(1.0), Constant(0.0), Constant(9.81)], &[16, 17, 18]),
+    constants: Cow::Borrowed(&[]),
+    dynamics: TapeFunction::new(
+        &[Constant(1.0), Constant(0.0), Neg(2), Mul(6, 6), Mul(7, 7), Add(19, 20), Mul(1, 1), Sub(21, 22)],
+        &[16, 17, 17, 16, 17, 18, 4, 5, 23],
+    ),
+    loop_constraints: TapeFunction::new(
+        &[
             Mul(4, 4),
             Mul(5, 5),
             Add(16, 17),
@@ -34,23 +35,20 @@ static ROD: Tape = Tape {
             Mul(1, 20),
             Neg(25),
         ],
-        results: &[24, 4, 5, 26],
-    },
-    mass_matrix: TapeFunction { operations: &[Constant(1.0), Constant(0.0)], results: &[16, 17, 17, 16] },
-    energy: TapeFunction {
-        operations: &[Mul(6, 6), Mul(7, 7), Add(16, 17), Constant(0.5), Mul(18, 19), Mul(2, 5)],
-        results: &[20, 21],
-    },
-    power: TapeFunction { operations: &[Constant(0.0)], results: &[16] },
-    outputs: TapeFunction { operations: &[], results: &[10] },
+        &[24, 4, 5, 26],
+    ),
+    mass_matrix: TapeFunction::new(&[Constant(1.0), Constant(0.0)], &[16, 17, 17, 16]),
+    energy: TapeFunction::new(&[Mul(6, 6), Mul(7, 7), Add(16, 17), Constant(0.5), Mul(18, 19), Mul(2, 5)], &[20, 21]),
+    power: TapeFunction::new(&[Constant(0.0)], &[16]),
+    outputs: TapeFunction::new(&[], &[10]),
     linearization: None,
     event: None,
     switching_functions: TapeFunction::NONE,
     linear_in_time: 0,
     tanh_arguments: TapeFunction::NONE,
-    start: TapeFunction { operations: &[Constant(1.0), Constant(0.0)], results: &[16, 17, 17, 16] },
-    given: &[true, true, true, true],
-    schedule: TapeFunction { operations: &[Constant(0.001), Constant(1.0)], results: &[16, 17] },
+    start: TapeFunction::new(&[Constant(1.0), Constant(0.0)], &[16, 17, 17, 16]),
+    given: Cow::Borrowed(&[true, true, true, true]),
+    schedule: TapeFunction::new(&[Constant(0.001), Constant(1.0)], &[16, 17]),
     kernel: TapeKernel::NONE,
 };
 

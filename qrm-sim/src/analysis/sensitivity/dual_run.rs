@@ -43,7 +43,7 @@ impl<'a, T: Inner> DualRun<'a, T> {
     /// It cannot begin, or there is no such parameter.
     pub(super) fn new(
         mechanism: &'a dyn Mechanism,
-        tape: &'a Tape<'a>,
+        tape: &'a Tape,
         replace: ParameterOverrides,
         parameters: &'a [&'a str],
         request: &'a SensitivityRequest<'a>,

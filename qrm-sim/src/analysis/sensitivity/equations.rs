@@ -71,12 +71,7 @@ const SETTLED: f64 = 1e-9;
 
 impl<'m, T: Inner> DualEquations<'m, T> {
     /// The equations with derivatives by so many parameters, for steps of a method.
-    pub(super) fn new(
-        mechanism: &'m dyn Mechanism,
-        tape: &'m Tape<'m>,
-        parts: usize,
-        settings: MethodSettings,
-    ) -> Self {
+    pub(super) fn new(mechanism: &'m dyn Mechanism, tape: &'m Tape, parts: usize, settings: MethodSettings) -> Self {
         let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
         let zero = |size| vec![Number::zero(); size];
         Self {

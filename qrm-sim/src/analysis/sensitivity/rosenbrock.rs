@@ -75,7 +75,7 @@ impl<T: Inner> System<T> {
         let zero = |function: &TapeFunction| vec![Number::zero(); function.results.len()];
         let mut dynamics = zero(&tape.dynamics);
         equations.evaluator.dynamics(from.t, &from.q, &from.qd, &mut dynamics);
-        let mut linearization = zero(&tape.linearization.ok_or(StepError::NoLinearization)?);
+        let mut linearization = zero(tape.linearization.as_ref().ok_or(StepError::NoLinearization)?);
         let DualState { t, q, qd, qdd, multipliers } = from;
         equations.evaluator.linearization(*t, q, qd, qdd, multipliers, &mut linearization);
         let [mass, _, jacobian, _] = tape.split_dynamics(&dynamics);

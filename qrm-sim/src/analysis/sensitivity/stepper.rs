@@ -24,12 +24,7 @@ pub(super) struct DualStepper<'m, T: Inner> {
 }
 
 impl<'m, T: Inner> DualStepper<'m, T> {
-    pub(super) fn new(
-        mechanism: &'m dyn Mechanism,
-        tape: &'m Tape<'m>,
-        parts: usize,
-        settings: MethodSettings,
-    ) -> Self {
+    pub(super) fn new(mechanism: &'m dyn Mechanism, tape: &'m Tape, parts: usize, settings: MethodSettings) -> Self {
         Self {
             equations: DualEquations::new(mechanism, tape, parts, settings),
             corners: Corners::of(mechanism),

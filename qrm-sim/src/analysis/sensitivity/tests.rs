@@ -8,6 +8,7 @@ use qrm_core::{
     Description, DynamicsMut, LoopConstraintsMut, Mechanism, ParameterDescription, ParameterOverrides,
     QuantityDescription, Schedule, StartMut, Tape, TapeEvaluator, TapeFunction, TapeKernel,
 };
+use std::borrow::Cow;
 
 use super::{DualCondition, Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest, derived};
 use crate::run::StartError;
@@ -22,31 +23,28 @@ static TAPE: Tape = Tape {
     coordinates: 2,
     constraints: 1,
     is_driven: false,
-    parameters: TapeFunction { operations: &[Number(L), Number(G)], results: &[20, 21] },
-    constants: &[Number(1.0), Number(0.0), Mul(0, 0), Number(2.0), Neg(1)],
-    dynamics: TapeFunction {
-        operations: &[Mul(18, 3), Mul(18, 4), Mul(5, 5), Mul(6, 6), Add(22, 23), Mul(18, 24)],
-        results: &[15, 16, 16, 15, 16, 19, 20, 21, 25],
-    },
-    loop_constraints: TapeFunction {
-        operations: &[Mul(3, 3), Mul(4, 4), Add(20, 21), Sub(22, 17), Mul(18, 3), Mul(18, 4)],
-        results: &[23, 24, 25, 16],
-    },
-    mass_matrix: TapeFunction { operations: &[], results: &[15, 16, 16, 15] },
+    parameters: TapeFunction::new(&[Number(L), Number(G)], &[20, 21]),
+    constants: Cow::Borrowed(&[Number(1.0), Number(0.0), Mul(0, 0), Number(2.0), Neg(1)]),
+    dynamics: TapeFunction::new(
+        &[Mul(18, 3), Mul(18, 4), Mul(5, 5), Mul(6, 6), Add(22, 23), Mul(18, 24)],
+        &[15, 16, 16, 15, 16, 19, 20, 21, 25],
+    ),
+    loop_constraints: TapeFunction::new(
+        &[Mul(3, 3), Mul(4, 4), Add(20, 21), Sub(22, 17), Mul(18, 3), Mul(18, 4)],
+        &[23, 24, 25, 16],
+    ),
+    mass_matrix: TapeFunction::new(&[], &[15, 16, 16, 15]),
     energy: NONE,
     power: NONE,
-    outputs: TapeFunction { operations: &[], results: &[4] },
+    outputs: TapeFunction::new(&[], &[4]),
     linearization: None,
-    event: Some(TapeFunction { operations: &[Neg(3)], results: &[20] }),
+    event: Some(TapeFunction::new(&[Neg(3)], &[20])),
     switching_functions: TapeFunction::NONE,
     linear_in_time: 0,
     tanh_arguments: TapeFunction::NONE,
-    start: TapeFunction {
-        operations: &[Number(0.6), Mul(20, 0), Number(-0.8), Mul(22, 0)],
-        results: &[21, 23, 16, 16],
-    },
-    given: &[true, false, true, false],
-    schedule: TapeFunction { operations: &[Number(0.001), Number(2.0)], results: &[20, 21] },
+    start: TapeFunction::new(&[Number(0.6), Mul(20, 0), Number(-0.8), Mul(22, 0)], &[21, 23, 16, 16]),
+    given: Cow::Borrowed(&[true, false, true, false]),
+    schedule: TapeFunction::new(&[Number(0.001), Number(2.0)], &[20, 21]),
     kernel: TapeKernel::NONE,
 };
 
