@@ -162,8 +162,7 @@ fn all_operations_are_written() {
     let [x, y] = [0, 1].map(|i| tape.input(qrm_core::named_tape::Argument::Coordinates) + i);
     let unary =
         [Op::Tanh, Op::Atan, Op::Sinh, Op::Cosh, Op::Exp, Op::Abs, Op::Floor, Op::Sign, Op::Tan, Op::Recip, Op::Neg];
-    let mut values: Vec<u32> =
-        unary.iter().flat_map(|own| [x, y].map(|z| own(z))).map(|own| tape.operation(own)).collect();
+    let mut values: Vec<u32> = unary.iter().flat_map(|own| [x, y].map(own)).map(|own| tape.operation(own)).collect();
     let binary = [Op::Atan2, Op::Hypot, Op::Min, Op::Max, Op::Add, Op::Sub, Op::Mul, Op::Div];
     values.extend(
         binary.iter().flat_map(|own| [own(x, y), own(y, x)]).map(|own| tape.operation(own)).collect::<Vec<_>>(),

@@ -130,7 +130,6 @@ impl Lower<'_> {
     /// The functions that give the parameters: those of the scene, and with some of them replaced.
     fn parameters(&self) -> Vec<Function> {
         let Some(own) = self.tape.function("parameters") else { return Vec::new() };
-        let results = vec![Variable { name: "parameters".to_owned(), shape: Shape::Struct(StructKind::Parameters) }];
         let names: Vec<&String> = self.tape.names.range(..place(self.tape.sizes()[0])).map(|(_, name)| name).collect();
         let mut replace = "replace".to_owned();
         while names.contains(&&replace) {
@@ -166,7 +165,7 @@ impl Lower<'_> {
                 name: name.to_owned(),
                 doc: doc.iter().map(|&line| line.to_owned()).collect(),
                 arguments: if is_replaced { vec![argument] } else { Vec::new() },
-                results: vec![Variable { name: result, ..results[0].clone() }],
+                results: vec![Variable { name: result, shape: Shape::Struct(StructKind::Parameters) }],
                 body,
             }
         };

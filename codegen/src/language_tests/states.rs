@@ -57,7 +57,7 @@ pub(super) fn expected<'p>(program: &'p Program, tape: &NamedTape, states: &[Sta
     let mut results = Vec::new();
     for state in states {
         // Every other one is replaced.
-        let replaced = |i: usize| (i % 2 == 0).then(|| Libm(defaults[i].0 + state.change[i]));
+        let replaced = |i: usize| i.is_multiple_of(2).then(|| Libm(defaults[i].0 + state.change[i]));
         let parameters = Evaluation::parameters(tape, replaced);
         let on = |values: &[f64]| values.iter().map(|&value| Libm(value)).collect::<Vec<Libm>>();
         let arguments = [

@@ -147,9 +147,7 @@ fn visit(
             buffer.resize((CHUNK.min(steps - request.first) + 1) as usize * layout.width(), 0.0);
             now.write(&mut buffer);
             let block = integrator.fill(mechanism, &request, &mut buffer);
-            if let Err(reason) = block.reason {
-                return Err(reason);
-            }
+            block.reason?;
             request.first += block.rows_written as u64;
             now.read(&buffer[block.rows_written * layout.width()..]);
         }

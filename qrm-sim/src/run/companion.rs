@@ -184,7 +184,7 @@ impl Companion {
         let mut made = 0;
         if steps > 0 {
             let filled = self.integrator.fill(mechanism, &longer, &mut self.rows[..length]);
-            self.failed = matches!(filled.reason, Err(_));
+            self.failed = filled.reason.is_err();
             made = filled.rows_written;
         }
         let states = &self.rows[..(made + 1) * width];

@@ -228,9 +228,7 @@ impl Simulation {
                 watches_event: false,
             };
             let block = integrator.fill(&*mechanism, &request, &mut buffer);
-            if let Err(reason) = block.reason {
-                return Err(reason);
-            }
+            block.reason?;
             if let Some(watch) = &mut self.watch {
                 watch.follow(
                     &*mechanism,
