@@ -24,7 +24,7 @@ use twin::{ByDualNumbers, ByHand, HandWritten, Twin};
 const RUNS: usize = 200;
 const DESIGNS: usize = 256;
 
-/// What is measured: a name, and how to get the nanoseconds of so many steps, or the microseconds of so many designs.
+/// A function that measures a run (nanoseconds, steps) so many times, or a sweep (microseconds, designs).
 type Measure = fn(usize) -> (f64, f64);
 
 /// The mechanism with its generated kernel.

@@ -1,4 +1,4 @@
-//! What is said of errors, against exact values.
+//! Tests of error estimates and of what is said about errors, against exact values.
 
 use std::io;
 

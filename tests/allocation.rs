@@ -13,7 +13,7 @@ use qrm_sim::solve::Projection;
 struct Counting;
 
 thread_local! {
-    /// Of this thread alone: the test runner allocates on its own, whenever it likes.
+    /// The allocations of this thread alone: the test runner allocates on its own, whenever it likes.
     static COUNT: Cell<usize> = const { Cell::new(0) };
 }
 

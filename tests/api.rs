@@ -1,4 +1,4 @@
-//! What the command computes, without its files: `qrm_cli::api`, which the Python package is made of.
+//! Tests of `qrm_cli::api`, of which the Python package is made: what the command computes, without its files.
 
 use std::cell::Cell;
 use std::fs;

@@ -28,7 +28,7 @@ const PUBLISHED_RATES: [(&str, f64); 7] = [
     ("Omega_dot", -19.293_374_644_213_85),
     ("eps_dot", 0.323_179_165_802_695_5),
 ];
-/// The same by extrapolation of order 20 with 128 bits.
+/// The end values of the problem andrews by extrapolation of order 20 with 128 bits.
 const OWN: [(&str, f64); 7] = [
     ("beta", 15.810_771_195_153_707),
     ("Theta", -15.756_371_058_411_839),
@@ -211,7 +211,7 @@ fn a_thrown_stick_flies_along_a_parabola() {
     }
 }
 
-/// What can be claimed of a chaotic motion: its first seconds, its energy, and that the rest is refused.
+/// Claims that hold for a chaotic motion: its first seconds, its energy, and that the rest is refused.
 #[test]
 fn a_double_pendulum_is_known_for_a_while() {
     let end = |tolerance: &str, until: &str| {

@@ -16,7 +16,7 @@ fn run(text: &str, more: &[&str]) -> Run {
     run
 }
 
-/// What a run printed.
+/// The standard output and error output of a run.
 fn said(run: &Run) -> String {
     String::from_utf8_lossy(&run.output.stdout).into_owned() + &run.stderr()
 }

@@ -1,15 +1,15 @@
-//! What `qrm check` says, against exact values and closed forms.
+//! Tests of `qrm check` against exact values and closed forms.
 
 use std::f64::consts::TAU;
 
 use crate::common::{Table, near, qrm};
 
-/// What a successful `qrm check ARGUMENTS` prints.
+/// The output of a successful `qrm check ARGUMENTS`.
 fn check(arguments: &[&str]) -> String {
     check_with(arguments, 0)
 }
 
-/// What `qrm check ARGUMENTS` prints that ends with a status.
+/// The output of `qrm check ARGUMENTS` that ends with a status.
 fn check_with(arguments: &[&str], status: i32) -> String {
     let output = qrm(&["check"]).args(arguments).output().expect("the command starts");
     assert_eq!(output.status.code(), Some(status), "{}", String::from_utf8_lossy(&output.stderr));

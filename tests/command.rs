@@ -1,4 +1,4 @@
-//! What a user can do wrong on the command line, and what is said about it; interrupted and impossible runs.
+//! Tests of wrong use of the command line and its messages, and of interrupted and impossible runs.
 
 use crate::common;
 use std::io::{BufRead, BufReader};

@@ -46,7 +46,7 @@ impl Desk {
         Self { live, browser }
     }
 
-    /// What a part of the page says; empty if it is hidden.
+    /// The text of a part of the page; empty if it is hidden.
     fn said(&mut self, part: &str) -> String {
         let said = self.browser.value(&format!(
             "(() => {{ const part = document.querySelector('.qrm-{part}'); return part.hidden ? '' : part.textContent; }})()"

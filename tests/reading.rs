@@ -1,4 +1,4 @@
-//! What there is to read and to watch: code, derivation, animation, report.
+//! Tests of the outputs to read and to watch: code, derivation, animation, report.
 
 use crate::common::qrm;
 use tempfile::TempDir;
@@ -11,7 +11,7 @@ fn into_folder(arguments: &[&str]) -> TempDir {
     folder
 }
 
-/// What `qrm ARGUMENTS` prints.
+/// The output of `qrm ARGUMENTS`.
 fn printed(arguments: &[&str]) -> String {
     let output = qrm(arguments).output().expect("the command starts");
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));

@@ -1,4 +1,4 @@
-//! What the README shows is what is there.
+//! Tests that the README shows the present code, formulae, figures and output.
 
 use crate::common;
 use crate::common::{qrm, split};

@@ -69,7 +69,7 @@ impl Case {
         values[model(self.scene).description.parameters.iter().position(|own| own.name == name).expect("a parameter")]
     }
 
-    /// Its derivatives, some parameters moved; those of `request` that are not the case's own.
+    /// The derivatives of the case with some parameters moved; settings beside those of the case are from `request`.
     fn derivatives(&self, request: SensitivityRequest, moved: &[(&str, f64)]) -> Sensitivity {
         let rises = |_: &str, _: HyperDual64, q: &[HyperDual64], _: &[HyperDual64]| match self.end {
             End::Rises(i, to, _) => q[i] - to,

@@ -10,7 +10,7 @@ use qrm_scene::resolve;
 use qrm_sim::analysis::inverse_kinematics;
 use qrm_sim::run::assembled;
 
-/// What the command says to `run quick-return` with these starts.
+/// The message with which `run quick-return` refuses these starts.
 fn refused(starts: &[&str]) -> String {
     let options: Vec<&str> = starts.iter().flat_map(|start| ["--start", start]).collect();
     let output = qrm(&["run", "quick-return"]).args(options).output().expect("the command starts");

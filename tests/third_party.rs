@@ -26,17 +26,17 @@ const TEXTS: [(&str, &str, &str); 8] = [
 
 const README: &str = include_str!("../README.md");
 
-/// What is handed on with code of others in it.
+/// A product that contains third-party code.
 struct Product {
     /// The package that is linked.
     package: &'static str,
     /// The folder of its workspace.
     folder: &'static str,
-    /// Its lock file.
+    /// The lock file of the product.
     lock: &'static str,
     /// The list of its crates.
     file: &'static str,
-    /// What it is.
+    /// The name of the product in words.
     name: &'static str,
 }
 

@@ -17,7 +17,7 @@ pub(crate) fn in_turn(count: usize, mut measure: impl FnMut(usize) -> f64) -> Ve
     times.into_iter().map(Spread).collect()
 }
 
-/// What was measured in several rounds.
+/// The measurements of several rounds.
 pub(crate) struct Spread(pub(crate) Vec<f64>);
 
 impl Spread {
@@ -61,7 +61,7 @@ pub(crate) fn instructions(thing: usize, calls: u64) -> Option<f64> {
     Some((total(2 * calls)? - total(calls)?) / calls as f64)
 }
 
-/// What is to be run how often, if this process was started for its instructions to be counted.
+/// The index of the thing to run and the number of calls, if this process was started to count instructions.
 pub(crate) fn counted() -> Option<(usize, u64)> {
     let mut arguments = std::env::args().skip_while(|argument| argument != COUNT).skip(1);
     Some((arguments.next()?.parse().ok()?, arguments.next()?.parse().ok()?))

@@ -21,7 +21,7 @@ pub(crate) struct KernelByHand<R> {
     twice: R,
 }
 
-/// What follows from the position alone.
+/// The values that follow from the position alone.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place<R> {
     r: R,

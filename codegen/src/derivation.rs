@@ -226,7 +226,7 @@ impl Derivation<'_> {
         text
     }
 
-    /// What closures that depend on time have beside `C_q qdd`.
+    /// The second rates of closures that depend on time, without `C_q qdd`.
     fn driven_bias(&self) -> String {
         if !self.scene.is_driven() {
             return String::new();
@@ -290,7 +290,7 @@ impl Derivation<'_> {
         if self.scene.left_out().next().is_none() && self.equations.left_out.is_empty() { String::new() } else { text }
     }
 
-    /// What a row of x is.
+    /// The name of a row of x: a coordinate of a body.
     fn row(&self, row: &Row) -> String {
         format!("{} of `{}`", ["$x$", "$y$", "angle"][row.axis], self.scene.bodies[row.body].name)
     }

@@ -29,7 +29,7 @@ pub enum Style {
 pub struct Writer<'s> {
     scene: &'s Scene,
     style: Style,
-    /// What stands under a root, and the name of the root.
+    /// The radicand and the name of each root.
     roots: Vec<(Term, String)>,
     /// Quantities that have symbols of their own.
     names: &'s [Named],

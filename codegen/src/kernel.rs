@@ -24,7 +24,7 @@ pub struct Kernel {
     pub locals: Vec<Local>,
     /// C
     pub residuals: Vec<Signed>,
-    /// What bounds the growth of rounding errors.
+    /// The values whose sizes bound the growth of rounding errors.
     pub growth_factors: Vec<Signed>,
     /// C_q qd + C_t
     pub velocity_residual: Vec<Signed>,
@@ -47,13 +47,13 @@ pub struct Kernel {
 /// A value with a name.
 #[derive(Clone, Debug)]
 pub struct Local {
-    /// Its name.
+    /// The name of the value.
     pub name: String,
     /// How it is computed.
     pub value: Signed,
-    /// What stands for it in later operations.
+    /// The input that stands for the value in later operations.
     pub input: Signed,
-    /// Which part of the computation it belongs to.
+    /// The part of the computation that the value belongs to.
     pub block: Block,
 }
 
@@ -110,7 +110,7 @@ impl Block {
         matches!(self, Tangents | Inertia | Pull | Loops | Accelerations | Multipliers | Friction | Correction)
     }
 
-    /// What it is, for a comment.
+    /// The title of the block, for a comment.
     pub fn title(self) -> &'static str {
         match self {
             Self::Roots => "Lengths, and their derivatives.",
@@ -317,7 +317,7 @@ impl<'s> Builder<'s> {
         mass
     }
 
-    /// The same by the forces of the loops.
+    /// The solution of the linear equations by the range-space method: the forces of the loops come first.
     fn by_range_space(
         &mut self,
         (jacobian, mass): (&Matrix, &Matrix),

@@ -49,7 +49,7 @@ impl Golden {
         Code { path: "", scene: &self.scene, source: &self.source, tape: &self.tape }.program()
     }
 
-    /// The same functions with other names for some values.
+    /// Gives other names to some values of the functions.
     fn renamed(mut self, names: &[(&str, &str)]) -> Self {
         let other = |name: &mut String| {
             if let Some((_, to)) = names.iter().find(|(from, _)| name == from) {

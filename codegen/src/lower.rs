@@ -14,7 +14,7 @@ use qrm_scene::spline::Spline;
 /// Builds a graph from terms.
 #[derive(Debug, Default)]
 pub struct Lowering {
-    /// What has been built.
+    /// The graph that has been built.
     pub graph: Graph,
     done: HashMap<Term, Signed>,
     /// Symbols that stand for values built before.

@@ -1,4 +1,4 @@
-//! What generated code does without, and why.
+//! The list of what generated code omits, with the reasons.
 
 use crate::term::{Equations, Symbol, Term};
 use qrm_scene::scene::Scene;

@@ -31,7 +31,7 @@ pub enum Term {
     Spline(Arc<Spline>, usize, Box<Term>),
 }
 
-/// What a [`Term`] is made of; numbers are places in the scene's lists.
+/// A symbol in a [`Term`]; numbers are places in the scene's lists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Symbol {
     /// A parameter.
@@ -44,9 +44,9 @@ pub enum Symbol {
     Displacement,
     /// A generalized coordinate.
     Coordinate(usize),
-    /// Its rate.
+    /// The rate of a generalized coordinate.
     Rate(usize),
-    /// Its acceleration.
+    /// The acceleration of a generalized coordinate.
     Acceleration(usize),
     /// A Lagrange multiplier.
     Multiplier(usize),
@@ -58,7 +58,7 @@ pub enum Symbol {
     NamedSlope(usize, usize),
     /// The rate of a named quantity.
     NamedRate(usize),
-    /// What the second rate of a named quantity has beside its slopes times the accelerations.
+    /// The second rate of a named quantity without its slopes times the accelerations.
     NamedBias(usize),
     /// How far a constraint is from closed, for a correction.
     Residual(usize),
@@ -86,7 +86,7 @@ impl Term {
         matches!(self, Self::Number(number) if number.is_zero())
     }
 
-    /// The same term with other terms for some of its symbols.
+    /// A copy of the term with other terms for some of its symbols.
     #[must_use]
     pub fn replacing(&self, other: &impl Fn(Symbol) -> Option<Term>) -> Self {
         let inner = |term: &Term| term.replacing(other);
@@ -101,7 +101,7 @@ impl Term {
         }
     }
 
-    /// The same term with symbols for the roots among these quantities.
+    /// A copy of the term with symbols for the roots among these quantities.
     #[must_use]
     pub fn naming_roots(&self, names: &[Named]) -> Self {
         let inner = |term: &Term| term.naming_roots(names);
@@ -122,7 +122,7 @@ impl Term {
         }
     }
 
-    /// Its value when each symbol has the value that `lookup` gives it.
+    /// The value of the term when each symbol has the value that `lookup` gives it.
     pub fn evaluate(&self, lookup: &impl Fn(Symbol) -> f64) -> f64 {
         match self {
             Self::Number(number) => to_f64(number),
@@ -151,7 +151,7 @@ impl Term {
 pub struct Equations {
     /// Quantities that stand under a name in the terms, each after those that it needs.
     pub names: Vec<Named>,
-    /// What each row of x is.
+    /// The rows of x: a coordinate of a body each.
     pub rows: Vec<Row>,
     /// Rows that do not matter, and why.
     pub left_out: Vec<String>,
@@ -246,7 +246,7 @@ pub struct KernelEquations {
     pub constraint_jacobian: Vec<Vec<Term>>,
     /// C_t
     pub constraint_rate: Vec<Term>,
-    /// What `C_q qdd` is the negative of.
+    /// The bias of the constraints at acceleration level: `C_q qdd + bias = 0`.
     pub constraint_bias: Vec<Term>,
     /// T' M T
     pub mass_matrix: Vec<Vec<Term>>,
@@ -259,7 +259,7 @@ pub struct KernelEquations {
 }
 
 impl KernelEquations {
-    /// The same terms as in the plain functions.
+    /// The equations for a kernel with the same terms as in the plain functions.
     pub fn without_roots(equations: &Equations) -> Self {
         let is_normal = |symbol| matches!(symbol, Symbol::NormalForce(_)).then(Term::zero);
         let total = equations.generalized_forces.iter().map(|force| force.replacing(&is_normal)).collect();
@@ -280,7 +280,7 @@ impl KernelEquations {
 /// A part of the generalized forces: what acts on a body, or a load.
 #[derive(Clone, Debug)]
 pub struct Push {
-    /// What acts.
+    /// The name of the body or load that acts.
     pub name: String,
     /// Forces and torques, each with the derivative by each coordinate of the displacement that it acts along.
     pub efforts: Vec<(String, Term, Vec<Term>)>,
@@ -293,9 +293,9 @@ pub struct Push {
 pub struct NormalForce {
     /// The output that it is.
     pub output: usize,
-    /// Its name.
+    /// The name of the normal force.
     pub name: String,
-    /// Its components: one, or two of which it is the norm.
+    /// The components of the normal force: one, or two of which it is the norm.
     pub components: Vec<AffineForce>,
     /// The generalized forces of friction for a unit of it.
     pub friction: Vec<Term>,
@@ -304,13 +304,13 @@ pub struct NormalForce {
 /// A force that depends on accelerations, multipliers and normal forces by constant factors.
 #[derive(Clone, Debug)]
 pub struct AffineForce {
-    /// Its value without them.
+    /// The part of the force without accelerations, multipliers and normal forces.
     pub rest: Term,
-    /// Its derivatives by the accelerations.
+    /// The derivatives of the force by the accelerations.
     pub by_accelerations: Vec<Term>,
-    /// Its derivatives by the multipliers.
+    /// The derivatives of the force by the multipliers.
     pub by_multipliers: Vec<Term>,
-    /// Its derivatives by the normal forces, in their order.
+    /// The derivatives of the force by the normal forces, in their order.
     pub by_normal_forces: Vec<Term>,
 }
 
@@ -341,6 +341,6 @@ pub struct Row {
     pub body: usize,
     /// Abscissa (0) or ordinate (1) of its centre of mass, or its angle (2).
     pub axis: usize,
-    /// Its mass or moment of inertia.
+    /// The mass of the body, or its moment of inertia.
     pub inertia: Term,
 }

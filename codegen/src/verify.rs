@@ -36,7 +36,7 @@ use wide::Wide;
 
 /// How many random states are compared; fewer of large mechanisms, whose matrices are mostly zeros.
 const STATES: usize = 40;
-/// So many numbers are compared at least.
+/// The number of coordinate values to compare, which sets how many random states there are in larger scenes.
 const NUMBERS: usize = 400;
 /// How many random states may lie outside the domain of the formulae for each that lies inside.
 const PATIENCE: usize = 50;

@@ -25,7 +25,7 @@ const SINE: [f64; 2] = [-0.166_666_666_626_764_27, 0.008_333_148_724_138_672];
 // Loops instead of closures: what a loop does is always compiled in line, with the instructions of the function around
 // it.
 impl<R: Scalar, const N: usize> Angles<R, N> {
-    /// Those of `q`, where `is_angle`.
+    /// The sines and cosines of the coordinates `q` for which `is_angle` is true.
     #[inline(always)]
     pub fn new(q: &[R; N], is_angle: [bool; N]) -> Self {
         let mut angles = Self { sin: *q, cos: *q };
@@ -43,7 +43,7 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         Self { sin: *q, cos: *q }.refreshed(q, R::from_f64(1.0), 0.0, is_angle)
     }
 
-    /// Those of `to`, which lies a turn `dq` from where these belong: quickest up to an angle of 1/40.
+    /// The sines and cosines of `to`, which lies a turn `dq` from where these belong: quickest up to an angle of 1/40.
     #[inline(always)]
     #[must_use]
     pub fn turned(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
@@ -73,7 +73,7 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         if size.is_within(FRAC_PI_4) { turned } else { turned.refreshed(to, size, FRAC_PI_4, is_angle) }
     }
 
-    /// The same, quickest for turns up to 6e-6.
+    /// The sines and cosines of `to`, which lies a turn `dq` from where these belong: quickest for turns up to 6e-6.
     #[inline(always)]
     #[must_use]
     pub fn nudged(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
@@ -87,7 +87,7 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         if size.is_within(SMALL) { turned } else { turned.refreshed(to, size, SMALL, is_angle) }
     }
 
-    /// The same, quickest for turns up to 1e-8.
+    /// The sines and cosines of `to`, which lies a turn `dq` from where these belong: quickest for turns up to 1e-8.
     #[inline(always)]
     #[must_use]
     pub fn corrected(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
@@ -102,7 +102,8 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         if size.is_within(TINY) { turned } else { turned.refreshed(to, size, TINY, is_angle) }
     }
 
-    /// Those of `q` in lanes in which `test` is larger than `bound`; out of line, for where they are seldom needed.
+    /// The sines and cosines of `q` in lanes in which `test` is larger than `bound`, the present ones in the others.
+    /// They are computed out of line, for where they are seldom needed.
     #[inline(always)]
     #[must_use]
     pub fn refreshed(&self, q: &[R; N], test: R, bound: f64, is_angle: [bool; N]) -> Self {

@@ -35,7 +35,7 @@ pub struct LaneSchedule {
     pub most_steps: f64,
 }
 
-/// What every lane of a batch is asked to do.
+/// The options of a batch, which all its lanes share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BatchRequest {
     /// Whether the scene's event ends a motion.

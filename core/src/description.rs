@@ -1,11 +1,11 @@
-//! What a mechanism's numbers are called and what they mean.
+//! The names, units and meanings of a mechanism's numbers.
 
 /// Names, units and meanings of a mechanism's numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Description {
     /// The scene's name.
     pub name: &'static str,
-    /// What the scene is.
+    /// The description of the scene.
     pub doc: &'static str,
     /// The text the mechanism was generated from.
     pub source: &'static str,
@@ -59,23 +59,23 @@ impl Description {
 /// A named number.
 #[derive(Clone, Copy, Debug)]
 pub struct QuantityDescription {
-    /// Its name.
+    /// The name of the quantity.
     pub name: &'static str,
-    /// Its unit.
+    /// The unit of the quantity.
     pub unit: &'static str,
-    /// What it is.
+    /// The description of the quantity.
     pub doc: &'static str,
 }
 
 /// A parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct ParameterDescription {
-    /// Its name.
+    /// The name of the parameter.
     pub name: &'static str,
-    /// Its unit.
+    /// The unit of the parameter.
     pub unit: &'static str,
-    /// What it is.
+    /// The description of the parameter.
     pub doc: &'static str,
-    /// Its value as the scene writes it.
+    /// The value of the parameter, as the scene writes it.
     pub formula: &'static str,
 }

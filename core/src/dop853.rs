@@ -15,9 +15,9 @@ const STAGES: usize = 12;
 
 /// A step of order 8.
 pub(crate) struct Dop853Step<'a, R, P, const N: usize, const M: usize> {
-    /// Its projected end.
+    /// The projected end of the step.
     pub(crate) result: StepResult<R, P, N, M>,
-    /// Its estimated error against the tolerance: 1 if just as large.
+    /// The estimated error of the step relative to the tolerance: 1 if they are equal.
     pub(crate) error: R,
     /// The end before its projection.
     pub(crate) unprojected: Unprojected<R, N>,

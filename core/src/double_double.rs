@@ -42,7 +42,7 @@ impl DoubleDouble {
         self.hi
     }
 
-    /// What the nearest double lacks.
+    /// The number less the double nearest to it.
     pub fn lo(self) -> f64 {
         self.lo
     }

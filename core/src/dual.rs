@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 #[repr(transparent)]
 pub struct Dual<D>(pub D);
 
-/// What is asked of a kind of dual numbers.
+/// The requirements on a kind of dual numbers.
 pub trait DualKind: DualNum<Primitive = f64> + Copy + Send + Sync + 'static {}
 
 impl<D: DualNum<Primitive = f64> + Copy + Send + Sync + 'static> DualKind for D {}

@@ -62,18 +62,18 @@ pub struct GaussEnd<'a> {
 /// How an iteration ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Convergence {
-    /// It converged.
+    /// The iteration converged.
     Converged,
-    /// It was given up early: the error is far too large.
+    /// The iteration was given up early: the error is far too large.
     TooLong,
-    /// It did not converge, or too slowly.
+    /// The iteration did not converge, or too slowly.
     Diverged,
 }
 
 /// The error of a step of the Gauss method, and how it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussEstimate {
-    /// Its estimated error: 1 is just accepted, and the end is of no use beyond.
+    /// The estimated error of the step relative to the tolerance: 1 is just accepted; beyond, the end is of no use.
     pub error: f64,
     /// How the iteration ended.
     pub convergence: Convergence,

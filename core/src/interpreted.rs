@@ -108,7 +108,7 @@ struct Interpreted<const C: usize> {
     fused: Option<Mutex<InterpretedKernel<Fused, C>>>,
 }
 
-/// What a mutex guards: no function panics with a value half-written that is not written anew.
+/// Locks a mutex, also after a panic: no function panics with a value half-written that is not written anew.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

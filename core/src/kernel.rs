@@ -13,8 +13,8 @@ use crate::mechanism::{Compiled, Mechanism};
 use crate::scalar::Scalar;
 use crate::stored_tape::StoredTape;
 
-/// What steps need of the equations of motion of a mechanism with `N` coordinates and `M` constraints, on numbers `R`,
-/// its parameters inside.
+/// The equations of motion of a mechanism with `N` coordinates and `M` constraints, as far as steps need them, on
+/// numbers `R`, its parameters inside.
 ///
 /// What follows from the position alone is computed once, and serves accelerations as well as corrections. The
 /// constraints `C_q qdd + bias = 0` are solved for `M` coordinates that depend on the others; the motion of those follows
@@ -22,8 +22,8 @@ use crate::stored_tape::StoredTape;
 ///
 /// All numbers are in SI units, angles in radians.
 pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
-    /// What follows from the position alone. It may be used until the second call of [`position`](Self::position) after
-    /// the one that gave it.
+    /// The quantities that follow from the position alone. They may be used until the second call of
+    /// [`position`](Self::position) after the one that gave them.
     type Position: Copy;
 
     /// The number of operations of accelerations and multipliers. Large kernels are compiled into fewer places.
@@ -35,10 +35,10 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
         [N, M]
     }
 
-    /// Which coordinates need a sine or cosine.
+    /// For each coordinate, whether its sine or cosine is needed.
     fn has_angle(&self) -> [bool; N];
 
-    /// Which coordinates are lengths, not angles.
+    /// For each coordinate, whether it is a length, not an angle.
     fn is_length(&self) -> [bool; N];
 
     /// Gives the parameters these values, in the order of the description.
@@ -53,7 +53,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
         R::vectorized(f)
     }
 
-    /// What follows from the position `q` at time `t`.
+    /// The quantities that follow from the position `q` at time `t`.
     fn position(&self, t: R, q: &[R; N], angles: &Angles<R, N>) -> Self::Position;
 
     /// The residuals of the constraints, `C(q, t)`.
@@ -157,7 +157,7 @@ pub trait Equations<R: Scalar, const N: usize, const M: usize>: Kernel<R, N, M> 
 
 /// A generated mechanism, whatever the numbers that it is evaluated on.
 pub trait Generated<const N: usize, const M: usize>: 'static {
-    /// Its equations of motion.
+    /// The equations of motion of the mechanism.
     type Kernel<R: Scalar>: Equations<R, N, M> + Copy + Send + Sync + 'static;
 
     /// Names, units and meanings.
@@ -172,7 +172,7 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
     /// Whether constraints depend on time.
     const IS_DRIVEN: bool = false;
 
-    /// Its steps in four and in eight lanes: see [`lane_steps!`](crate::lane_steps).
+    /// The steps of the mechanism in four and in eight lanes: see [`lane_steps!`](crate::lane_steps).
     const LANE_STEPS: crate::LaneStepsTable;
 
     /// The mechanism with these values of its parameters, in the order of the description.
@@ -246,11 +246,11 @@ pub struct Linearization<R, const N: usize, const M: usize> {
 pub struct Start<R, const N: usize> {
     /// Coordinates.
     pub q: [R; N],
-    /// Which of them are given.
+    /// For each coordinate, whether it is given.
     pub given: [bool; N],
     /// Rates.
     pub qd: [R; N],
-    /// Which of them are given.
+    /// For each rate, whether it is given.
     pub given_rates: [bool; N],
 }
 

@@ -182,11 +182,11 @@ fn row_quantities<X: Mechanism + ?Sized>(
 pub struct StartMut<'a> {
     /// Coordinates.
     pub q: &'a mut [f64],
-    /// Which of them are given.
+    /// For each coordinate, whether it is given.
     pub given: &'a mut [bool],
     /// Rates.
     pub qd: &'a mut [f64],
-    /// Which of them are given.
+    /// For each rate, whether it is given.
     pub given_rates: &'a mut [bool],
 }
 

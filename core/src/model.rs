@@ -49,7 +49,7 @@ impl Model {
         Self { description, stored, compiled: None }
     }
 
-    /// The same mechanism with its tape interpreted.
+    /// The entry of this mechanism without its compiled functions: its tape is interpreted.
     #[must_use]
     pub const fn without_compiled_functions(self) -> Self {
         Self { compiled: None, ..self }

@@ -38,15 +38,15 @@ pub struct NamedTape {
     pub names: BTreeMap<u32, String>,
     /// Whether constraints depend on time.
     pub is_driven: bool,
-    /// Which coordinates and rates are given at the start (`n` each).
+    /// For each coordinate, then for each rate, whether it is given at the start (`n` each).
     pub given: Vec<bool>,
     /// Whether a coordinate's sine or cosine occurs.
     pub has_angle: Vec<bool>,
     /// The coordinates along which `inverse_dynamics` gives forces and torques.
     pub actuated: Vec<usize>,
-    /// What accelerations and multipliers take from sines and cosines on.
+    /// The operations that accelerations and multipliers take once the sines and cosines are known.
     pub solution: Operations,
-    /// What the operations are compared with, and what was left out.
+    /// Notes on the functions: what their operations are compared with, and what was left out.
     pub notes: Vec<String>,
 }
 
@@ -175,7 +175,7 @@ impl NamedTape {
         (0..place(is_needed.len())).filter(|&value| is_needed[value as usize]).collect()
     }
 
-    /// Which values follow from parameters alone.
+    /// For each value, whether it follows from parameters alone.
     pub fn are_constant(&self) -> Vec<bool> {
         let mut constant: Vec<bool> = Vec::with_capacity(self.values.len());
         for (i, entry) in self.values.iter().enumerate() {

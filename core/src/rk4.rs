@@ -71,7 +71,7 @@ impl<R: Scalar, const N: usize, const M: usize> KernelState<R, N, M> {
 pub struct StepResult<R, P, const N: usize, const M: usize> {
     /// The state there.
     pub end: KernelState<R, N, M>,
-    /// What follows from the position there.
+    /// The quantities that follow from the position at the end.
     pub position: P,
     /// Largest growth of rounding errors at any stage: see [`Kernel::growth_factor`].
     pub growth_factor: R,

@@ -61,7 +61,7 @@ impl RowRequest {
     }
 }
 
-/// What was rows_written of a request for rows.
+/// The result of a request for rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RowResult {
     /// Rows after the first one that were written.
@@ -71,7 +71,7 @@ pub struct RowResult {
     pub reason: Option<StopReason>,
 }
 
-/// The reason why no more rows were rows_written.
+/// The reason why no more rows were written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
     /// There is room for no more.

@@ -19,7 +19,7 @@ pub struct StepRequest {
 /// Room for what a step gives.
 #[derive(Debug)]
 pub struct StepMut<'a> {
-    /// Its projected end, the time left out.
+    /// The projected end of the step, without its time.
     pub end: StateMut<'a>,
     /// The largest correction of each coordinate by projections so far, `n`.
     pub corrections: &'a mut [f64],
@@ -31,7 +31,7 @@ pub struct StepMut<'a> {
 /// The error of a step, and what its projection corrected.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepEstimate {
-    /// Its estimated error: 1 is just accepted, and the end is of no use beyond.
+    /// The estimated error of the step relative to the tolerance: 1 is just accepted; beyond, the end is of no use.
     pub error: f64,
     /// The fastest rate of the motion times the length of the step, roughly.
     pub stiffness: f64,

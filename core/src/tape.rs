@@ -60,7 +60,7 @@ pub enum Operation {
     NegMulAdd(u32, u32, u32),
 }
 
-/// What an operation is to an interpreter.
+/// The kinds of operations that an interpreter distinguishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OperationKind {
     /// `a b + c`, or a part of it.
@@ -72,7 +72,7 @@ pub enum OperationKind {
 }
 
 impl Operation {
-    /// Its kind.
+    /// The kind of the operation.
     pub fn kind(self) -> OperationKind {
         match self {
             Self::Add(..) | Self::Mul(..) | Self::MulAdd(..) => OperationKind::MulAdd,
@@ -165,17 +165,17 @@ pub struct Tape {
     pub event: Option<TapeFunction>,
     /// The switching functions: where one of them is zero, the equations of motion have a corner or a jump.
     pub switching_functions: TapeFunction,
-    /// So many of them, which come first, are `a + b t` with constants.
+    /// The number of switching functions of the form `a + b t` with constants `a` and `b`, which come first.
     pub linear_in_time: u32,
     /// The arguments of hyperbolic tangents in the equations of motion: these change within a few units around zero.
     pub tanh_arguments: TapeFunction,
     /// Coordinates and rates at the start (`n` each); those that are not given are first guesses.
     pub start: TapeFunction,
-    /// Which coordinates and rates are given (`n` each).
+    /// For each coordinate, then for each rate, whether it is given (`n` each).
     pub given: Cow<'static, [bool]>,
     /// Step and end time, in s.
     pub schedule: TapeFunction,
-    /// What steps need: see [`Kernel`](crate::Kernel).
+    /// The functions that steps need: see [`Kernel`](crate::Kernel).
     pub kernel: TapeKernel,
 }
 
@@ -184,9 +184,9 @@ pub struct Tape {
 pub struct TapeKernel {
     /// The number of operations of accelerations and multipliers.
     pub operations: usize,
-    /// Which coordinates need a sine or cosine (`n`).
+    /// For each coordinate, whether its sine or cosine is needed (`n`).
     pub has_angle: Cow<'static, [bool]>,
-    /// What follows from the position: the growth factor, and the residuals (`m`).
+    /// The values that follow from the position: the growth factor, and the residuals (`m`).
     pub position: TapeFunction,
     /// `C_q qd + C_t` (`m`).
     pub velocity_residual: TapeFunction,

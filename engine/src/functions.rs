@@ -23,7 +23,7 @@ pub(super) enum Switch {
 }
 
 impl Switch {
-    /// Its value where its argument has this sign.
+    /// The value of the function where its argument has this sign.
     pub(super) fn of_sign(self, sign: Term) -> Term {
         let half = BigRational::new(1.into(), 2.into());
         let part = match self {

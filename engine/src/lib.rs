@@ -51,7 +51,7 @@ pub enum Error {
     Formula {
         /// The index of its scene.
         scene: usize,
-        /// Its place.
+        /// The place of the formula in the scene.
         span: Span,
         /// The message.
         reason: String,

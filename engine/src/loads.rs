@@ -26,7 +26,7 @@ pub(super) struct Effort {
 pub(super) struct Loads {
     pub(super) efforts: Vec<Effort>,
     pub(super) potential: Atom,
-    /// Of those that have no potential.
+    /// The power of the loads that have no potential.
     pub(super) power: Atom,
     /// The efforts of each load.
     own: Vec<Range<usize>>,

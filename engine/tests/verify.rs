@@ -47,7 +47,7 @@ fn sum(terms: &[Term]) -> Term {
     Term::Sum(terms.to_vec())
 }
 
-/// Their derivatives with accelerations and multiplier held.
+/// The derivatives of the equations of the pendulum with accelerations and multiplier held.
 fn linearization() -> Linearization {
     let symbol = Term::Symbol;
     let [m, k, cd] = [0, 1, 2].map(|i| symbol(Symbol::Parameter(i)));

@@ -6,9 +6,9 @@ use qrm_sim::run::{Reason, SimError};
 /// Why something could not be done.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Failure {
-    /// It cannot be done.
+    /// The operation is impossible or not allowed.
     Error(String),
-    /// It cannot be done at the state that the importer tried; it may be at another one, nearer to the last.
+    /// The operation fails at the state that the importer tried, but may succeed at a state nearer to the last one.
     Discard(String),
 }
 

@@ -35,7 +35,7 @@ pub(crate) struct Instance {
     pub(crate) state: State,
 }
 
-/// What can be saved of it and put back.
+/// The state of an instance that the importer can save and restore.
 #[derive(Clone)]
 pub(crate) struct State {
     pub(crate) phase: Phase,
@@ -238,7 +238,7 @@ impl Instance {
         Ok([&*now.q, &now.qd].concat())
     }
 
-    /// Their derivatives.
+    /// The derivatives of the continuous states: rates, then accelerations.
     pub(crate) fn derivatives(&mut self) -> Result<Vec<f64>, Failure> {
         let now = self.simulation()?.now();
         Ok([&*now.qd, &now.qdd].concat())

@@ -32,7 +32,7 @@ unsafe extern "Rust" {
     fn qrm_fmu_models() -> &'static [Model];
 }
 
-/// What an importer holds: an instance, and to whom it reports.
+/// The handle that an importer holds: an instance, and the callback that receives its messages.
 struct Handle {
     instance: Instance,
     environment: *mut c_void,
@@ -75,7 +75,7 @@ fn with(handle: *mut c_void, work: impl FnOnce(&mut Instance) -> Result<(), Fail
     }
 }
 
-/// The same in a phase.
+/// Does something with an instance that is in one of the given phases.
 fn in_phase(handle: *mut c_void, phases: &[Phase], work: impl FnOnce(&mut Instance) -> Result<(), Failure>) -> Status {
     with(handle, |instance| {
         if !phases.contains(&instance.state.phase) {
@@ -94,7 +94,7 @@ unsafe fn read<'a, T>(values: *const T, count: usize) -> &'a [T] {
     if values.is_null() || count == 0 { &[] } else { unsafe { slice::from_raw_parts(values, count) } }
 }
 
-/// The same to write into.
+/// An array of the importer's to write into; empty where there is none.
 ///
 /// # Safety
 /// `values` points to `count` values that nobody else uses, or to nothing.

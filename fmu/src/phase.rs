@@ -5,7 +5,7 @@
 pub(crate) enum Phase {
     /// Parameters can be set.
     Instantiated,
-    /// The same; values can be asked for.
+    /// Parameters can be set, and values can be read.
     Initializing,
     /// The motion is under way; the importer steps by the unit.
     Stepping,
@@ -13,7 +13,7 @@ pub(crate) enum Phase {
     Event,
     /// The motion is under way; the importer integrates.
     Integrating,
-    /// It is over.
+    /// The motion is over.
     Terminated,
 }
 

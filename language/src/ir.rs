@@ -11,25 +11,25 @@ pub use expression::{Builtin, Expression, Operator};
 /// A module: structs of numbers, and functions.
 #[derive(Debug)]
 pub struct Program {
-    /// What the names of its functions begin with.
+    /// The prefix of the names of the program's functions.
     pub name: String,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// What its operations are, and what was left out.
+    /// Notes on the operations that the program uses and on what was left out.
     pub notes: Vec<String>,
-    /// Its coordinates.
+    /// The coordinates of the mechanism.
     pub coordinates: Vec<Quantity>,
-    /// Its constraints.
+    /// The constraints of the mechanism.
     pub constraints: Vec<Quantity>,
-    /// Its outputs.
+    /// The outputs of the scene.
     pub outputs: Vec<Quantity>,
-    /// Which coordinates have sines and cosines in the equations.
+    /// Whether the sine and cosine of each coordinate occur in the equations.
     pub has_angle: Vec<bool>,
-    /// Which coordinates are lengths, not angles.
+    /// Whether each coordinate is a length, not an angle.
     pub is_length: Vec<bool>,
-    /// Its structs.
+    /// The structs of the module.
     pub structs: Vec<Struct>,
-    /// Its functions, each behind those that it needs results of.
+    /// The functions of the module, each behind those that it needs results of.
     pub functions: Vec<Function>,
 }
 
@@ -48,29 +48,29 @@ impl Program {
 /// A coordinate, a constraint or an output.
 #[derive(Debug)]
 pub struct Quantity {
-    /// Its name.
+    /// The name of the quantity.
     pub name: String,
-    /// Its unit.
+    /// The unit of the quantity.
     pub unit: String,
-    /// What it is.
+    /// The description of the quantity.
     pub doc: String,
 }
 
 /// A struct of numbers.
 #[derive(Debug)]
 pub struct Struct {
-    /// Which one it is.
+    /// The kind of the struct.
     pub kind: StructKind,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its numbers.
+    /// The numbers in the struct.
     pub fields: Vec<Field>,
 }
 
 /// A number in a struct.
 #[derive(Debug)]
 pub struct Field {
-    /// Its name.
+    /// The name of the number.
     pub name: String,
     /// The lines of its documentation.
     pub doc: Vec<String>,
@@ -83,16 +83,16 @@ pub enum StructKind {
     Mechanism,
     /// The numbers of the scene that can be changed.
     Parameters,
-    /// What depends on parameters alone.
+    /// Values that depend on parameters alone.
     Constants,
-    /// What follows from the position alone.
+    /// Values that follow from the position alone.
     Position,
     /// Sines and cosines of all coordinates.
     Angles,
 }
 
 impl StructKind {
-    /// Its name.
+    /// The name of the struct of this kind.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mechanism => "mechanism",
@@ -107,15 +107,15 @@ impl StructKind {
 /// A function without loops and branches.
 #[derive(Debug)]
 pub struct Function {
-    /// Its name.
+    /// The name of the function.
     pub name: String,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Its arguments.
+    /// The arguments of the function.
     pub arguments: Vec<Variable>,
-    /// What it gives.
+    /// The results of the function.
     pub results: Vec<Variable>,
-    /// Its statements; each place of a result is set once they have been executed.
+    /// The statements of the function; each place of a result is set once they have been executed.
     pub body: Vec<Statement>,
 }
 
@@ -162,9 +162,9 @@ impl Function {
 /// An argument or a result of a function.
 #[derive(Clone, Debug)]
 pub struct Variable {
-    /// Its name.
+    /// The name of the argument or result.
     pub name: String,
-    /// Its shape.
+    /// The shape of the argument or result.
     pub shape: Shape,
 }
 
@@ -173,11 +173,11 @@ pub struct Variable {
 pub enum Shape {
     /// A number.
     Scalar,
-    /// So many numbers.
+    /// A vector of this length.
     Vector(usize),
     /// Rows and columns.
     Matrix(usize, usize),
-    /// So many booleans.
+    /// A list of booleans of this length.
     Booleans(usize),
     /// A struct.
     Struct(StructKind),
@@ -186,15 +186,15 @@ pub enum Shape {
 /// A statement of a function.
 #[derive(Clone, Debug)]
 pub enum Statement {
-    /// What the statements after it compute.
+    /// A comment that says what the statements after it compute.
     Comment(String),
     /// A short name of a struct.
     Alias {
         /// The short name.
         name: String,
-        /// Which struct it is.
+        /// The kind of the struct.
         kind: StructKind,
-        /// What it stands for.
+        /// The expression that the short name stands for.
         of: Expression,
     },
     /// A name for a number.
@@ -208,7 +208,7 @@ pub enum Statement {
     Clear {
         /// The result.
         place: Expression,
-        /// Its shape.
+        /// The shape of the result.
         shape: Shape,
     },
     /// A number in a place of a result.

@@ -30,14 +30,14 @@ pub struct Code<'c> {
     pub path: &'c str,
     /// The scene.
     pub scene: &'c Scene,
-    /// Its text.
+    /// The text of the scene file.
     pub source: &'c str,
-    /// Its functions.
+    /// The functions of the scene.
     pub tape: &'c NamedTape,
 }
 
 impl Code<'_> {
-    /// What the names of the scene's files and functions begin with: `quick_return` for `quick-return`.
+    /// The prefix of the names of the scene's files and functions: `quick_return` for `quick-return`.
     pub fn name(&self) -> String {
         module_name(&self.scene.name)
     }
@@ -62,9 +62,9 @@ pub struct Language {
     pub name: &'static str,
     /// The language as it calls itself.
     pub title: &'static str,
-    /// What is written, in a few words.
+    /// The description of the generated code, in a few words.
     pub doc: &'static str,
-    /// What begins a comment.
+    /// The characters that begin a comment.
     pub comment: &'static str,
     /// Whether steps take constraints that repeat others; in Rust a solver does.
     pub takes_repeated_constraints: bool,
@@ -114,9 +114,9 @@ pub const LANGUAGES: [Language; 3] = [
 /// A file of generated code.
 #[derive(Clone, Debug, PartialEq)]
 pub struct File {
-    /// Its name, without a folder.
+    /// The name of the file, without a folder.
     pub name: String,
-    /// Its text.
+    /// The text of the file.
     pub text: String,
 }
 
@@ -136,7 +136,7 @@ pub fn matlab(program: &Program) -> Result<Vec<File>, Untranslated> {
     matlab::write(program)
 }
 
-/// What has no translation.
+/// The error for something that has no translation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("no translation of {0}")]
 pub struct Untranslated(String);

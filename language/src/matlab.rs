@@ -48,7 +48,7 @@ impl<'p> Writer<'p> {
         Ok(Self { program, fields })
     }
 
-    /// What is added to the name of the program for that of a function.
+    /// The suffix that makes the name of a function from that of the program.
     fn name<'f>(&self, function: &'f Function) -> &'f str {
         if function.name == "parameters_with" { StructKind::Parameters.name() } else { &function.name }
     }

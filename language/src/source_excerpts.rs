@@ -36,7 +36,7 @@ impl SourceExcerpts<'_> {
         facts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 
-    /// What a load does.
+    /// The description of a load.
     pub fn load(&self, load: &LoadKind) -> String {
         load.in_words(&|value| self.formula(value), &|pair| self.pair(pair))
     }

@@ -6,11 +6,11 @@ use qrm_scene::scene::{Body, Constraint, Coordinate, Load, Parameter, Point, Sce
 
 use crate::source_excerpts::SourceExcerpts;
 
-/// That of the struct of the parameters.
+/// The documentation of the struct of the parameters.
 pub(crate) const PARAMETERS: &str = "The numbers of the scene that can be changed, under their names in the scene.";
-/// That of the struct of the constants.
+/// The documentation of the struct of the constants.
 pub(crate) const CONSTANTS: &str = "Values that depend on parameters alone, computed once.";
-/// That of the struct of a position.
+/// The documentation of the struct of a position.
 pub(crate) const POSITION: &str = "What follows from the position alone.";
 
 /// A parameter.
@@ -19,7 +19,7 @@ pub(crate) fn parameter(p: &Parameter) -> String {
     format!("{}{unit}", if p.doc.is_empty() { &p.name } else { &p.doc })
 }
 
-/// What a function computes, of what, and at which cost.
+/// The documentation of a function: what it computes, of what, and at which cost.
 pub(crate) fn function(scene: &Scene, tape: &NamedTape, function: &Function) -> String {
     let mut text = function.doc.clone();
     let is_plain = |argument: &Argument| !matches!(argument, Argument::Position | Argument::Angles);

@@ -12,7 +12,7 @@ thread_local! {
     static STATE: RefCell<State> = RefCell::default();
 }
 
-/// What lives between two calls.
+/// The state that is kept between two calls.
 #[derive(Default)]
 struct State {
     input: Vec<u8>,

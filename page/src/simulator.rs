@@ -44,9 +44,9 @@ pub(crate) struct Simulator {
 /// The last run.
 #[derive(Default)]
 struct LastRun {
-    /// Its parameters and its start, as far as the page changed them.
+    /// The parameters and start values of the run that the page changed.
     values: NamedValues,
-    /// Its method, and the time between its rows.
+    /// The method of the run, and the time between its rows.
     settings: MethodSettings,
     step: f64,
     /// Some of its rows, in the order of the columns.
@@ -103,7 +103,7 @@ struct Run {
     distrust: Vec<String>,
     q: Vec<f64>,
     qd: Vec<f64>,
-    /// What the page can change, as it is: some follow from others.
+    /// The current values of the quantities that the page can change; some follow from others.
     values: BTreeMap<&'static str, f64>,
 }
 

@@ -47,7 +47,7 @@ pub(super) fn add_force_elements(pose: &mut Pose, shapes: &mut Vec<Shape>) {
     }
 }
 
-/// What a load is made of; a coefficient that is zero makes nothing.
+/// The parts that a load is drawn with; a coefficient that is zero adds none.
 fn parts(pose: &Pose, load: &LoadKind) -> Vec<ForceElementPart> {
     let LoadKind::Spring { stiffness, damping, potential, force, friction, .. } = load else { return Vec::new() };
     let acts = |value: &&Value| {

@@ -12,23 +12,23 @@ pub const HEALTH: &str = "health";
 pub struct Group {
     /// The name of the picture's file, without its extension.
     pub file: String,
-    /// Its title.
+    /// The title of the picture.
     pub title: String,
     /// The quantity of the ordinate.
     pub quantity: String,
     /// The unit of the ordinate.
     pub unit: String,
-    /// Its curves.
+    /// The curves of the picture.
     pub curves: Vec<Member>,
 }
 
 /// A column in a group.
 pub struct Member {
-    /// Its name.
+    /// The name of the column.
     pub name: String,
-    /// What it is.
+    /// A description of the quantity in the column.
     pub doc: String,
-    /// What it holds.
+    /// The kind of quantity in the column.
     pub kind: Kind,
 }
 

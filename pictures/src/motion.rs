@@ -14,7 +14,7 @@ use crate::source::{Source, Sources};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{what} has no finite place at t = {t} s, so the motion cannot be drawn")]
 pub struct NoPlace {
-    /// Its name.
+    /// The name of the thing that cannot be drawn.
     pub what: String,
     /// The time.
     pub t: f64,

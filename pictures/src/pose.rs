@@ -19,7 +19,7 @@ pub(super) struct Pose<'s> {
     pub(super) sources: Vec<Source>,
     /// The sources of the angles of shapes.
     pub(super) angles: Vec<Source>,
-    /// Which node shows a point.
+    /// The node that shows each point, if there is one.
     points: Vec<Option<usize>>,
 }
 

@@ -31,12 +31,12 @@ pub struct Recording {
 pub type Frame = Vec<f64>;
 
 impl Recording {
-    /// Of a run of this mechanism.
+    /// An empty recording for a run of this mechanism.
     pub fn new(description: &Description) -> Self {
         Self::with_frames(description, MAX_FRAMES)
     }
 
-    /// Of a run of this mechanism, with so many frames at most.
+    /// An empty recording for a run of this mechanism, with at most `most_frames` frames.
     pub fn with_frames(description: &Description, most_frames: usize) -> Self {
         let columns = columns(description);
         Self {
@@ -52,7 +52,7 @@ impl Recording {
         }
     }
 
-    /// Of a run of this mechanism, with extremes alone: no series and no frames.
+    /// An empty recording for a run of this mechanism that keeps extremes only: no series and no frames.
     pub fn of_extremes(description: &Description) -> Self {
         Self { has_series: false, ..Self::with_frames(description, 0) }
     }

@@ -73,7 +73,7 @@ fn mesh_rack(shape: &mut Shape, nodes: &[Node], gears: &[Gear]) {
 
 /// A gear in the first frame.
 struct Gear {
-    /// Its place among the shapes.
+    /// The index of the gear among the shapes.
     place: usize,
     at: [f64; 2],
     radius: f64,

@@ -95,7 +95,7 @@ impl Scene {
         quantities(self.description().outputs)
     }
 
-    /// Its parameters.
+    /// The parameters of the scene.
     fn parameters(&self) -> Vec<Quantity> {
         let parameters = self.description().parameters.iter();
         parameters.map(|p| (p.name.to_owned(), p.unit.to_owned(), p.doc.to_owned())).collect()

@@ -8,13 +8,13 @@ use crate::golden_copy::GoldenCopy;
 
 /// A module of the list.
 pub(crate) struct Entry<'f> {
-    /// Its name.
+    /// The name of the module.
     pub(crate) name: String,
     /// The mechanism as it will be listed.
     pub(crate) copy: GoldenCopy,
     /// Whether its functions are compiled, not interpreted.
     pub(crate) is_compiled: bool,
-    /// Its scene.
+    /// The scene file of the module.
     pub(crate) file: &'f SceneFile,
 }
 

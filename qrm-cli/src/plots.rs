@@ -41,7 +41,7 @@ struct Plot {
 }
 
 impl<'s> Plots<'s> {
-    /// Those of the command line.
+    /// The plots that the options of the command line ask for.
     pub(crate) fn new(setup: &'s Setup, options: &PlotOptions) -> Result<Self, Error> {
         let mut plots: Vec<Plot> = Vec::new();
         for text in &options.plot {

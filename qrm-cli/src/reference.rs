@@ -34,7 +34,7 @@ use qrm_sim::run::Status;
 
 /// States that are known, and how well.
 pub(crate) struct Reference {
-    /// Their origin.
+    /// The origin of the states.
     pub(crate) origin: String,
     /// The states, in the order of time.
     pub(crate) states: Vec<StateAt>,
@@ -56,7 +56,7 @@ const ALMOST_EXACT: f64 = 1e-12;
 /// Two tolerances in doubles whose results tell each other's errors.
 const TIGHT: [f64; 2] = [1e-14, 1e-13];
 
-/// The same in double-double numbers.
+/// Two tolerances in double-double numbers whose results tell each other's errors.
 const TIGHTEST: [f64; 2] = [1e-22, 1e-20];
 
 impl Reference {

@@ -20,15 +20,15 @@ use crate::output::protect;
 /// A scene of the command line.
 #[derive(Clone, Debug)]
 pub(crate) struct FoundScene {
-    /// Its functions.
+    /// The derived functions of the scene.
     pub(crate) model: &'static Model,
-    /// Its file, as users know it.
+    /// The path of the scene file, as users know it.
     pub(crate) path: String,
-    /// What was read from its text, with its own values of the parameters; `None` if it is still to be read.
+    /// The scene as read from its text, with its own values of the parameters; `None` if it is still to be read.
     pub(crate) scene: Option<Arc<Scene>>,
 }
 
-/// What the name of a scene means.
+/// The source that the name of a scene refers to.
 pub(crate) enum SceneSource {
     /// A scene of the program.
     Model(&'static Model),
@@ -37,7 +37,7 @@ pub(crate) enum SceneSource {
 }
 
 impl SceneName {
-    /// What the name means.
+    /// The source that the name refers to.
     pub(crate) fn source(&self, models: &'static [Model]) -> Result<SceneSource, Error> {
         let Self { scene } = self;
         if is_path(models, scene) {

@@ -161,7 +161,7 @@ impl Setup {
         }
     }
 
-    /// The same, from another start.
+    /// The setup with the start values that the options give.
     pub(crate) fn starting_from(mut self, options: &StartOptions) -> Result<Self, Error> {
         if options.start.is_empty() {
             return Ok(self);

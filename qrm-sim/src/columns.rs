@@ -60,13 +60,13 @@ impl Kind {
 /// A named number with its unit and meaning, and its source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column<K = Kind> {
-    /// Its name.
+    /// The name of the column.
     pub name: String,
-    /// Its unit.
+    /// The unit of the column.
     pub unit: String,
-    /// What it is.
+    /// The description of the column.
     pub doc: String,
-    /// Its source.
+    /// The source of the number.
     pub kind: K,
 }
 

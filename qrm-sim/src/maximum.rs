@@ -30,7 +30,7 @@ pub(crate) fn largest_between<E>(
 const LOCATED: f64 = 1e-5;
 /// A parabola through values as far apart as this part of the way tells a peak between them.
 const PARABOLA: f64 = 2e-3;
-/// It tells the value of the peak to this part of its height over them.
+/// A parabola tells the value of the peak to this part of its height over the values that it passes through.
 const FITTING: f64 = 1e-3;
 /// Most values that are computed for a peak.
 const MOST_VALUES: usize = 60;

@@ -8,11 +8,11 @@ use qrm_core::{Description, Mechanism, StartMut};
 pub struct Start {
     /// Coordinates.
     pub q: Vec<f64>,
-    /// Which of them are given.
+    /// For each coordinate, whether it is given.
     pub given: Vec<bool>,
     /// Rates.
     pub qd: Vec<f64>,
-    /// Which of them are given.
+    /// For each rate, whether it is given.
     pub given_rates: Vec<bool>,
 }
 

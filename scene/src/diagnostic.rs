@@ -1,4 +1,4 @@
-//! What is wrong with a scene, where, and how to mend it; printed in the shape of rustc's own messages.
+//! Diagnostics of scenes: the fault, its place and a remedy, printed in the shape of rustc's own messages.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -14,7 +14,7 @@ pub type Span = Range<usize>;
 pub struct Diagnostic {
     /// Whether the scene is unusable because of it.
     pub severity: Severity,
-    /// What is wrong, in one sentence.
+    /// The problem, in one sentence.
     pub title: String,
     /// Where; `None` when it is about the whole file.
     pub span: Option<Span>,
@@ -76,14 +76,14 @@ impl Diagnostic {
 /// The most findings that a report shows.
 pub(crate) const MAX_SHOWN: usize = 20;
 
-/// What was found in one file, in the order of its lines.
+/// The diagnostics about one file, in the order of its lines.
 #[derive(Clone, Debug)]
 pub struct Report {
     /// The file as the user knows it.
     pub path: String,
-    /// Its text.
+    /// The text of the file.
     pub source: String,
-    /// What was found.
+    /// The errors and warnings about the file.
     pub diagnostics: Vec<Diagnostic>,
 }
 

@@ -27,7 +27,7 @@ use table::Reader;
 pub struct Document {
     /// The scene's name.
     pub name: Identifier,
-    /// What the scene is, for people.
+    /// The description of the scene, for people.
     pub doc: String,
     /// The generalized coordinates, in the order of q.
     pub coordinates: Vec<CoordinateSyntax>,
@@ -94,24 +94,24 @@ pub struct Identifier {
 /// An entry of `coordinates`.
 #[derive(Debug)]
 pub struct CoordinateSyntax {
-    /// Its name.
+    /// The name of the coordinate.
     pub identifier: Identifier,
-    /// Its unit.
+    /// The unit of the coordinate.
     pub unit: String,
-    /// What it is.
+    /// The description of the coordinate.
     pub doc: String,
 }
 
 /// An entry of `[parameters]`.
 #[derive(Debug)]
 pub struct ParameterSyntax {
-    /// Its name.
+    /// The name of the parameter.
     pub identifier: Identifier,
-    /// Its value.
+    /// The value of the parameter.
     pub value: Formula,
-    /// Its unit.
+    /// The unit of the parameter.
     pub unit: String,
-    /// What it is.
+    /// The description of the parameter.
     pub doc: String,
     /// Whether it is kept in the generated code even when it is zero.
     pub runtime: bool,
@@ -120,7 +120,7 @@ pub struct ParameterSyntax {
 /// An entry of `[bodies]`.
 #[derive(Debug)]
 pub struct BodySyntax {
-    /// Its name.
+    /// The name of the body.
     pub identifier: Identifier,
     /// Mass.
     pub mass: Option<Formula>,
@@ -153,9 +153,9 @@ pub enum Side {
 /// An entry of `[constraints]`.
 #[derive(Debug)]
 pub struct ConstraintSyntax {
-    /// Its name.
+    /// The name of the constraint.
     pub identifier: Identifier,
-    /// What must be zero.
+    /// The formula that must be zero.
     pub residual: Formula,
     /// Unit of the residual.
     pub unit: String,
@@ -163,11 +163,11 @@ pub struct ConstraintSyntax {
     pub one_sided: Option<Side>,
     /// Whether it is the drive of a joint.
     pub is_drive: bool,
-    /// What it is.
+    /// The description of the constraint.
     pub doc: String,
 }
 
-/// What something acts on.
+/// The point or body that a force, a torque or a reaction acts on.
 #[derive(Debug)]
 pub enum Target {
     /// `at = "point"`
@@ -179,7 +179,7 @@ pub enum Target {
 /// An entry of `[reference]`.
 #[derive(Debug)]
 pub struct ReferenceSyntax {
-    /// Its name.
+    /// The name of the reference.
     pub identifier: Identifier,
     /// Where it is from.
     pub doc: String,
@@ -194,9 +194,9 @@ pub struct ReferenceSyntax {
 /// An entry of `[[extreme]]`.
 #[derive(Debug)]
 pub struct ExtremeSyntax {
-    /// Its name.
+    /// The name of the variant.
     pub identifier: Identifier,
-    /// What is extreme in it.
+    /// The description of what is extreme in the variant.
     pub doc: String,
     /// Parameters with other values.
     pub set: Vec<(Identifier, Formula)>,
@@ -204,7 +204,7 @@ pub struct ExtremeSyntax {
     pub end_time: Option<Formula>,
     /// How accurate the values are.
     pub accuracy: Option<Formula>,
-    /// What is known of its end.
+    /// The known values at the end of the run of the variant.
     pub values: Vec<(Identifier, Formula)>,
 }
 

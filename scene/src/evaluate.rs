@@ -11,7 +11,7 @@ pub fn evaluate<N, D: Differentiable>(expression: &Expression<N>, mut lookup: im
     evaluate_in(&mut Vec::with_capacity(expression.nodes().len()), expression, &mut lookup)
 }
 
-/// The same, with room for intermediate values that the caller keeps.
+/// Evaluates `expression` with the values that `lookup` gives, and room for intermediate values that the caller keeps.
 pub fn evaluate_in<N, D: Differentiable>(
     values: &mut Vec<D>,
     expression: &Expression<N>,
@@ -94,7 +94,7 @@ pub struct State<D> {
     pub time: D,
     /// Generalized coordinates.
     pub coordinates: Vec<D>,
-    /// Their rates.
+    /// The rates of the generalized coordinates.
     pub rates: Vec<D>,
     points: Vec<[D; 2]>,
     point_rates: Vec<[D; 2]>,
@@ -127,7 +127,7 @@ impl<D: Differentiable> State<D> {
         })
     }
 
-    /// The same state with one point moved, everything else held.
+    /// A copy of the state with one point moved and everything else held.
     #[must_use]
     pub fn with_point(&self, point: usize, position: [D; 2]) -> Self {
         let mut moved = self.clone();

@@ -84,12 +84,12 @@ impl<N> Node<N> {
 }
 
 impl<N: Clone> Node<N> {
-    /// The same operation whose operands stand further on.
+    /// A copy of the operation whose operands stand `by` places further on.
     pub(crate) fn moved(&self, by: usize) -> Self {
         self.at(|place| place + by)
     }
 
-    /// The same operation whose operands stand elsewhere.
+    /// A copy of the operation whose operands stand where `place` puts them.
     pub(crate) fn at(&self, place: impl Fn(NodeId) -> NodeId) -> Self {
         match self {
             Self::Number(_) | Self::Name(_) => self.clone(),
@@ -205,7 +205,7 @@ impl<N> Expression<N> {
         }
     }
 
-    /// The same operations with other names.
+    /// A copy of the expression with the names that `rename` gives.
     pub fn map<M>(&self, mut rename: impl FnMut(&N, &Span) -> M) -> Expression<M> {
         let nodes = self.nodes.iter().zip(&self.spans).map(|(node, span)| match node {
             Node::Number(n) => Node::Number(n.clone()),
@@ -234,7 +234,7 @@ impl<N> Expression<N> {
 }
 
 impl<N: Clone> Expression<N> {
-    /// The same formula with splines written out in functions that step from piece to piece.
+    /// A copy of the formula with splines written out in functions that step from piece to piece.
     #[must_use]
     pub fn without_splines(&self) -> Self {
         let mut written = Self::new();

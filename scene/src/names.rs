@@ -1,4 +1,4 @@
-//! What may be called what, and what a mistyped name probably meant.
+//! The rules for names, and suggestions for mistyped ones.
 
 /// The candidate that looks most like `name`, if any looks enough like it.
 pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {

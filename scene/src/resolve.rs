@@ -93,7 +93,7 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
     }
 }
 
-/// What may stand in a formula.
+/// The kinds of formulae, by the names that they may contain.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 enum Context {
     /// Numbers and parameters.
@@ -104,7 +104,7 @@ enum Context {
     Profile,
     /// Coordinates, points and time too; it will be differentiated.
     Geometry,
-    /// The same; it will not be differentiated.
+    /// Numbers, parameters, coordinates, points and time; the formula will not be differentiated.
     Picture,
     /// Rates too; it must be continuous but for jumps.
     Load,

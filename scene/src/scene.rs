@@ -22,7 +22,7 @@ pub use reference::{Known, Reference};
 /// A formula of a scene.
 pub type Value = Expression<Quantity>;
 
-/// What a name in a formula stands for; numbers are places in the lists of [`Scene`].
+/// The quantity that a name in a formula stands for; numbers are places in the lists of [`Scene`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Quantity {
     /// A parameter.
@@ -33,11 +33,11 @@ pub enum Quantity {
     Rate(usize),
     /// Abscissa (0) or ordinate (1) of a point.
     Point(usize, usize),
-    /// Its rate.
+    /// The rate of the abscissa (0) or ordinate (1) of a point.
     PointRate(usize, usize),
     /// The length or angle along which a load acts; in the load's own law.
     Stretch,
-    /// Its rate.
+    /// The rate of the length or angle along which a load acts.
     StretchRate,
     /// Time.
     Time,
@@ -50,11 +50,11 @@ pub enum Quantity {
 /// A mechanism.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Scene {
-    /// Its name.
+    /// The name of the mechanism.
     pub name: String,
     /// Where its name stands.
     pub name_span: Span,
-    /// What it is, for people.
+    /// The description of the mechanism, for people.
     pub doc: String,
     /// Generalized coordinates, in the order of q.
     pub coordinates: Vec<Coordinate>,
@@ -68,9 +68,9 @@ pub struct Scene {
     pub constraints: Vec<Constraint>,
     /// Applied loads.
     pub loads: Vec<Load>,
-    /// What is asked for beside the coordinates.
+    /// The quantities to be computed besides the coordinates.
     pub outputs: Vec<Output>,
-    /// What a picture of it shows; empty if the scene does not say.
+    /// The parts of a picture of the mechanism; empty if the scene defines none.
     pub drawing: Vec<Drawn>,
     /// Values that are known from elsewhere.
     pub references: Vec<Reference>,
@@ -86,15 +86,15 @@ pub struct Scene {
 /// A generalized coordinate.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Coordinate {
-    /// Its name.
+    /// The name of the coordinate.
     pub name: String,
-    /// Its unit.
+    /// The unit of the coordinate.
     pub unit: String,
-    /// What it is.
+    /// The description of the coordinate.
     pub doc: String,
-    /// Its value at the start.
+    /// The value of the coordinate at the start.
     pub position: Start,
-    /// Its rate at the start.
+    /// The rate of the coordinate at the start.
     pub rate: Start,
     /// Where it is declared.
     pub span: Span,
@@ -105,22 +105,22 @@ pub struct Coordinate {
 pub enum Start {
     /// The user fixes it.
     Given(Value),
-    /// It follows from the constraints, by iteration from this guess.
+    /// The constraints determine the value, by iteration from this guess.
     Guess(Value),
-    /// It follows from the constraints.
+    /// The constraints determine the value.
     Free,
 }
 
 /// A constant that users may change.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Parameter {
-    /// Its name.
+    /// The name of the parameter.
     pub name: String,
-    /// Its unit.
+    /// The unit of the parameter.
     pub unit: String,
-    /// What it is.
+    /// The description of the parameter.
     pub doc: String,
-    /// Its formula of earlier parameters.
+    /// The formula of the parameter, which may contain earlier parameters.
     pub formula: Value,
     /// The formula as written.
     pub text: String,
@@ -135,7 +135,7 @@ pub struct Parameter {
 /// A named point.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Point {
-    /// Its name.
+    /// The name of the point.
     pub name: String,
     /// Abscissa and ordinate.
     pub position: [Value; 2],
@@ -144,7 +144,7 @@ pub struct Point {
 /// A rigid body; a missing part does not matter to the motion.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Body {
-    /// Its name.
+    /// The name of the body.
     pub name: String,
     /// Mass.
     pub mass: Option<Value>,
@@ -168,7 +168,7 @@ impl Body {
 /// A loop closure: a formula that must stay zero.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Constraint {
-    /// Its name.
+    /// The name of the constraint.
     pub name: String,
     /// The formula.
     pub residual: Value,
@@ -178,7 +178,7 @@ pub struct Constraint {
     pub one_sided: Option<Side>,
     /// Whether it is the drive of a joint.
     pub is_drive: bool,
-    /// What it is.
+    /// The description of the constraint.
     pub doc: String,
     /// Where the formula stands.
     pub span: Span,
@@ -187,20 +187,20 @@ pub struct Constraint {
 /// An applied load.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Load {
-    /// Its name.
+    /// The name of the load.
     pub name: String,
-    /// What it does.
+    /// The kind of the load.
     pub kind: LoadKind,
 }
 
 /// A quantity that is computed for every row of a trajectory.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Output {
-    /// Its name.
+    /// The name of the output.
     pub name: String,
-    /// Its unit.
+    /// The unit of the output.
     pub unit: String,
-    /// What it is.
+    /// The description of the output.
     pub doc: String,
     /// How it is computed.
     pub kind: OutputKind,
@@ -256,7 +256,7 @@ impl Scene {
         normals.into_iter().collect()
     }
 
-    /// What has friction that depends on the force in a joint, in words.
+    /// The joints and loads whose friction depends on the force in a joint, in words.
     pub fn friction_by_forces(&self) -> impl Iterator<Item = &str> {
         self.loads.iter().filter_map(|load| match &load.kind {
             LoadKind::Spring { friction: Some(friction), .. } if friction.normal.is_some() => {
@@ -295,7 +295,7 @@ impl Scene {
         self.quantities_of(value).any(|name| matches!(name, Quantity::Rate(_) | Quantity::PointRate(..)))
     }
 
-    /// Which coordinates a formula depends on, through points too.
+    /// The coordinates that a formula depends on, through points too.
     pub fn coordinates_of(&self, value: &Value) -> Vec<usize> {
         let mut found = vec![false; self.coordinates.len()];
         for quantity in self.quantities_of(value) {
@@ -306,7 +306,7 @@ impl Scene {
         (0..found.len()).filter(|&i| found[i]).collect()
     }
 
-    /// Which parameters formulae depend on, through points and other parameters too.
+    /// The parameters that formulae depend on, through points and other parameters too.
     pub fn parameters_of<'s>(&'s self, values: impl IntoIterator<Item = &'s Value>) -> BTreeSet<usize> {
         let mut found = BTreeSet::new();
         let mut pending: Vec<&Value> = values.into_iter().collect();
@@ -322,7 +322,7 @@ impl Scene {
         found
     }
 
-    /// What a formula names, through points too; a name as often as it stands there.
+    /// The quantities that a formula names, through points too; each as often as it stands there.
     fn quantities_of<'s>(&'s self, value: &'s Value) -> impl Iterator<Item = Quantity> + 's {
         let mut visited = vec![false; self.points.len()];
         let mut pending = vec![value];

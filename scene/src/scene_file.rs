@@ -11,11 +11,11 @@ use crate::source::read_text;
 pub struct SceneFile {
     /// Where it lies.
     pub path: PathBuf,
-    /// Its text.
+    /// The text of the scene.
     pub source: String,
-    /// What it says.
+    /// The scene that the text describes.
     pub scene: Scene,
-    /// What is said about it.
+    /// The warnings about the scene.
     pub warnings: Report,
 }
 

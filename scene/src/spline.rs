@@ -13,11 +13,12 @@ use slopes::{natural_slopes, periodic_slopes};
 /// numbers are doubles.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Spline {
-    /// Its name in formulae.
+    /// The name of the spline in formulae.
     pub name: String,
     /// The degree of its pieces, 1 or 3.
     degree: usize,
-    /// Its period. Without one, a cubic spline goes on as a straight line beyond its ends, and lines stay constant.
+    /// The period of the spline. Without one, a cubic spline goes on as a straight line beyond its ends, and lines stay
+    /// constant.
     period: Option<f64>,
     /// Where the spline begins, and where its second piece and each one after it begin. Pieces are polynomials in the
     /// distance from there. Without a period the first two are equal: the first piece lies before them.

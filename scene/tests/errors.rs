@@ -192,7 +192,7 @@ fn with_parameter(formula: &str) -> String {
     )
 }
 
-/// What the report of a source says, and in which lines.
+/// The titles of the findings about a source, with their lines and columns.
 fn places(name: &str, source: &str) -> Vec<(String, Option<(usize, usize)>)> {
     let (Ok((_, report)) | Err(report)) = read(name, source);
     let place = |at: usize| {

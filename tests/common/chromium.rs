@@ -19,7 +19,7 @@ pub(crate) struct Chromium {
     socket: WebSocket<MaybeTlsStream<TcpStream>>,
     session: String,
     calls: u64,
-    /// What the page complained of.
+    /// The errors that the page reported.
     pub(crate) complaints: Vec<String>,
     _profile: TempDir,
 }

@@ -60,7 +60,7 @@ impl Live {
         self.folder.path().join("mine.toml")
     }
 
-    /// Its text.
+    /// The text of the scene file.
     pub(crate) fn text(&self) -> String {
         fs::read_to_string(self.file()).expect("the scene")
     }

@@ -66,14 +66,14 @@ unsafe extern "C" {
     ) -> c_int;
 }
 
-/// What a tool hands over for messages.
+/// The callback by which a tool takes messages.
 unsafe extern "C" fn log(environment: *mut c_void, _status: c_int, _category: *const c_char, message: *const c_char) {
     // SAFETY: the environment is the list of an instance, which is alive.
     let (messages, text) = unsafe { (environment.cast::<Vec<String>>().as_mut(), CStr::from_ptr(message)) };
     messages.expect("a list").push(text.to_string_lossy().into_owned());
 }
 
-/// What `fmi3DoStep` says beside its status: event, terminate, early return, and the time that was reached.
+/// The results of `fmi3DoStep`: status, the flags event, terminate and early return, and the time that was reached.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Stepped {
     pub(crate) status: c_int,
@@ -172,7 +172,7 @@ impl Unit {
         self
     }
 
-    /// The same for an importer that integrates, up to where it does.
+    /// Begins the motion for an importer that integrates, up to where it does.
     pub(crate) fn begin_integration(self, start: f64) -> Self {
         let unit = self.begin(start);
         assert_eq!(unit.update(), (OK, false), "{}", unit.said());
@@ -246,7 +246,7 @@ impl Unit {
         (status, slopes)
     }
 
-    /// What it said since it was asked last.
+    /// The messages of the unit since the last call.
     pub(crate) fn said(&self) -> String {
         // SAFETY: the list lives as long as the unit, and no call is under way.
         unsafe { std::mem::take(&mut *self.messages) }.join("\n")

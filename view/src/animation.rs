@@ -14,7 +14,7 @@ pub fn page(motion: &Motion) -> String {
     document(&motion.title, &recorded(motion, "page", "h1"))
 }
 
-/// The same animation as a piece of a larger document; several of them may stand in one.
+/// An animation of the motion as a piece of a larger document; several of them may stand in one.
 pub fn fragment(motion: &Motion) -> String {
     recorded(motion, "piece", "h2")
 }
@@ -51,7 +51,7 @@ pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<St
     Ok(document(page.title, &piece.html()))
 }
 
-/// What a simulated page holds.
+/// The data in a page that simulates a scene, with the compressed style sheet and script.
 #[derive(Serialize)]
 struct Packed<'a> {
     #[serde(flatten)]
@@ -63,7 +63,7 @@ struct Packed<'a> {
 /// A page that simulates a scene.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct SimulatorPage<'a> {
-    /// What moves.
+    /// The title of the page: the thing that moves.
     #[serde(skip)]
     pub title: &'a str,
     /// A sentence about it.
@@ -103,13 +103,13 @@ struct Piece<'a> {
     heading: &'a str,
     title: &'a str,
     doc: &'a str,
-    /// Its style sheet.
+    /// The style sheet of the animation.
     style: String,
-    /// What the source takes, as JSON.
+    /// The data for the script that supplies the motion, as JSON.
     data: &'a str,
-    /// What stands below the controls.
+    /// The HTML below the controls.
     panel: &'a str,
-    /// Its script.
+    /// The script of the animation.
     script: String,
 }
 

@@ -28,7 +28,7 @@ use std::fmt;
 pub struct Figure {
     /// Stands above the panels.
     pub title: String,
-    /// What the abscissa shows.
+    /// The abscissa of all panels.
     pub abscissa: Abscissa,
     /// The panels, the first one at the top.
     pub panels: Vec<Panel>,
@@ -37,9 +37,9 @@ pub struct Figure {
 /// The abscissa of all panels.
 #[derive(Clone, Debug)]
 pub struct Abscissa {
-    /// What it shows, without its unit.
+    /// The quantity of the abscissa, without its unit.
     pub quantity: String,
-    /// Its unit; empty if it has none.
+    /// The unit of the abscissa; empty if it has none.
     pub unit: String,
     /// How it is divided.
     pub scale: Scale,
@@ -60,7 +60,7 @@ impl Abscissa {
 /// Curves in one unit.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// What the ordinate shows, without its unit: `angular speed`.
+    /// The quantity of the ordinate, without its unit: `angular speed`.
     pub quantity: String,
     /// The unit of the ordinate; empty if it has none.
     pub unit: String,
@@ -84,13 +84,13 @@ pub enum Scale {
 /// A quantity over the abscissa, which is time in most figures.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// Its name in the legend: `phi2_dot`.
+    /// The name of the curve in the legend: `phi2_dot`.
     pub name: String,
-    /// What it is, in a few words: `crank`.
+    /// A description of the curve in a few words: `crank`.
     pub doc: String,
     /// Time and value, in the order of time; all finite. In an isometric figure the points of a path, in its order.
     pub points: Vec<(f64, f64)>,
-    /// Its smallest and largest value, if they are to be marked.
+    /// The smallest and the largest value of the curve, if they are to be marked.
     pub extremes: Option<Extremes>,
     /// Whether each point is a measurement, to be seen as a dot.
     pub has_dots: bool,

@@ -1,11 +1,11 @@
-//! What an animation shows: a drawing that moves, frame by frame, and curves beside it.
+//! The content of an animation: a drawing that moves, frame by frame, and curves beside it.
 
 use serde::Serialize;
 
 /// A recorded motion.
 #[derive(Clone, Debug, Serialize)]
 pub struct Motion {
-    /// What moves.
+    /// The title of the animation: the thing that moves.
     pub title: String,
     /// A sentence about it.
     pub doc: String,
@@ -13,7 +13,7 @@ pub struct Motion {
     pub times: Vec<f64>,
     /// Places of the drawing.
     pub nodes: Vec<Node>,
-    /// What is drawn between them, the lowest layer first.
+    /// The shapes drawn at or between nodes, the lowest layer first.
     pub shapes: Vec<Shape>,
     /// Forces.
     pub arrows: Vec<Arrow>,
@@ -27,7 +27,7 @@ pub type Track = Vec<f64>;
 /// A place of the drawing.
 #[derive(Clone, Debug, Serialize)]
 pub struct Node {
-    /// Its name; empty if it has none.
+    /// The name of the node; empty if it has none.
     pub name: String,
     /// Whether its path is drawn.
     pub is_traced: bool,
@@ -43,53 +43,53 @@ pub struct Node {
 pub enum Shape {
     /// A rigid bar through two nodes, or a plate.
     Link {
-        /// Its name.
+        /// The name of the link.
         name: String,
-        /// Its nodes.
+        /// The nodes of the link.
         nodes: Vec<usize>,
     },
     /// A block that slides.
     Block {
-        /// Its name.
+        /// The name of the block.
         name: String,
-        /// Its middle.
+        /// The node at the middle of the block.
         node: usize,
         /// The direction it slides in, counter-clockwise from the x axis in rad.
         angle: Track,
     },
     /// A bearing that is fixed to the ground.
     Pivot {
-        /// Its middle.
+        /// The node at the middle of the bearing.
         node: usize,
     },
     /// A line that something slides along.
     Guide {
-        /// Its nodes.
+        /// The nodes of the line.
         nodes: Vec<usize>,
         /// Whether it is a channel with walls at both sides of a block.
         is_channel: bool,
     },
     /// A thin rod, or a rope.
     Rod {
-        /// Its name.
+        /// The name of the rod.
         name: String,
-        /// Its two ends.
+        /// The nodes at the two ends of the rod.
         nodes: Vec<usize>,
     },
     /// Springs, dampers and actuators, side by side.
     ForceElement {
-        /// Its name.
+        /// The name of the force element.
         name: String,
-        /// Its two ends.
+        /// The nodes at the two ends of the force element.
         nodes: Vec<usize>,
-        /// What it is made of.
+        /// The parts of the force element.
         parts: Vec<ForceElementPart>,
     },
     /// A gear; one without a name belongs to the ground.
     Gear {
-        /// Its name.
+        /// The name of the gear.
         name: String,
-        /// Its middle.
+        /// The node at the middle of the gear.
         node: usize,
         /// How far it has turned, counter-clockwise in rad.
         angle: Track,
@@ -104,11 +104,11 @@ pub enum Shape {
     },
     /// A rack with teeth on its left; one without a name belongs to the ground.
     Rack {
-        /// Its name.
+        /// The name of the rack.
         name: String,
         /// A place that moves with it.
         node: usize,
-        /// Its direction, counter-clockwise from the x axis in rad.
+        /// The direction of the rack, counter-clockwise from the x axis in rad.
         angle: Track,
         /// Where it begins and ends, from the node along its direction in m.
         along: [f64; 2],
@@ -123,18 +123,18 @@ pub enum Shape {
     Rail {
         /// A place that moves with it.
         node: usize,
-        /// Its direction, counter-clockwise from the x axis in rad.
+        /// The direction of the rail, counter-clockwise from the x axis in rad.
         angle: Track,
         /// Where it begins and ends, from the node along its direction in m.
         along: [f64; 2],
     },
     /// A belt over two pulleys.
     Belt {
-        /// Its name.
+        /// The name of the belt.
         name: String,
         /// The middles of the pulleys.
         nodes: Vec<usize>,
-        /// Their radii in m.
+        /// The radii of the pulleys in m.
         radii: [f64; 2],
         /// Whether the belt crosses itself.
         is_crossed: bool,
@@ -143,7 +143,7 @@ pub enum Shape {
     },
     /// A body by its outline.
     Outline {
-        /// Its name.
+        /// The name of the body.
         name: String,
         /// The origin of its frame.
         node: usize,
@@ -167,7 +167,7 @@ pub enum Shape {
 pub(crate) const TIP: f64 = 0.8;
 pub(crate) const RIM: f64 = 2.6;
 
-/// What acts between two nodes.
+/// A part of a force element between two nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ForceElementPart {
@@ -213,7 +213,7 @@ impl Shape {
         }
     }
 
-    /// Its name; empty if it has none.
+    /// The name of the shape; empty if it has none.
     pub fn name(&self) -> &str {
         match self {
             Self::Link { name, .. }
@@ -229,17 +229,17 @@ impl Shape {
         }
     }
 
-    /// Its angle where it has one.
+    /// The angle of the shape, if it has one.
     pub fn angle(&self) -> Option<&Track> {
         angle_of!(self)
     }
 
-    /// Its angle where it has one, to be changed.
+    /// The angle of the shape, if it has one, for changes.
     pub fn angle_mut(&mut self) -> Option<&mut Track> {
         angle_of!(self)
     }
 
-    /// Its lengths and places in frames of its own.
+    /// The lengths and positions of the shape in its own frame.
     pub fn sizes(&self) -> Vec<f64> {
         match self {
             Self::Gear { radius, phase, .. } => vec![*radius, *phase],
@@ -267,7 +267,7 @@ impl Shape {
         }
     }
 
-    /// Its ends in the frame of its node, if it is a line in such a frame.
+    /// The ends of the shape in the frame of its node, if it is a line in such a frame.
     pub fn ends(&self) -> Option<[[f64; 2]; 2]> {
         match self {
             Self::Rack { along, across, .. } => Some(along.map(|along| [along, *across])),
@@ -280,26 +280,26 @@ impl Shape {
 /// A force.
 #[derive(Clone, Debug, Serialize)]
 pub struct Arrow {
-    /// Its name.
+    /// The name of the force.
     pub name: String,
-    /// What it is.
+    /// A description of the force.
     pub doc: String,
     /// Whether it is a reaction of the mechanism, not a load on it.
     pub is_reaction: bool,
     /// The node that it acts on.
     pub node: usize,
-    /// Its component along x in N.
+    /// The component of the force along x in N.
     pub x: Track,
-    /// Its component along y in N.
+    /// The component of the force along y in N.
     pub y: Track,
 }
 
 /// Curves in one unit.
 #[derive(Clone, Debug, Serialize)]
 pub struct Plot {
-    /// What they show.
+    /// The title of the plot: the quantity that the curves show.
     pub title: String,
-    /// Their unit.
+    /// The unit of the curves.
     pub unit: String,
     /// The curves.
     pub curves: Vec<PlotCurve>,
@@ -308,7 +308,7 @@ pub struct Plot {
 /// A quantity over time.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlotCurve {
-    /// Its name.
+    /// The name of the quantity.
     pub name: String,
     /// A value for each frame.
     pub values: Vec<f64>,

@@ -5,23 +5,23 @@ use crate::html::escaped;
 use crate::markdown;
 use crate::motion::Motion;
 
-/// What a page says, section by section.
+/// The content of a report page, section by section.
 #[derive(Debug)]
 pub struct Report<'a> {
-    /// Its title.
+    /// The title of the report.
     pub title: String,
     /// A sentence below it.
     pub doc: String,
-    /// Its sections.
+    /// The sections of the report.
     pub sections: Vec<Section<'a>>,
 }
 
 /// A part of a report.
 #[derive(Debug)]
 pub struct Section<'a> {
-    /// Its heading.
+    /// The heading of the section.
     pub heading: String,
-    /// What it holds.
+    /// The contents of the section.
     pub contents: Vec<Content<'a>>,
 }
 

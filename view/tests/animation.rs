@@ -8,7 +8,7 @@ use qrm_view::motion::{Arrow, ForceElementPart, Motion, Node, Plot, PlotCurve, S
 
 /// The number of frames of the sample.
 const FRAMES: usize = 301;
-/// What the sample lasts in s.
+/// The duration of the sample in s.
 const DURATION: f64 = 0.88;
 
 fn node(name: &str, is_traced: bool, x: Track, y: Track) -> Node {
@@ -288,7 +288,7 @@ fn odd_motions() -> Vec<(&'static str, Motion)> {
     ]
 }
 
-/// What stands in the script element with the data.
+/// The content of the script element with the data.
 fn data(html: &str) -> serde_json::Value {
     let (_, rest) = html.split_once("<script type=\"application/json\">").expect("an element with the data");
     let (json, _) = rest.split_once("</script>").expect("the end of the data");
@@ -372,14 +372,14 @@ fn long_runs_stay_small() {
     assert!(size < 700_000, "{size} bytes");
 }
 
-/// What a script in the page found out, and what the browser said.
+/// The results of a script in the page, and the messages of the browser.
 struct Visit {
     document: String,
     said: String,
 }
 
 impl Visit {
-    /// What the script left under a name.
+    /// The value that the script stored under a name.
     fn found(&self, name: &str) -> &str {
         let (_, rest) = self.document.split_once(&format!(" data-{name}=\"")).unwrap_or_else(|| {
             panic!("the page says nothing of `{name}`; the browser said:\n{}", self.said);

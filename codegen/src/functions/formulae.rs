@@ -1,4 +1,4 @@
-//! What a function computes, as formulae for its documentation.
+//! The values of a function as formulae, for its documentation.
 
 use crate::formula::Writer;
 use crate::term::Term;

@@ -26,9 +26,9 @@ pub(super) struct Emitter<'a> {
     writer: &'a Writer<'a>,
     kernel: &'a Kernel,
     graph: &'a Graph,
-    /// What every function is given: arguments, parameters, constants, sines and cosines.
+    /// The inputs of every function: arguments, parameters, constants, sines and cosines.
     outside: HashMap<Id, u32>,
-    /// Which values follow from the position alone.
+    /// Whether each value follows from the position alone.
     is_position: Vec<bool>,
     depths: Vec<u32>,
     taken: HashSet<String>,
@@ -194,7 +194,7 @@ impl<'a> Emitter<'a> {
         fields
     }
 
-    /// What stands behind each local.
+    /// The value that each local stands for.
     fn definitions(&self) -> HashMap<Id, Id> {
         self.kernel.locals.iter().map(|local| (local.input.id, local.value.id)).collect()
     }
@@ -292,7 +292,7 @@ impl<'a> Emitter<'a> {
         self.kernel.locals.iter().filter(|local| needed.contains(&local.input.id)).collect()
     }
 
-    /// What accelerations and multipliers cost from sines and cosines on.
+    /// The operations that accelerations and multipliers need once sines and cosines are known.
     fn solution(&self) -> Operations {
         let function = self.whole("accelerations", &[], &[&self.kernel.accelerations, &self.kernel.multipliers]);
         let given: HashSet<u32> = self.outside.values().copied().collect();
@@ -353,7 +353,7 @@ impl<'a> Emitter<'a> {
     }
 }
 
-/// What the function `position` gives.
+/// The results of the function `position`.
 struct Position {
     values: BTreeMap<Id, u32>,
     names: HashSet<String>,

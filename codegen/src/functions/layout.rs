@@ -1,4 +1,4 @@
-//! What the generated file contains: which functions, of what, in which shape.
+//! The layout of the generated file: its functions, their arguments and the shapes of their results.
 
 use std::collections::HashSet;
 
@@ -31,7 +31,7 @@ impl<T> Plan<T> {
         self.parts.iter().flat_map(|(_, shape)| shape.values())
     }
 
-    /// The same function of other values.
+    /// The plan of the function with other values.
     fn map<U>(&self, f: &mut impl FnMut(&T) -> U) -> Plan<U> {
         Plan {
             name: self.name,

@@ -69,11 +69,11 @@ fn follows_from_quotients(tape: &NamedTape, degrees: &[Degree]) -> Vec<bool> {
 /// How a value depends on time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Degree {
-    /// It follows from parameters alone.
+    /// The value follows from parameters alone.
     Constant,
-    /// It is `a + b t` with constants.
+    /// The value is `a + b t` with constants `a` and `b`.
     Linear,
-    /// It depends on the motion, or on time otherwise.
+    /// The value depends on the motion, or on time in another way.
     Other,
 }
 

@@ -52,7 +52,7 @@ impl Builder<'_> {
         self.lowering.bound.insert(symbol, value.unwrap_or(zero));
     }
 
-    /// What a symbol stands for.
+    /// The value that a symbol stands for.
     pub(super) fn bound(&self, symbol: Symbol) -> Value {
         self.lowering.bound.get(&symbol).copied().filter(|value| !self.is_zero(*value))
     }

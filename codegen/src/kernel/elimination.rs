@@ -223,7 +223,7 @@ impl Elimination {
         }
     }
 
-    /// What tells of growing rounding errors: how the dependent coordinates follow the others, how much of an inertia
+    /// Measures of growing rounding errors: how the dependent coordinates follow the others, how much of an inertia
     /// cancelled, and how small pivots became.
     pub(super) fn growth_factors(&self) -> Vec<Value> {
         let tangents = self.tangents.iter().zip(&self.independent).flat_map(|(tangent, by)| {

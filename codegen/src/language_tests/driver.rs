@@ -91,7 +91,7 @@ fn call(program: &Program, function: &Function) -> String {
     )
 }
 
-/// What is done once a struct is filled, which holds numbers alone: it is printed, and parameters are used.
+/// The code that prints a struct once it is filled, which holds numbers alone, and that uses parameters.
 fn structure(program: &Program, function: &Function, kind: StructKind) -> String {
     let count = match kind {
         StructKind::Angles => 2 * program.coordinates.len(),

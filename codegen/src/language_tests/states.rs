@@ -9,7 +9,7 @@ use crate::verify::Evaluation;
 
 pub(super) struct State {
     t: f64,
-    /// What is added to parameters.
+    /// The numbers that are added to the parameters.
     change: Vec<f64>,
     q: Vec<f64>,
     qd: Vec<f64>,

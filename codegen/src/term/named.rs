@@ -8,9 +8,9 @@ use qrm_scene::scene::Scene;
 /// A quantity under a name: formulae hold its symbol and those of its derivatives, so that they stay short.
 #[derive(Clone, Debug)]
 pub struct Named {
-    /// Its name in generated code and in the derivation.
+    /// The name of the quantity in generated code and in the derivation.
     pub name: String,
-    /// What it is.
+    /// The kind of the quantity, with its terms.
     pub kind: NamedKind,
 }
 
@@ -26,9 +26,9 @@ pub enum NamedKind {
 /// A named root.
 #[derive(Clone, Debug)]
 pub struct Root {
-    /// What stands under it.
+    /// The term under the root.
     pub radicand: Term,
-    /// Its derivative by each coordinate, times the root.
+    /// The derivative of the root by each coordinate, times the root.
     pub slopes: Vec<Term>,
     /// Half of the radicand's derivative by time alone.
     pub half_time_derivative: Term,
@@ -39,18 +39,18 @@ pub struct Root {
 /// A named formula in terms of coordinates, time and quantities named before.
 #[derive(Clone, Debug)]
 pub struct Formula {
-    /// Its value.
+    /// The value of the formula.
     pub value: Term,
-    /// Its derivative by each coordinate.
+    /// The derivative of the formula by each coordinate.
     pub slopes: Vec<Term>,
-    /// Its rate.
+    /// The rate of the formula.
     pub rate: Term,
-    /// What its second rate has beside its slopes times the accelerations.
+    /// The second rate of the formula without its slopes times the accelerations.
     pub bias: Term,
 }
 
 impl Named {
-    /// What stands under the root, or the formula.
+    /// The term under the root, or the formula.
     pub fn inside(&self) -> &Term {
         match &self.kind {
             NamedKind::Root(root) => &root.radicand,

@@ -1,4 +1,4 @@
-//! What each generated function must give at a state, straight from the scene.
+//! The values that each generated function must give at a state, computed straight from the scene.
 
 use num_dual::{Dual, Dual2};
 
@@ -15,7 +15,7 @@ use qrm_scene::scene::{OutputKind, Scene};
 pub(super) type Expected<B> = Vec<(&'static str, Vec<B>)>;
 
 impl<B: Differentiable> Sample<B> {
-    /// What the functions must give; `None` if the state is outside the domain of the formulae.
+    /// The values that the functions must give; `None` if the state is outside the domain of the formulae.
     pub(super) fn expected(&self, scene: &Scene, equations: &Equations) -> Option<Expected<B>> {
         let gradients = Gradients::new(self, scene);
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);

@@ -1,4 +1,4 @@
-//! What the loads of a scene do at a state, straight from the scene.
+//! The forces and torques of the loads of a scene at a state, computed straight from the scene.
 
 use num_dual::Dual;
 
@@ -36,7 +36,7 @@ impl<B: Differentiable> Sample<B> {
         }
     }
 
-    /// What a spring has from its potential, and the rest of what acts along it.
+    /// The force of a spring in two parts: what its stiffness and potential give, and the rest of what acts along it.
     fn spring(&self, scene: &Scene, plain: &State<B>, load: &LoadKind) -> [B; 2] {
         let zero = B::from(0.0);
         let LoadKind::Spring { along, stiffness, rest, damping, potential, force, friction } = load else {

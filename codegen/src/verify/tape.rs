@@ -1,4 +1,4 @@
-//! What evaluators run against the tape that it was made of, to the last bit: both do the same operations.
+//! Comparison of evaluators with the tape that they were made of, to the last bit: both do the same operations.
 
 use qrm_core::named_tape::Argument;
 use qrm_core::{NamedTape, Tape, TapeEvaluator, TapeFunction};

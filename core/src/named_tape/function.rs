@@ -14,15 +14,15 @@ use crate::tape::Operation;
 /// A function's argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Argument {
-    /// What the function `position` gives.
+    /// The result of the function `position`.
     Position,
     /// Time.
     Time,
     /// The coordinates.
     Coordinates,
-    /// Their rates.
+    /// The rates of the coordinates.
     Rates,
-    /// Their accelerations.
+    /// The accelerations of the coordinates.
     Accelerations,
     /// The multipliers.
     Multipliers,
@@ -75,11 +75,11 @@ impl<T> Shape<T> {
 /// A result, or a named part of one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Part {
-    /// Its name; empty if it is the whole result.
+    /// The name of the part; empty if it is the whole result.
     pub name: String,
-    /// What it is, if that is told.
+    /// The description of the part; empty if there is none.
     pub doc: String,
-    /// Its values.
+    /// The values of the part.
     pub values: Shape<u32>,
 }
 
@@ -90,24 +90,24 @@ pub struct Statement {
     pub comment: Option<String>,
     /// The value.
     pub value: u32,
-    /// Its name. A pair of sine and cosine has two.
+    /// The name of the value; two names for a pair of sine and cosine.
     pub names: Vec<String>,
 }
 
 /// A function.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Function {
-    /// Its name.
+    /// The name of the function.
     pub name: String,
-    /// What it computes; Markdown.
+    /// The description of what the function computes; Markdown.
     pub doc: String,
     /// Other names, for searches.
     pub aliases: Vec<String>,
-    /// Its arguments.
+    /// The arguments of the function.
     pub arguments: Vec<Argument>,
     /// Named values, in their order.
     pub statements: Vec<Statement>,
-    /// Its results.
+    /// The results of the function.
     pub parts: Vec<Part>,
     /// The type of a result with named parts.
     pub structure: Option<String>,

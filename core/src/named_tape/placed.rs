@@ -8,9 +8,9 @@ use crate::tape::{Tape, TapeFunction, TapeKernel};
 
 /// The parts of `dynamics` in their order.
 const DYNAMICS: [&str; 4] = ["mass_matrix", "generalized_forces", "constraint_jacobian", "constraint_bias"];
-/// Those of `loop_constraints`.
+/// The parts of `loop_constraints` in their order.
 const LOOP_CONSTRAINTS: [&str; 3] = ["residuals", "constraint_jacobian", "constraint_rate"];
-/// Those of `linearization`.
+/// The parts of `linearization` in their order.
 const LINEARIZATION: [&str; 6] =
     ["stiffness", "damping", "constraint_stiffness", "constraint_damping", "forcing", "constraint_forcing"];
 

@@ -238,7 +238,7 @@ impl Nodes {
 }
 
 impl Node {
-    /// Its value, by those of its operands.
+    /// The value of the node, from the values of its operands.
     pub(super) fn value(self, at: impl Fn(u32) -> Interval) -> Interval {
         match self {
             Self::Argument => Interval::ENTIRE,
@@ -292,7 +292,7 @@ impl Node {
         }
     }
 
-    /// Its operands.
+    /// The operands of the node.
     pub(super) fn operands(self) -> [Option<u32>; 3] {
         match self {
             Self::Argument | Self::Constant(_) => [None; 3],

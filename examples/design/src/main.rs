@@ -13,12 +13,13 @@ use qrm_sim::analysis::{Derivatives, OutputValues, SensitivityRequest, sensitivi
 /// The mechanism.
 const MODEL: Model = Model::of::<QuickReturnDriven, 3, 3>();
 
-/// What may change.
+/// The lengths that may change.
 const LENGTHS: [&str; 5] = ["O2A", "O4O2", "O4B", "BC", "yC"];
 /// How far, in m: what fits into the frame.
 const BOUNDS: [[f64; 2]; 5] = [[0.1, 0.3], [0.25, 0.4], [0.4, 0.9], [0.4, 0.8], [0.6, 1.0]];
-/// What is wanted: a stroke in m, and the time of the slow stroke over that of the fast one.
+/// The wanted stroke in m.
 const STROKE: f64 = 0.8;
+/// The wanted ratio of the time of the slow stroke to that of the fast one.
 const TIME_RATIO: f64 = 2.0;
 
 /// A number and its derivatives by the lengths.
@@ -33,7 +34,7 @@ impl Number {
     }
 }
 
-/// What a mechanism does.
+/// The properties of a mechanism that the optimiser needs.
 struct Design {
     stroke: Number,
     time_ratio: Number,

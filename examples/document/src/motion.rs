@@ -167,7 +167,7 @@ pub struct StepResult {
     pub qd: Vector3<f64>,
     /// The average of the accelerations at the four stages, with the weights of the method.
     pub mean_qdd: Vector3<f64>,
-    /// The same average of the multipliers.
+    /// The average of the multipliers at the four stages, with the weights of the method.
     pub mean_multipliers: Vector2<f64>,
 }
 

@@ -6,7 +6,7 @@ use super::Writer;
 use crate::constants::substitute;
 use crate::ir::StructKind;
 
-/// What others see of the steps.
+/// The declarations of the steps for other source files.
 const HEADER: &str = include_str!("templates/steps.h");
 /// The sizes of arrays.
 const SIZES: &str = "\nenum { N = SCENE_COORDINATES, M = SCENE_CONSTRAINTS };\n";

@@ -9,9 +9,9 @@ pub enum Expression {
     Boolean(bool),
     /// The ratio of a circle's circumference to its diameter.
     Pi,
-    /// What is larger than all numbers.
+    /// Positive infinity.
     Infinity,
-    /// What has a name in the function.
+    /// A name that the function defines or is given.
     Name(String),
     /// A number in a struct.
     Field(Box<Expression>, String),

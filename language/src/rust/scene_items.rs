@@ -1,4 +1,4 @@
-//! What a generated module holds beside the functions: parameters, description, the link to simulators.
+//! Items of a generated module beside the functions: parameters, description, the link to simulators.
 
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};

@@ -10,7 +10,7 @@ use crate::commands::accuracy::{Study, budget, column};
 use crate::error::Error;
 use crate::reference::ReferenceKind;
 
-/// What is to be measured.
+/// The options of a measurement of accuracy.
 #[derive(Clone, Debug, Default)]
 pub struct AccuracyOptions {
     /// The options of each run but its method.
@@ -19,7 +19,7 @@ pub struct AccuracyOptions {
     pub at: Vec<String>,
     /// The column whose error counts; the coordinates if `None`.
     pub of: Option<String>,
-    /// What runs are compared with: `energy`, `scene` or `run`.
+    /// The reference that runs are compared with: `energy`, `scene` or `run`.
     pub reference: Option<String>,
     /// The time that may be taken, such as `30s`.
     pub budget: String,

@@ -49,12 +49,12 @@ impl LoadedScene {
         self.found.model.description
     }
 
-    /// Its functions.
+    /// The derived functions of the scene.
     pub fn model(&self) -> &'static Model {
         self.found.model
     }
 
-    /// Its file, as the user knows it.
+    /// The path of the scene file, as the user knows it.
     pub fn path(&self) -> &Path {
         Path::new(&self.found.path)
     }

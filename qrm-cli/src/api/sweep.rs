@@ -31,7 +31,7 @@ pub struct SweepOptions {
 pub struct Sweep {
     /// The columns with their numbers or texts, a value for each design.
     pub columns: Vec<(Column<()>, Values)>,
-    /// What runs of some designs by themselves show that is wrong with it.
+    /// The problems of the table that separate runs of some designs show.
     pub warnings: Vec<String>,
 }
 

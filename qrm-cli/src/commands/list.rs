@@ -16,7 +16,7 @@ pub(crate) fn run(models: &'static [Model], _options: &Options) -> Result<(), Er
     Ok(())
 }
 
-/// Which scenes are compiled, unless all are.
+/// A line that tells which scenes are compiled; `None` if all are.
 fn compiled(models: &[Model]) -> Option<String> {
     let names = |is_interpreted: bool| {
         let chosen = models.iter().filter(|model| model.is_interpreted() == is_interpreted);

@@ -3,8 +3,8 @@
 use qrm_scene::layout::{is_parameter_value, without_layout};
 use qrm_scene::scene::Scene;
 
-/// What the functions of a scene depend on: its text without comments and without the values of parameters, and
-/// which of them are zero.
+/// The data that determine the functions of a scene: its text without comments and without the values of parameters,
+/// and which of the parameters are zero.
 ///
 /// Values also decide the order of elimination in the kernel. The order of the first derivation stays, so that numbers may
 /// differ from those of a new derivation in the last digit.

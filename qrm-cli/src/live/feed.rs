@@ -1,11 +1,11 @@
-//! What pages are to show.
+//! The feed of the content that pages show.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use serde::Serialize;
 
-/// What pages are to show. Only the latest state is kept: a slow page skips those in between.
+/// The feed of the content that pages show. Only the latest state is kept: a slow page skips those in between.
 #[derive(Default)]
 pub(crate) struct Feed {
     latest: Mutex<Latest>,
@@ -19,15 +19,15 @@ struct Latest {
     shown: Shown,
 }
 
-/// What a page shows.
+/// The content that a page shows.
 #[derive(Default, Serialize)]
 struct Shown {
     /// The scene as the simulator takes it, in base 85.
     #[serde(skip)]
     scene: String,
-    /// What is wrong with the text of the scene.
+    /// The mistake in the text of the scene, if there is one.
     problem: Option<String>,
-    /// What happens to a derivation.
+    /// A message about the progress of a derivation, if there is one.
     note: Option<String>,
 }
 

@@ -135,7 +135,7 @@ impl Server {
             && value("Origin").is_none_or(|origin| hosts.iter().any(|host| origin == format!("http://{host}")))
     }
 
-    /// What is newer than the versions of the page.
+    /// The content that is newer than the versions that the page has.
     fn news(&self, query: &str) -> Answer {
         let known = |name: &str| {
             let pairs = query.split('&').filter_map(|pair| pair.split_once('='));

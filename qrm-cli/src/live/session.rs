@@ -40,7 +40,7 @@ pub(crate) struct Session {
     pending: Option<PendingDerivation>,
     /// A mistake that is not shown yet, and when it was read.
     mistake: Option<(Instant, String)>,
-    /// What the pages are told about derivations next.
+    /// The next message to the pages about a derivation.
     note: Option<String>,
     /// The scenes that this session has put into the cache, oldest first.
     stored: VecDeque<Entry>,

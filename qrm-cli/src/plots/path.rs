@@ -41,7 +41,7 @@ impl Path {
         }
     }
 
-    /// Its corners, from the first point to the last.
+    /// The corners of the path, from the first point to the last.
     pub(super) fn points(&self) -> Vec<(f64, f64)> {
         self.kept.iter().chain(self.pending.last()).copied().collect()
     }

@@ -14,7 +14,7 @@ pub(super) struct Quantity {
     pub(super) source: Source,
 }
 
-/// What to do with a formula.
+/// The advice for a user who asks to plot a formula.
 const FORMULA: &str = "write a formula as an output under [outputs], and plot that";
 
 /// Where its numbers come from.
@@ -63,7 +63,7 @@ impl Quantity {
         Ok(Self { name, unit: "m".to_owned(), doc: String::new(), source: Source::Point(place, axis) })
     }
 
-    /// Its name and what it is.
+    /// The name of the quantity, with its description if there is one.
     pub(super) fn title(&self) -> String {
         if self.doc.is_empty() { self.name.clone() } else { format!("{} ({})", self.name, self.doc) }
     }

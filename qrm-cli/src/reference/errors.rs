@@ -7,13 +7,13 @@ use qrm_sim::columns::Kind;
 /// The largest difference of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Errors {
-    /// Of a coordinate.
+    /// The largest difference of a coordinate.
     pub(crate) position: f64,
-    /// Of a rate.
+    /// The largest difference of a rate.
     pub(crate) rate: f64,
-    /// Of a reaction that the scene asks for.
+    /// The largest difference of a reaction that the scene defines as an output.
     pub(crate) force: f64,
-    /// Of the column that is asked for.
+    /// The largest difference of the column that is asked for.
     pub(crate) asked: Option<f64>,
 }
 

@@ -42,7 +42,7 @@ pub struct Enclosure {
     pub t: Interval,
     /// Coordinates.
     pub q: Vec<Interval>,
-    /// Their rates.
+    /// Rates of the coordinates.
     pub qd: Vec<Interval>,
     /// Accelerations.
     pub qdd: Vec<Interval>,
@@ -72,7 +72,7 @@ pub enum Reason {
     NotAssembled(NotAssembled),
     /// The values that are given do not determine the others, or are too many.
     NotGiven,
-    /// It was not proved that there is one start near the one that was found.
+    /// No proof was found that there is exactly one start near the computed one.
     NotIsolated,
     /// Friction by the forces in joints, which the functions of the tape find by iteration.
     Friction,

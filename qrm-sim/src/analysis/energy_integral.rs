@@ -12,7 +12,7 @@ use crate::start::Start;
 pub const PANELS: [f64; 2] = [96.0, 67.0];
 /// Random rates at which the loads must do no work that is not in the potential.
 const PROBES: [f64; 3] = [1.0, -0.7, 2.3];
-/// So many times of the motion are looked at with each of them: a load may act for a short time only.
+/// The number of intervals at whose ends loads are tested with each probe rate: a load may act for a short time only.
 const MOMENTS: u32 = 256;
 
 /// Times at equally spaced values of the driven coordinate.
@@ -21,7 +21,7 @@ pub struct EnergyIntegral<'m> {
     drive: LoopSolver<'m>,
     driven: usize,
     energy: f64,
-    /// Which way the driven coordinate goes, times the width of a panel.
+    /// The width of a panel, with the sign of the direction in which the driven coordinate moves.
     step: f64,
     panels: Vec<Panel>,
     rule: [(f64, f64); NODES],

@@ -9,12 +9,12 @@ pub struct FourBar {
     pub input: f64,
     /// The link opposite the ground.
     pub coupler: f64,
-    /// The other link beside the ground.
+    /// The link beside the ground that is not driven.
     pub output: f64,
 }
 
-/// What the links of a four-bar linkage can do, after Grashof: with the shortest link `s`, the longest `l`, and the
-/// others `p` and `q`, the shortest turns fully against all others if `s + l <= p + q`.
+/// The class of a four-bar linkage by the motions of its links, after Grashof: with the shortest link `s`, the longest
+/// `l`, and the others `p` and `q`, the shortest turns fully against all others if `s + l <= p + q`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GrashofClass {
     /// The input turns fully, the output rocks.

@@ -7,9 +7,9 @@ use crate::solve::{LoopConstraints, Residuals, least_squares};
 /// The position of a point less that of its target.
 #[derive(Clone, Debug)]
 pub struct PositionError {
-    /// Its components in m.
+    /// The components of the position error, in m.
     pub components: [f64; 2],
-    /// Their derivatives by the coordinates.
+    /// The derivatives of the components by the coordinates.
     pub jacobian: [Vec<f64>; 2],
 }
 

@@ -25,7 +25,7 @@ pub(crate) struct CoordinatePartition {
     given: Vec<bool>,
     /// As many coordinates as there are independent constraints.
     dependent: Vec<usize>,
-    /// The other constraints repeat these.
+    /// The independent constraints, which the others repeat.
     independent: Vec<usize>,
 }
 

@@ -80,7 +80,7 @@ type Number = DoubleDouble;
 
 /// The least factor between the lengths of consecutive steps, and the largest one.
 const FACTORS: [f64; 2] = [0.1, 4.0];
-/// What a step is made shorter for the next one to be accepted.
+/// The safety factor by which a step is made shorter, for it to be accepted.
 const SAFETY: f64 = 0.9;
 /// Time stands still where steps are as short as this against it.
 const SHORTEST: f64 = 1e-29;
@@ -91,7 +91,7 @@ struct At {
     t: Number,
     /// Coordinates, then rates.
     y: Vec<Number>,
-    /// Their derivative by time.
+    /// The derivative of `y` by time.
     slope: Vec<Number>,
     /// Length of the next step.
     h: f64,

@@ -25,7 +25,7 @@ pub struct Revolution {
     pub start: f64,
     /// The direction in which the scene starts: 1 or -1.
     pub direction: f64,
-    /// What keeps it from turning fully.
+    /// The range of the driven coordinate, and what ends it; `None` if the coordinate turns fully.
     pub range: Option<Range>,
     /// The change points, where branches cross, in the order of the turn: the mechanism may leave one on another branch
     /// than the one that is followed here.
@@ -47,9 +47,9 @@ pub struct Series {
     pub ends: [f64; 2],
     /// Where it turns back, in the order of the turn.
     pub vertices: Vec<Vertex>,
-    /// Its smallest value and where it is, at a vertex or an end; infinite where it has no bound.
+    /// The smallest value of the quantity and where it is, at a vertex or an end; infinite where it has no bound.
     pub smallest: (f64, f64),
-    /// Its largest value and where it is.
+    /// The largest value of the quantity and where it is; likewise.
     pub largest: (f64, f64),
 }
 

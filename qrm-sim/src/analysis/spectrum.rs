@@ -21,7 +21,7 @@ pub struct Spectrum {
     pub longest_step: f64,
     /// Condition number of `Mbar`, its rows and columns scaled to ones in the diagonal; infinite if it is singular.
     pub condition_mass: f64,
-    /// The same of `C_q Mbar^-1 C_q'`; one without constraints.
+    /// Condition number of `C_q Mbar^-1 C_q'`, scaled likewise; infinite if it is singular, one without constraints.
     pub condition_loops: f64,
     /// Smallest singular value of `C_q`; infinite without constraints.
     pub smallest_singular_value: f64,

@@ -35,7 +35,7 @@ pub(crate) struct Corners {
     evaluator: TapeEvaluator<'static, Vec<f64>>,
     /// The zeros of those that are linear in time, in order.
     times: Vec<Corner>,
-    /// The others among all functions.
+    /// The range of the functions that are not linear in time.
     others: Range<usize>,
     /// The time of the values at the end of a step, and the values at both ends.
     t: f64,

@@ -37,9 +37,9 @@ impl Stages {
 /// A step between its projected ends.
 #[derive(Clone, Debug)]
 pub(super) struct DenseOutput {
-    /// Its beginning.
+    /// The state at the beginning of the step.
     pub(super) from: State,
-    /// Its end.
+    /// The state at the end of the step.
     pub(super) to: State,
     /// The higher coefficients, those of the coordinates and then those of the rates, once they were asked for.
     higher: Vec<f64>,

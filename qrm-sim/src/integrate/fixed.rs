@@ -48,7 +48,7 @@ enum FoundCorner {
     Unclear(f64),
 }
 
-/// What makes the steps.
+/// The mechanism, the settings and the solver by which steps are made.
 pub(super) struct StepBy<'a> {
     pub(super) mechanism: &'a dyn Mechanism,
     pub(super) settings: &'a MethodSettings,

@@ -41,9 +41,9 @@ struct Gauss {
     fallback: Auto,
     /// The work of the loads without potential in the last attempt; `None` if `auto` made it.
     attempted: Option<f64>,
-    /// The same for the last step.
+    /// The work of the loads without potential in the last step; `None` if `auto` made it.
     work: Option<f64>,
-    /// What counts against the method.
+    /// The count against the method: attempts that do not converge raise it, steps that are accepted lower it.
     failures: u32,
     /// The accelerations of the polynomials of a step at its beginning and its end.
     extrapolated: [Vec<f64>; 2],

@@ -26,7 +26,7 @@ pub struct Integrator {
     /// Room for the two rows of a step.
     pair: [State; 2],
     layout: RowLayout,
-    /// Which states between rows are kept, and those of the last block.
+    /// The choice of the states between rows that are kept; `inner` holds those of the last block.
     keeps_inner: Option<IntermediateRows>,
     inner: Vec<f64>,
 }

@@ -8,12 +8,12 @@ use qrm_core::{Mechanism, StateRef, TapeEvaluator};
 #[derive(Clone, Debug)]
 pub(super) struct Transitions {
     evaluator: TapeEvaluator<'static, Vec<f64>>,
-    /// Their values at both ends of a step.
+    /// The values of the arguments at both ends of a step.
     values: [Vec<f64>; 2],
 }
 
 impl Transitions {
-    /// Those of a mechanism; `None` if there are none.
+    /// The arguments of the hyperbolic tangents of a mechanism; `None` if there are none.
     pub(super) fn of(mechanism: &dyn Mechanism) -> Option<Box<Self>> {
         let tape = mechanism.model()?.tape();
         let count = tape.tanh_arguments.results.len();

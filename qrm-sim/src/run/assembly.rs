@@ -11,7 +11,7 @@ use crate::start::Start;
 pub struct NotAssembled {
     /// The constraint that cannot be met.
     pub constraint: usize,
-    /// Its residual when all others are met: a length or angle for positions, its rate for rates.
+    /// The residual of this constraint when all others are met: a length or angle for positions, its rate for rates.
     pub residual: f64,
     /// The nearest position that was found.
     pub q: Vec<f64>,

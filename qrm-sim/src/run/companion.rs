@@ -13,8 +13,8 @@ use crate::columns::number;
 use crate::integrate::{COMPANION_STEP_RATIO, Corner, Integrator, MethodSettings, StepError};
 use crate::state::{State, state_in};
 
-/// So many steps of a run take as long as so many of its companion. Steps that are no multiples of each other see
-/// different moments of a load, and come differently near to a singular position.
+/// The numbers of steps of a run and of its companion that cover the same time. Steps that are no multiples of each
+/// other see different moments of a load, and come differently near to a singular position.
 const COMPANION_STEPS: [u64; 2] = [3, 2];
 
 /// The ratio of the difference of the two to the error of the finer one. It is `(3/2)^p - 1`, 4.06 for order 4, where

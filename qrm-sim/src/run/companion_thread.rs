@@ -18,7 +18,7 @@ const BLOCK: usize = 8192;
 const LONG: usize = 8 * BLOCK;
 /// The number of blocks on their way between the threads.
 const BLOCKS: usize = 4;
-/// So many rows wait for the next block: extremes between them may not be known yet.
+/// The number of rows that wait for the next block: extremes between them may not be known yet.
 const WAITING: usize = 5;
 
 /// Where threads are begun.

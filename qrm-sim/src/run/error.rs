@@ -21,9 +21,9 @@ pub struct SimError {
 /// A reason why a motion cannot begin or go on.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reason {
-    /// It cannot begin.
+    /// The motion cannot begin.
     Start(StartError),
-    /// It broke off after time `t`.
+    /// The motion broke off after time `t`.
     Failed {
         /// The last time that was reached.
         t: f64,

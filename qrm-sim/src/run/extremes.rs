@@ -25,7 +25,7 @@ pub(crate) struct FoundExtreme {
     pub(crate) end: usize,
     /// The value.
     pub(crate) value: f64,
-    /// Its time.
+    /// The time of the extreme.
     pub(crate) t: f64,
 }
 
@@ -35,7 +35,8 @@ const EVEN: f64 = 0.3;
 /// Iterations for a vertex; halving alone takes fewer.
 const MOST_ITERATIONS: usize = 60;
 
-/// Of extremes that differ by less than this part of the range, rounding errors would choose: the first one counts.
+/// The first of several extremes counts if they differ by less than this part of the range: rounding errors would
+/// choose otherwise.
 const TIE: f64 = 1e-9;
 
 /// The value of a vertex may be off by this part of its height above the row.
@@ -366,13 +367,13 @@ impl<D: Number> Polynomial<D> {
         Self { times, coefficients }
     }
 
-    /// Its value.
+    /// The value of the polynomial at time `t`.
     pub(crate) fn value(&self, t: D) -> D {
         let terms = self.coefficients.iter().zip(&self.times).rev();
         terms.fold(D::from(0.0), |value, (coefficient, time)| value * (t - *time) + *coefficient)
     }
 
-    /// Its value and first two derivatives.
+    /// The value and the first two derivatives of the polynomial at time `t`.
     fn at(&self, t: D) -> [D; 3] {
         let zero = D::from(0.0);
         let [mut value, mut slope, mut curve] = [zero; 3];

@@ -20,7 +20,7 @@ const REST: f64 = 1e-12;
 /// Errors of a run may be larger than those of its steps by this factor.
 const ACCUMULATION: f64 = 1e4;
 const ACCUMULATION_PER_STEP: f64 = 10.0;
-/// So many times the rounding errors are always accepted.
+/// The multiple of the rounding errors that is always accepted.
 const ROUNDING: f64 = 10.0;
 
 /// A reason not to trust the numbers of a run.
@@ -37,9 +37,9 @@ pub enum RejectionReason {
     Error {
         /// The coordinate.
         coordinate: usize,
-        /// Its estimated error.
+        /// The estimated error of the coordinate.
         error: f64,
-        /// What is accepted.
+        /// The largest error that is accepted.
         accepted: f64,
     },
     /// The companion run that estimates the error broke off.

@@ -195,7 +195,7 @@ impl RunMonitor {
         }
     }
 
-    /// Which number of the row under way is not finite.
+    /// The quantity of the row under way that is not finite; `None` if there is none.
     fn undefined(&self, energy: f64) -> Option<NonFiniteQuantity> {
         let output = self.outputs.iter().position(|value| !value.is_finite());
         output.map(NonFiniteQuantity::Output).or((!energy.is_finite()).then_some(NonFiniteQuantity::Energy))

@@ -5,7 +5,7 @@ use super::extremes::Extremes;
 /// A row of a trajectory.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<'a> {
-    /// Its number in the trajectory.
+    /// The number of the row in the trajectory.
     pub index: u64,
     /// Time.
     pub t: f64,

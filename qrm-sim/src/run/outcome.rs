@@ -86,7 +86,7 @@ pub enum Status {
     NotFinite {
         /// The time of the row.
         t: f64,
-        /// Which value.
+        /// The quantity that is not finite.
         what: NonFiniteQuantity,
     },
     /// A row could not be kept.

@@ -10,7 +10,7 @@ use super::sampler::Sampler;
 use crate::integrate::{Integrator, MethodSettings, StepError};
 use crate::state::State;
 
-/// What a motion under way shows of its accuracy: the same as a run does, at the same rows.
+/// The numbers by which a motion under way is judged: those of a run, at the same rows.
 ///
 /// Where the parameters change, a new part of the motion begins. Ranges go on; errors are estimated, and energy and
 /// work compared, within each part, and add up.
@@ -19,11 +19,11 @@ pub(crate) struct RunHealth {
     monitor: RunMonitor,
     sampler: Option<Sampler>,
     companion: Option<Companion>,
-    /// Of the parts that are over.
+    /// The numbers of the parts of the motion that are over.
     before: Before,
 }
 
-/// What the parts of a motion that are over have shown.
+/// The numbers by which the parts of a motion that are over are judged.
 #[derive(Clone, Debug)]
 struct Before {
     imbalance: f64,

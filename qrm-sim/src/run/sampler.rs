@@ -8,7 +8,7 @@ use crate::state::State;
 
 /// One of so many steps is made again: of the first rows, and of later ones.
 const SAMPLED: [u64; 2] = [32, 128];
-/// So many rows are the first ones.
+/// The number of rows that count as the first ones.
 const FIRST_ROWS: u64 = 1024;
 
 /// Makes some of the kernel's steps again by the plain functions, which measure what it does not: the residuals before

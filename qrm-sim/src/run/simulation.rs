@@ -43,7 +43,7 @@ pub struct Simulation {
     row: State,
     /// The state that was asked for last.
     now: State,
-    /// What the motion shows of its accuracy, where it is watched.
+    /// The numbers by which the accuracy of the motion is judged; `None` if it is not watched.
     watch: Option<Box<RunHealth>>,
 }
 
@@ -170,7 +170,8 @@ impl Simulation {
         Ok(&self.now)
     }
 
-    /// The same, as long as there is no reason to distrust the motion: see [`rejection_reasons`](Self::rejection_reasons).
+    /// The state at time `t`, which is not before the last one, as long as there is no reason to distrust the motion:
+    /// see [`rejection_reasons`](Self::rejection_reasons).
     ///
     /// # Errors
     /// The motion does not get there, or its numbers cannot be trusted there; the state stays what it was.

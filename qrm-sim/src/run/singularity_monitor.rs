@@ -22,7 +22,7 @@ pub struct NearestSingularity {
     pub most: f64,
     /// The row.
     pub row: u64,
-    /// Its time.
+    /// The time of the row.
     pub t: f64,
     /// The constraint that has the largest part in the combination.
     pub constraint: usize,

@@ -58,7 +58,7 @@ impl<'a> StopCondition<'a> {
         Ok(value.is_some().then_some(condition))
     }
 
-    /// Its value at the start of the run, or the largest one since.
+    /// The largest value of the stop condition so far, from the start of the run on.
     pub(super) fn nearest(&self) -> f64 {
         self.nearest.1
     }

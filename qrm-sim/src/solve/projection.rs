@@ -67,7 +67,7 @@ const SETTLED: f64 = 1e-9;
 pub struct NotConverged {
     /// The constraint with the largest residual.
     pub constraint: usize,
-    /// Its residual.
+    /// The residual of this constraint.
     pub residual: f64,
     /// The number of iterations that were made.
     pub iterations: u32,

@@ -10,7 +10,7 @@ use super::projection::ProjectionTolerance;
 
 /// How far positions beside a singular one are, in rad, and in the largest length among the coordinates.
 const BESIDE: f64 = 1e-2;
-/// So many times before and after, each twice as far away, are tried for a mechanism that is driven.
+/// The number of times before and after, each twice as far away, that are tried for a mechanism that is driven.
 const LATER: i32 = 12;
 /// Most corrections of such a position.
 const ITERATIONS: usize = 30;

@@ -6,7 +6,7 @@ use super::{Identifier, Position};
 use crate::diagnostic::Diagnostic;
 use crate::parser::Formula;
 
-/// What an entry of `[drawing]` says.
+/// The kinds of entries of `[drawing]`.
 #[derive(Debug)]
 pub enum DrawnSyntax {
     /// A rigid bar through places.
@@ -15,7 +15,7 @@ pub enum DrawnSyntax {
     Rod([Position; 2]),
     /// A block that slides.
     Block {
-        /// Its middle.
+        /// The centre of the block.
         at: Position,
         /// The direction it slides in.
         angle: Option<Formula>,
@@ -30,7 +30,7 @@ pub enum DrawnSyntax {
     ForceElement(ForceElementKind, [Position; 2]),
     /// A gear.
     Gear {
-        /// Its middle.
+        /// The centre of the gear.
         at: Position,
         /// The radius of its pitch circle.
         radius: Formula,
@@ -52,9 +52,9 @@ pub enum DrawnSyntax {
     },
     /// A belt over two pulleys.
     Belt {
-        /// Their middles.
+        /// The centres of the pulleys.
         at: [Position; 2],
-        /// Their radii.
+        /// The radii of the pulleys.
         radii: [Formula; 2],
         /// Whether the belt crosses itself.
         is_crossed: bool,
@@ -63,11 +63,11 @@ pub enum DrawnSyntax {
     },
     /// A cam.
     Cam {
-        /// Its middle.
+        /// The centre of the cam.
         at: Position,
         /// How far it has turned.
         angle: Option<Formula>,
-        /// Its radius by the polar angle in its frame, or the distance of a face by the angle of its normal.
+        /// The radius of the cam by the polar angle in its frame, or the distance of a face by the angle of its normal.
         profile: Formula,
         /// Whether a face touches it.
         is_flat: bool,
@@ -76,7 +76,7 @@ pub enum DrawnSyntax {
     Path(Identifier),
 }
 
-/// What acts between two places.
+/// The kinds of force elements between two places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum ForceElementKind {
     /// A spring.

@@ -1,4 +1,4 @@
-//! What the TOML parser finds wrong, without the errors that only follow from earlier ones.
+//! Errors of the TOML parser, without those that only follow from earlier ones.
 
 use std::collections::HashMap;
 use std::iter::once;
@@ -48,7 +48,7 @@ impl<'s> Lines<'s> {
         Self { source, starts: once(0).chain(ends.map(|(end, _)| end + 1)).collect(), own: HashMap::new() }
     }
 
-    /// What to say of an error at this place, if it counts.
+    /// The message for an error at this place; `None` if the error does not count.
     fn message(&mut self, message: &str, at: usize) -> Option<String> {
         let is_first = self.own.is_empty();
         let line = self.starts.partition_point(|start| *start <= at);

@@ -10,9 +10,9 @@ use crate::parser::Formula;
 /// An entry of `[joints]`.
 #[derive(Debug)]
 pub struct JointSyntax {
-    /// Its name.
+    /// The name of the joint.
     pub identifier: Identifier,
-    /// What it holds.
+    /// The kind of the joint.
     pub kind: JointKind,
     /// The points that it joins.
     pub ends: Vec<LinkPoint>,
@@ -32,19 +32,19 @@ pub struct JointSyntax {
     pub face: Option<Formula>,
     /// The side on which it would let the residual of its constraint go.
     pub one_sided: Option<Side>,
-    /// What the first link is turned or moved further than by the second one.
+    /// The angle or displacement of the first link in addition to what the second one imposes.
     pub phase: Option<Formula>,
-    /// Its rough position at the start.
+    /// The approximate position of the joint at the start.
     pub near: Option<[Formula; 2]>,
     /// The angle or length that the joint has as a function of time.
     pub drive: Option<Formula>,
     /// The length of a slider, or the angle of a cam in contact, at the start.
     pub start: Option<Formula>,
-    /// Its rate; length and rate are given with it.
+    /// The rate of the slider's length or the cam's angle at the start; if present, length and rate are both given.
     pub rate: Option<Formula>,
-    /// Its friction.
+    /// The dry friction of the joint.
     pub friction: Option<JointFriction>,
-    /// What it is.
+    /// The description of the joint.
     pub doc: String,
 }
 

@@ -1,4 +1,4 @@
-//! What is known of a mechanism from elsewhere: `[reference]` and `[[extreme]]`.
+//! Values of a mechanism that are known from elsewhere: `[reference]` and `[[extreme]]`.
 
 use super::table::{self, Reader};
 use super::{ExtremeSyntax, Identifier, ReferenceSyntax};

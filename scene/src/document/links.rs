@@ -10,11 +10,11 @@ use crate::parser::Formula;
 /// An entry of `[links]`.
 #[derive(Debug)]
 pub struct LinkSyntax {
-    /// Its name.
+    /// The name of the link.
     pub identifier: Identifier,
-    /// Its points and their coordinates in its frame.
+    /// The points of the link, with their coordinates in its frame.
     pub points: Vec<(Identifier, [Formula; 2])>,
-    /// Its shape, if it has one.
+    /// The shape of the link, if it has one.
     pub shape: Option<Shape>,
     /// Mass, of a shape also by its density.
     pub mass: Option<Mass>,
@@ -28,7 +28,7 @@ pub struct LinkSyntax {
     pub angle: Option<Formula>,
     /// Angular velocity at the start; angle and rate are given with it.
     pub rate: Option<Formula>,
-    /// What it is.
+    /// The description of the link.
     pub doc: String,
 }
 

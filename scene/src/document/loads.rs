@@ -10,14 +10,14 @@ use crate::parser::Formula;
 pub enum LoadSyntax {
     /// A force on a point, or on the centre of mass of a body.
     Force {
-        /// Its components.
+        /// The components of the force.
         force: [Formula; 2],
         /// The point.
         target: Target,
     },
     /// A torque on a body.
     Torque {
-        /// Its size, counter-clockwise.
+        /// The value of the torque, counter-clockwise.
         torque: Formula,
         /// The body.
         body: Identifier,
@@ -43,14 +43,14 @@ pub struct SpringSyntax {
     pub potential: Option<Formula>,
     /// A force or torque that makes it longer.
     pub force: Option<Formula>,
-    /// Its friction.
+    /// The friction along the length or angle.
     pub friction: Option<FrictionSyntax>,
 }
 
 /// A friction force, or a coefficient of friction where a normal force is named.
 #[derive(Debug)]
 pub struct FrictionSyntax {
-    /// Its size.
+    /// The size of the friction force, or the coefficient of friction where a normal force is named.
     pub size: Formula,
     /// The speed at which it has come to three quarters of that.
     pub slip: Formula,

@@ -9,17 +9,17 @@ use crate::parser::Formula;
 /// An entry of `[outputs]`.
 #[derive(Debug)]
 pub struct OutputSyntax {
-    /// Its name.
+    /// The name of the output.
     pub identifier: Identifier,
-    /// What is computed.
+    /// The quantity that is computed.
     pub value: OutputValue,
-    /// Its unit.
+    /// The unit of the output.
     pub unit: String,
-    /// What it is.
+    /// The description of the output.
     pub doc: String,
 }
 
-/// What an output is made of.
+/// The quantity that an output computes.
 #[derive(Debug)]
 pub enum OutputValue {
     /// A formula of coordinates.
@@ -34,14 +34,14 @@ pub enum OutputValue {
     Reaction {
         /// The constraint.
         constraint: Identifier,
-        /// What the force acts on.
+        /// The point or body that the reaction acts on.
         target: Target,
         /// The direction; none for a moment.
         along: Option<[Formula; 2]>,
     },
-    /// What acts on bodies beside loads and constraints, by a virtual displacement of them.
+    /// The force or moment on bodies besides loads and constraints, by a virtual displacement of the bodies.
     FreeBody {
-        /// What is displaced.
+        /// The virtual displacements, all made at once.
         displacements: Vec<DisplacementSyntax>,
         /// Further terms: constraints and the factors of their multipliers.
         multipliers: Vec<(Identifier, Formula)>,
@@ -54,28 +54,28 @@ pub enum OutputValue {
     ShakingMoment(Identifier),
     /// The size of the vector of two outputs.
     Norm {
-        /// Its components.
+        /// The names of the outputs that are the components of the vector.
         components: Vec<Identifier>,
         /// The point at which it is drawn.
         at: Option<Identifier>,
     },
-    /// What a joint carries, by its name.
+    /// The force, the moment or the drive of a joint, by the name of the joint.
     Joint {
         /// The joint.
         joint: Identifier,
-        /// What of it.
+        /// The quantity of the joint that is computed.
         part: JointPart,
         /// The link that it acts on; the first one of the joint where none is named.
         on: Option<Identifier>,
     },
 }
 
-/// What a joint carries.
+/// The force, the moment or the drive of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointPart {
     /// The components of its force and their size.
     Force,
-    /// Its moment.
+    /// The moment of the joint.
     Moment,
     /// The torque or force of its drive.
     Drive,

@@ -20,7 +20,7 @@ type Key<'s> = Spanned<DeString<'s>>;
 /// Reads a text that begins at a byte of the file and may call lookup tables.
 type Parse<T> = fn(&str, usize, &[Arc<Spline>]) -> Result<T, Diagnostic>;
 
-/// What messages call the table that is the whole file.
+/// The name in messages of the table that is the whole file.
 const SCENE: &str = "the scene";
 
 /// A parsed file.
@@ -154,7 +154,7 @@ impl<'t, 's> Table<'t, 's> {
         self.entries.iter().map(|(key, value)| (identifier(key), Value(value))).collect()
     }
 
-    /// Which one of these keys is there; `help` says more about them.
+    /// The one of these keys that is there; `help` says more about them.
     pub(super) fn one_of(&self, r: &mut Reader, keys: &[&'static str], help: &str) -> Option<&'static str> {
         let present: Vec<&'static str> = keys.iter().copied().filter(|key| self.get(key).is_some()).collect();
         if let [key] = present[..] {
@@ -225,7 +225,7 @@ fn example(key: &str) -> String {
 pub(super) struct Reader<'s> {
     source: &'s str,
     pub(super) findings: Vec<Diagnostic>,
-    /// What formulae may call beside the functions that there always are.
+    /// The lookup tables that formulae may call besides the built-in functions.
     pub(super) lookup_tables: Vec<Arc<Spline>>,
     /// Whether something that may declare names could not be read.
     pub(super) lost: bool,

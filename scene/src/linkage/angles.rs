@@ -15,9 +15,9 @@ pub(super) struct Angles {
 /// The angle of a link.
 #[derive(Clone)]
 pub(super) struct Angle {
-    /// Its number.
+    /// The number of the link's angle coordinate; 0 for links that do not turn against the ground.
     pub(super) class: usize,
-    /// What the link is turned against that.
+    /// The rotation of the link relative to its angle coordinate.
     pub(super) offset: Formula,
 }
 

@@ -10,7 +10,7 @@ use crate::parser::Formula;
 /// The name of the angle in the profile of a cam.
 pub(super) const THETA: &str = "theta";
 
-/// What follows the name of a cam in that of the constraint of its angle.
+/// The suffix that turns the name of a cam into the name of the constraint of its contact angle.
 pub(super) const CONTACT: &str = "_contact";
 
 /// A cam in an expanded scene.
@@ -66,7 +66,7 @@ impl<'c> Cam<'c> {
         (residual, vec![(self.joint.ends[end].link, dot(self.way.clone(), across))])
     }
 
-    /// What the angle of the contact follows from, with its unit and its derivatives by the angles of links.
+    /// The residual that determines the contact angle, with its unit and its derivatives by the angles of links.
     pub(super) fn contact(&self) -> (Formula, &'static str, Vec<(usize, Formula)>) {
         let [follower, cam] = [self.joint.ends[0].link, self.joint.ends[1].link];
         match &self.joint.syntax.face {

@@ -107,7 +107,7 @@ pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Pla
     closures
 }
 
-/// What follows the name of a joint in that of the constraint of its drive.
+/// The suffix that turns the name of a joint into the name of the constraint of its drive.
 pub(super) const DRIVE: &str = "_drive";
 
 /// The derivatives of the constraint of gears by the angles of its links.

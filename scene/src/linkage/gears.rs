@@ -9,7 +9,7 @@ use crate::parser::Formula;
 
 /// Two gears whose teeth mesh.
 pub(super) struct Mesh {
-    /// Their axes, as points of the carrier.
+    /// The axes of the gears, as points of the carrier.
     pub(super) axes: [PointId; 2],
     /// The end of the gear that is a ring, with teeth inside.
     pub(super) ring: Option<usize>,

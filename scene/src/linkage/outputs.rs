@@ -1,4 +1,4 @@
-//! What outputs ask of joints, as outputs of an ordinary scene.
+//! The conversion of outputs of joints into outputs of an ordinary scene.
 
 use super::Linkage;
 use super::closures::DRIVE;
@@ -23,7 +23,7 @@ pub(super) fn are_reactions(document: &Document) -> bool {
     document.outputs.iter().any(|output| matches!(output.value, OutputValue::Reaction { .. }))
 }
 
-/// What stands instead of each output; `None` where it stays.
+/// The outputs that replace each output; `None` where the output stays.
 pub(super) fn outputs(
     document: &Document,
     linkage: &Linkage,

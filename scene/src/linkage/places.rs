@@ -225,7 +225,7 @@ fn names(graph: &Graph, tree: &Tree, representatives: &HashMap<PointId, PointId>
     names
 }
 
-/// What keeps a point from leaving a line: its distance from it.
+/// The distance of a point from a line, which is the residual that keeps it on the line.
 pub(super) fn distance_from_line(places: &Places, graph: &Graph, angles: &Angles, joint: usize) -> Formula {
     let span = &graph.joints[joint].syntax.identifier.span;
     let [point, on] = [0, 1].map(|end| places.components(graph.joints[joint].ends[end], span));

@@ -16,17 +16,17 @@ use crate::document::{Document, Identifier, JointKind};
 use crate::function::Function;
 use crate::parser::Formula;
 
-/// What a coordinate is at the start.
+/// The value and the rate of a coordinate at the start.
 pub(super) struct StartValue {
     /// The coordinate.
     pub(super) name: String,
-    /// Its value; unknown where nothing says it.
+    /// The value of the coordinate at the start; `None` where nothing gives it.
     pub(super) value: Option<Formula>,
-    /// Its rate; value and rate are given with it.
+    /// The rate of the coordinate at the start; if present, value and rate are both given.
     pub(super) rate: Option<Formula>,
 }
 
-/// What is known of the places of links at the start.
+/// The places of links at the start, as far as they are known.
 pub(super) struct Rough<'g, 'd> {
     graph: &'g Graph<'d>,
     angles: &'g Angles,

@@ -5,7 +5,7 @@ use super::graph::{Graph, Joint, PointId};
 /// How the place of a link is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Placement {
-    /// It is the ground.
+    /// The link is the ground.
     Ground,
     /// One of its points is that of a link before it.
     Pin {
@@ -13,7 +13,7 @@ pub(super) enum Placement {
         joint: usize,
         /// The point of the link before it.
         at: PointId,
-        /// Its own point.
+        /// The point of the link that the pin places.
         own: PointId,
     },
     /// One of its points is at a distance from that of a link before it, which is a coordinate.
@@ -22,7 +22,7 @@ pub(super) enum Placement {
         joint: usize,
         /// The point of the link before it.
         at: PointId,
-        /// Its own point.
+        /// The point of the link that the slider places.
         own: PointId,
     },
     /// No joint places it: its origin has two coordinates.

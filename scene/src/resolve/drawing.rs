@@ -1,4 +1,4 @@
-//! What a picture of the mechanism shows.
+//! The resolution of the picture of the mechanism.
 
 use super::{Context, Resolver};
 use crate::document::{Document, DrawnSyntax, Position};

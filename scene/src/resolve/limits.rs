@@ -1,5 +1,5 @@
-//! What a scene may ask of the symbolic engine, which multiplies formulae out: their size is counted beforehand, without
-//! multiplying anything.
+//! Limits on the formulae of a scene for the symbolic engine, which multiplies them out: their size is counted
+//! beforehand, without multiplying anything.
 
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier};
@@ -19,7 +19,7 @@ const OPERATIONS: f64 = OPERATION_LIMIT as f64;
 /// Terms of a position, an angle or a constraint and of its derivative, multiplied out. The mass matrix holds products
 /// of two of them: 7 s at this limit.
 const TERMS: f64 = 250.0;
-/// The same of loads and outputs.
+/// Terms of a load or an output and of its derivative, multiplied out.
 const TERMS_OF_LOADS: f64 = 1000.0;
 /// Functions inside functions. Each may double the number of terms of the mass matrix where squares of sines are
 /// replaced. A fraction in a denominator counts for two: each derivative brings another power of it.
@@ -126,7 +126,7 @@ impl Size {
         }
     }
 
-    /// What stands in a denominator is not multiplied out.
+    /// The size of the reciprocal: a denominator is not multiplied out.
     fn reciprocal(self) -> Self {
         let is_sum = self.terms > 1.0 && !self.is_constant();
         Self { terms: 1.0, depth: self.depth + if is_sum { 2 } else { 0 }, ..self }
@@ -165,7 +165,7 @@ impl Size {
         self.derivative == 0.0
     }
 
-    /// What is too large, how large, and what helps.
+    /// The excess over a limit: what is too large, how large, and what helps.
     fn excess(self, most: f64) -> Option<(&'static str, String, String)> {
         let written = |number: f64, what: &str| match number {
             large if large > 1e15 => format!("more than 1e15 {what}"),

@@ -8,7 +8,7 @@ use crate::parser::Formula;
 use crate::scene::{Displacement, Output, OutputKind, Quantity, Scene, Turn, Value};
 
 impl Resolver<'_> {
-    /// What is named by an output's `power`.
+    /// The kind of the output with the key `power`: the power of a load, or of a constraint that depends on time.
     fn power(&mut self, document: &Document, scene: &Scene, identifier: &Identifier) -> Option<OutputKind> {
         let place = |names: &[&str]| names.iter().position(|name| *name == identifier.name);
         let constraints: Vec<&str> = scene.constraints.iter().map(|c| c.name.as_str()).collect();

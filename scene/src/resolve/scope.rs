@@ -15,7 +15,7 @@ pub(super) struct Scope {
     pub(super) parameter_limit: usize,
 }
 
-/// What a declared name is.
+/// The kind of a declared name.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
     Coordinate(usize),
@@ -106,7 +106,7 @@ impl Scope {
             .map(|(identifier, _)| identifier.name.as_str())
     }
 
-    /// What a name in a formula stands for.
+    /// The quantity that a name in a formula stands for.
     pub(super) fn look_up(&self, name: &str, span: Span, context: Context) -> Result<Quantity, Diagnostic> {
         let own = match name {
             "s" => Some(Quantity::Stretch),

@@ -1,4 +1,4 @@
-//! What a scene declares and does not use.
+//! The check for declarations that a scene does not use.
 
 use crate::diagnostic::Diagnostic;
 use crate::document::Document;

@@ -1,4 +1,4 @@
-//! What a picture of a mechanism shows.
+//! The parts of a picture of a mechanism.
 
 use super::Value;
 use crate::document::ForceElementKind;
@@ -6,9 +6,9 @@ use crate::document::ForceElementKind;
 /// A part of a picture.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Drawn {
-    /// Its name.
+    /// The name of the part.
     pub name: String,
-    /// What it looks like.
+    /// The kind of the part.
     pub kind: DrawnKind,
 }
 
@@ -21,7 +21,7 @@ pub enum DrawnKind {
     Rod([[Value; 2]; 2]),
     /// A block that slides.
     Block {
-        /// Its middle.
+        /// The centre of the block.
         at: [Value; 2],
         /// The direction it slides in.
         angle: Option<Value>,
@@ -36,7 +36,7 @@ pub enum DrawnKind {
     ForceElement(ForceElementKind, [[Value; 2]; 2]),
     /// A gear.
     Gear {
-        /// Its middle.
+        /// The centre of the gear.
         at: [Value; 2],
         /// The radius of its pitch circle.
         radius: Value,
@@ -58,9 +58,9 @@ pub enum DrawnKind {
     },
     /// A belt over two pulleys.
     Belt {
-        /// Their middles.
+        /// The centres of the pulleys.
         at: [[Value; 2]; 2],
-        /// Their radii.
+        /// The radii of the pulleys.
         radii: [Value; 2],
         /// Whether the belt crosses itself.
         is_crossed: bool,
@@ -69,12 +69,12 @@ pub enum DrawnKind {
     },
     /// A cam.
     Cam {
-        /// Its middle.
+        /// The centre of the cam.
         at: [Value; 2],
         /// How far it has turned.
         angle: Option<Value>,
-        /// Its radius, where [`Quantity::Stretch`](super::Quantity::Stretch) is the polar angle in its frame; or the distance
-        /// of a face, where that is the angle of its normal.
+        /// The radius of the cam, where [`Quantity::Stretch`](super::Quantity::Stretch) is the polar angle in its
+        /// frame; or the distance of a face, where that is the angle of its normal.
         profile: Value,
         /// Whether a face touches it.
         is_flat: bool,
@@ -84,7 +84,7 @@ pub enum DrawnKind {
 }
 
 impl DrawnKind {
-    /// Its formulae.
+    /// The formulae of the part.
     pub fn values(&self) -> Vec<&Value> {
         match self {
             Self::Link(places) | Self::Guide(places) => places.iter().flatten().collect(),

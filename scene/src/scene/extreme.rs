@@ -5,9 +5,9 @@ use super::{Known, Value};
 /// A variant with other parameters, on which methods are tried.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Extreme {
-    /// Its name.
+    /// The name of the variant.
     pub name: String,
-    /// What is extreme in it.
+    /// The description of what is extreme in the variant.
     pub doc: String,
     /// Parameters with other values.
     pub set: Vec<(usize, Value)>,
@@ -15,6 +15,6 @@ pub struct Extreme {
     pub end_time: Option<Value>,
     /// How accurate the values are.
     pub accuracy: Option<Value>,
-    /// What is known of its end.
+    /// The known values at the end of the run of the variant.
     pub values: Vec<(Known, Value)>,
 }

@@ -10,7 +10,7 @@ use crate::function::Function;
 pub enum LoadKind {
     /// A force at a place.
     Force {
-        /// Its components.
+        /// The components of the force.
         force: [Value; 2],
         /// The place it acts on.
         at: [Value; 2],
@@ -19,7 +19,7 @@ pub enum LoadKind {
     },
     /// A torque that works on an angle.
     Torque {
-        /// Its size.
+        /// The value of the torque.
         torque: Value,
         /// The angle.
         angle: Value,
@@ -42,7 +42,7 @@ pub enum LoadKind {
         potential: Option<Value>,
         /// A force or torque that makes it longer, of anything.
         force: Option<Value>,
-        /// Its friction.
+        /// The friction along the length or angle.
         friction: Option<Friction>,
     },
 }
@@ -50,13 +50,13 @@ pub enum LoadKind {
 /// A regularized dry friction: `-size*tanh(s_dot/slip)`, or `-size*|normal|*tanh(s_dot/slip)`.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Friction {
-    /// Its size, or the coefficient of friction where there is a normal force.
+    /// The size of the friction force, or the coefficient of friction where there is a normal force.
     pub size: Value,
     /// The speed at which it has come to three quarters of its size.
     pub slip: Value,
     /// The output that is the normal force.
     pub normal: Option<usize>,
-    /// What it belongs to, in words: a joint or a load.
+    /// The joint or load that the friction belongs to, in words.
     pub owner: String,
 }
 

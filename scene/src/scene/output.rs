@@ -7,9 +7,9 @@ use super::Value;
 pub enum OutputKind {
     /// A formula of coordinates.
     Value(Value),
-    /// Its time derivative.
+    /// The time derivative of a formula of coordinates.
     Rate(Value),
-    /// Its second time derivative.
+    /// The second time derivative of a formula of coordinates.
     SecondRate(Value),
     /// Force of a constraint on a point, along a direction: -lambda (dC/dP . along).
     ReactionForce {
@@ -31,11 +31,11 @@ pub enum OutputKind {
         /// The coordinate that is the body's angle.
         coordinate: usize,
     },
-    /// What acts on bodies beside loads and constraints, by a virtual displacement `(d, w)` of them:
+    /// The force or moment on bodies besides loads and constraints, by a virtual displacement `(d, w)` of the bodies:
     /// `sum (m a . d + I alpha w) - Q + lambda' dC + sum c lambda + sum k f`, with the work `Q` of loads and the change `dC` of
     /// constraints. A force where bodies move, a moment where they turn.
     FreeBody {
-        /// What is displaced, all at once.
+        /// The virtual displacements, all made at once.
         displacements: Vec<Displacement>,
         /// Further terms: a constraint and the factor `c` of its multiplier.
         multipliers: Vec<(usize, Value)>,
@@ -49,7 +49,7 @@ pub enum OutputKind {
     ShakingMoment(usize),
     /// Size of the vector of two outputs before it.
     Norm {
-        /// Its components.
+        /// The outputs that are the components of the vector.
         components: [usize; 2],
         /// The point at which it is drawn.
         at: Option<usize>,

@@ -5,7 +5,7 @@ use super::Value;
 /// Values at one time that are known from elsewhere.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Reference {
-    /// Its name.
+    /// The name of the reference.
     pub name: String,
     /// Where it is from.
     pub doc: String,
@@ -17,7 +17,7 @@ pub struct Reference {
     pub values: Vec<(Known, Value)>,
 }
 
-/// What is known from elsewhere.
+/// A quantity whose value is known from elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Known {
     /// A coordinate.

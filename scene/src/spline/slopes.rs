@@ -1,7 +1,7 @@
 //! Slopes of cubic splines at their points.
 
-/// What a row of the equations of the slopes has left of the diagonal, on it, right of it, and on the right side: second
-/// derivatives are equal on both sides of point `i`, which is `before` and `after` other ones.
+/// The coefficients of a row of the equations of the slopes, left of the diagonal, on it and right of it, and its right
+/// side: second derivatives are equal on both sides of point `i`, which is `before` and `after` other ones.
 fn row(x: &[f64], y: &[f64], [before, i, after]: [usize; 3], period: f64) -> [f64; 4] {
     let wrapped = |length: f64| if length > 0.0 { length } else { length + period };
     let (left, right) = (wrapped(x[i] - x[before]), wrapped(x[after] - x[i]));

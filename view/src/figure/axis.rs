@@ -17,7 +17,7 @@ pub(super) struct Axis {
     is_logarithmic: bool,
     ticks: Vec<(f64, String)>,
     light: Vec<f64>,
-    /// What is subtracted from the values before they are written; empty if nothing is.
+    /// The offset that is taken out of the tick labels, as text to append to the quantity; empty if there is none.
     offset: String,
     /// The power of ten that is taken out of what is written.
     factor: i32,
@@ -86,7 +86,7 @@ impl Axis {
         Self { low, high, is_logarithmic: true, ticks, light, offset: String::new(), factor: 0 }
     }
 
-    /// What the axis shows: `force (×10³ N)`.
+    /// The title of the axis: `force (×10³ N)`.
     pub(super) fn description(&self, quantity: &str, unit: &str) -> String {
         let factor = if self.factor == 0 { String::new() } else { format!("×{}", power_of_ten(self.factor)) };
         let gap = if factor.is_empty() || unit.is_empty() { "" } else { " " };
@@ -95,7 +95,7 @@ impl Axis {
         format!("{quantity}{}{inside}", self.offset)
     }
 
-    /// What is written at the ticks.
+    /// The labels of the ticks.
     pub(super) fn labels(&self) -> impl Iterator<Item = &str> {
         self.ticks.iter().map(|tick| tick.1.as_str())
     }

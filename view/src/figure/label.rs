@@ -14,7 +14,7 @@ const MARKER: f64 = 300.0;
 const LEADER: f64 = 400.0;
 const LABEL: f64 = 5000.0;
 
-/// So many places of a leader are looked at.
+/// The number of points of a leader that are checked for conflicts.
 const PARTS: i32 = 40;
 
 /// How often each label may look for a better place among the others.
@@ -85,7 +85,7 @@ impl Label {
     }
 }
 
-/// What a label asks for: its marker, its width, and whether it belongs above.
+/// The requirements of a label: its marker, its width, and whether it belongs above.
 pub(super) type Wish = (Place, i32, bool);
 
 /// Places labels, each where it costs least: near its marker, clear of labels, markers and curves, and within the
@@ -116,7 +116,7 @@ pub(super) fn placed(wishes: &[Wish], height: i32, paths: &[&[Place]], area: (Pl
     labels
 }
 
-/// What labels have to keep clear of.
+/// The obstacles that labels keep clear of, and the area that they stay in.
 struct Room {
     markers: Vec<Place>,
     profiles: Vec<Profile>,

@@ -1,5 +1,5 @@
-//! What plotters does not write: the root element, the style sheet, names for those who cannot see the picture, and the
-//! numbers that are needed to read it back.
+//! The parts of the SVG that plotters does not write: the root element, the style sheet, names for those who cannot see
+//! the picture, and the numbers that are needed to read it back.
 
 use plotters::coord::ranged1d::Ranged;
 
@@ -36,7 +36,7 @@ pub(super) fn panel(panel: &Panel, time: &Axis, axis: Option<&Axis>, (from, to):
     svg + "</g>\n"
 }
 
-/// What plotters drew, with all the rest.
+/// The finished SVG: the drawing of plotters with all other parts.
 pub(super) fn finished(drawn: &str, figure: &Figure, height: f64, panels: &str) -> String {
     let inside = drawn.split_once('>').map_or("", |(_, inside)| inside);
     // Quotes are escaped in text, so these stand in and around tags only.
@@ -54,7 +54,7 @@ pub(super) fn finished(drawn: &str, figure: &Figure, height: f64, panels: &str) 
     )
 }
 
-/// What is to be seen, panel by panel.
+/// A description of the figure in words, panel by panel.
 fn description(figure: &Figure) -> String {
     let abscissa = match figure.abscissa.quantity.as_str() {
         "t" => "time",

@@ -1,4 +1,4 @@
-//! What of the paper a curve covers.
+//! The part of the paper that a curve covers.
 
 use super::label::Label;
 use super::look::UNITS;
@@ -11,7 +11,7 @@ pub(super) struct Profile {
 }
 
 impl Profile {
-    /// Of a curve between two columns of the drawing.
+    /// The profile of a curve between two columns of the drawing.
     pub(super) fn new(path: &[Place], start: i32, end: i32) -> Self {
         let mut columns = vec![(i32::MAX, i32::MIN); ((end - start) / UNITS).max(0) as usize + 1];
         for pair in path.windows(2) {

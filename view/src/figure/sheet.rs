@@ -68,7 +68,7 @@ pub(super) fn corners(chart: &Chart<'_>) -> (Place, Place) {
     (chart.backend_coord(&(times.start, values.end)), chart.backend_coord(&(times.end, values.start)))
 }
 
-/// What the ordinate of a panel shows.
+/// The title of the ordinate of a panel.
 fn description(panel: &Panel, axis: Option<&Axis>) -> String {
     let plain = || Axis::linear(0.0, 1.0, 2).description(&panel.quantity, &panel.unit);
     let said = axis.map_or_else(plain, |axis| axis.description(&panel.quantity, &panel.unit));

@@ -13,7 +13,7 @@ const MOST_PIECES: usize = 1_200;
 /// The line of a curve.
 #[derive(Clone, Debug)]
 pub(super) struct Trace {
-    /// Its unbroken pieces.
+    /// The unbroken pieces of the line.
     pub(super) pieces: Vec<Vec<Place>>,
     is_restless: bool,
 }

@@ -48,7 +48,7 @@ impl Canvas {
         self.fill(path(points, true), colour, opacity);
     }
 
-    /// What lies within a polygon and outside of another one.
+    /// Fills the region within one polygon and outside of another one.
     pub(super) fn ring(&mut self, outside: &[Point], inside: &[Point], colour: Rgb) {
         let mut builder = PathBuilder::new();
         for polygon in [outside, inside] {

@@ -11,7 +11,7 @@ pub(super) struct Clock {
     pub(super) times: Vec<f64>,
     /// How long each is shown, in hundredths of a second.
     pub(super) delay: u16,
-    /// What to say about the speed; empty in real time.
+    /// The text about the speed of the animation; empty in real time.
     pub(super) speed: String,
     /// Between the times of two pictures.
     step: f64,

@@ -40,7 +40,7 @@ pub(super) fn shot(motion: &Motion, stage: &Stage, clock: &Clock) -> Result<Vec<
     Ok(bytes)
 }
 
-/// What is the same in all pictures: title, paths, and what the arrows mean.
+/// The parts that all pictures share: title, paths, and what the arrows mean.
 fn backdrop(motion: &Motion, stage: &Stage) -> Option<Canvas> {
     let mut canvas = Canvas::new(stage.width, stage.height)?;
     shapes::draw_traces(&mut canvas, motion, stage);

@@ -12,7 +12,7 @@ use super::track::Moment;
 
 const FONT: &MonoFont<'_> = &FONT_7X13;
 const LETTER: (f32, f32) = (7.0, 13.0);
-/// So many moments of the motion decide where names are in the way.
+/// The number of moments of the motion that are checked for names that are in the way.
 const LOOKS: usize = 12;
 
 /// The name of a node, always written on the same side of it so that it does not jump about.

@@ -27,7 +27,7 @@ pub(super) const BODIES: [(Rgb, Rgb); 6] = [
 /// Inside and edge of what belongs to the ground.
 pub(super) const FIXED: (Rgb, Rgb) = BODIES[5];
 
-/// What is left as it was in the picture before.
+/// The transparent colour index of pixels that stay as in the picture before.
 pub(super) const UNCHANGED: u8 = 255;
 
 /// The palette of all animations.

@@ -26,7 +26,7 @@ pub(super) struct Stage {
     arrow: f64,
     /// Pixels per m.
     scale: f64,
-    /// What stands in the middle, and where that is.
+    /// The point of the motion in the middle of the stage in m, and its place in the picture in pixels.
     middle: (f64, f64),
     centre: (f64, f64),
 }

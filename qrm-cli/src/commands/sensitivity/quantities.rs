@@ -7,7 +7,7 @@ use crate::setup::Setup;
 
 /// A quantity of a motion with its derivatives: a row of the table.
 pub(crate) struct Quantity<'f> {
-    /// Its kind: `end`, `minimum`, `time_of_minimum`, ...
+    /// The kind of the quantity: `end`, `minimum`, `time_of_minimum`, ...
     pub(crate) what: &'static str,
     /// The column of the trajectory.
     pub(crate) name: String,

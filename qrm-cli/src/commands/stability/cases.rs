@@ -42,13 +42,13 @@ pub(super) struct CaseResult {
 /// A run's own judgement against the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Verdict {
-    /// It was accepted, and is as accurate as it claims.
+    /// The run was accepted, and is as accurate as it claims.
     Right,
-    /// It was refused by itself, for this reason.
+    /// The run itself refused its result, for this reason.
     Refused(String),
-    /// It was accepted, and is not as accurate as it claims.
+    /// The run was accepted, and is not as accurate as it claims.
     Unnoticed,
-    /// It was accepted, and its error is not known.
+    /// The run was accepted, and its error is not known.
     Unknown,
 }
 

@@ -40,7 +40,7 @@ pub(super) struct Design {
     values: Vec<f64>,
     /// The values of all parameters.
     parameters: Vec<f64>,
-    /// Its end, or why it cannot be run.
+    /// The end of the design, or why it cannot be run.
     pub(super) result: Result<DesignResult, String>,
 }
 

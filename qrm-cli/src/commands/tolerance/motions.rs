@@ -20,7 +20,7 @@ pub(super) struct Motions {
     threads: usize,
 }
 
-/// What designs give.
+/// The results of several designs.
 pub(super) struct Found {
     /// For each quantity its value in each design; not a number where the design failed.
     pub(super) values: Vec<Vec<f64>>,

@@ -14,7 +14,7 @@ use crate::setup::Setup;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nominal {
     pub(super) value: f64,
-    /// Its estimated error.
+    /// The estimated error of the value.
     pub(super) error: Option<f64>,
     /// The largest size of its column in the motion.
     pub(super) size: f64,

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::format::full;
 use crate::output::{Named, csv};
 
-/// What tolerances do, in all forms.
+/// The effect of tolerances, for all forms of output.
 pub(super) struct Report<'r> {
     pub(super) scene: &'static str,
     pub(super) parameters: &'r [TolerancedParameter],

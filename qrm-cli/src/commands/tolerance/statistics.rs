@@ -1,6 +1,6 @@
 //! Statistics of samples.
 
-/// What samples of a quantity show.
+/// The statistics of the samples of a quantity.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Statistics {
     /// The number of samples.

@@ -16,7 +16,7 @@ pub(super) struct Manifold {
 pub(super) struct Linearized {
     /// The residuals of `C`, then those of its rate.
     pub(super) residuals: Vec<Interval>,
-    /// Their derivatives by the coordinates, then by the rates.
+    /// The derivatives of the residuals by the coordinates, then by the rates.
     pub(super) jacobian: IntervalMatrix,
 }
 

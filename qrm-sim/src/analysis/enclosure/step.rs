@@ -12,7 +12,7 @@ pub(super) const ORDER: usize = 20;
 const TOLERANCE: f64 = f64::EPSILON;
 /// The least size of a state that the tolerance refers to.
 const SMALLEST: f64 = 1e-3;
-/// What is added to the range of a series to guess a bound.
+/// The widening of the range of a series to guess a bound, on each side as a fraction of its width.
 const INFLATION: f64 = 1e-3;
 /// Attempts to find a bound, each with a shorter step.
 const ATTEMPTS: u32 = 60;
@@ -32,7 +32,7 @@ pub(super) struct Step {
     hull: Expansion,
     /// The coefficients of the remainder, for all times within the step.
     remainder: Vec<Interval>,
-    /// What a longer step met.
+    /// The reason why no bound was found for a longer step; `None` if it is not known or there was no such step.
     pub(super) obstacle: Option<NoSeries>,
 }
 

@@ -27,12 +27,12 @@ impl<T: Inner> DualState<T> {
         Slope { q: self.q.clone(), qd: self.qd.clone() }
     }
 
-    /// Their derivatives by time.
+    /// The derivatives of coordinates and rates by time.
     pub(super) fn slope(&self) -> Slope<T> {
         Slope { q: self.qd.clone(), qd: self.qdd.clone() }
     }
 
-    /// Its values.
+    /// The values of the state, without derivatives.
     pub(super) fn real(&self) -> State {
         State {
             t: self.t.to_f64(),

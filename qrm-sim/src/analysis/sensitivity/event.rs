@@ -19,7 +19,7 @@ pub(super) struct Condition<'a> {
 }
 
 impl Condition<'_> {
-    /// Its value, if there is a stop condition.
+    /// The value of the stop condition at a state; `None` if there is no condition.
     pub(super) fn value<T: Inner>(&self, stepper: &mut DualStepper<T>, at: &DualState<T>) -> Option<Number<T>> {
         match self.end {
             Some(SensitivityEnd::Time(_)) => None,

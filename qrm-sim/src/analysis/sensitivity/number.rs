@@ -12,7 +12,7 @@ pub(super) type Derived<T> = DualSVec<T, PARTS>;
 /// A value with its derivatives, as the scalar that a tape is evaluated on.
 pub(super) type Number<T> = Dual<Derived<T>>;
 
-/// What a value or a derivative is: a double, or a double with its derivative along a direction of the parameters.
+/// The type of a value or a derivative: a double, or a double with its derivative along a direction of the parameters.
 pub(super) trait Inner: DualKind {
     /// The order of the highest derivative of a number.
     const ORDER: usize;

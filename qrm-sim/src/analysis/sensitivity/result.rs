@@ -36,7 +36,7 @@ pub struct OutputValues {
 pub struct Derivatives {
     /// The value.
     pub value: f64,
-    /// Its derivatives, in its unit over those of the parameters.
+    /// The derivatives of the value by the parameters, in its unit over theirs.
     pub by: Vec<f64>,
     /// The products of its Hessian with the direction: the derivatives of `by` along it; none without a direction.
     pub hessian_vector: Vec<f64>,

@@ -57,7 +57,7 @@ impl DualSaddlePoint {
 }
 
 impl<T: Inner> Equations<'_, T> {
-    /// What `x` and `w` leave of the right sides: `f - M x - J' w`, then `-b - J x`.
+    /// The residuals of the equations at `x` and `w`: `f - M x - J' w`, then `-b - J x`.
     fn open(&self, x: &[Number<T>]) -> Vec<Number<T>> {
         let n = self.forces.len();
         let (x, w) = x.split_at(n);

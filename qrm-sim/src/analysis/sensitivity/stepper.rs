@@ -10,7 +10,8 @@ use crate::integrate::{Corner, Corners, Formula, LEFT, MOST_PARTS, MethodSetting
 
 /// A corner is crossed where it is as near as this part of the step.
 const NEAR: f64 = 1e-6;
-/// It is crossed from this part of the step before it to this part behind it, or from this part of the time.
+/// A corner is crossed from this distance before it to this distance behind it: `BESIDE` of the step or `LEAST` of the
+/// time, whichever is larger.
 const BESIDE: f64 = 1e-10;
 const LEAST: f64 = 1e-12;
 

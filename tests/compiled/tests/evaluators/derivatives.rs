@@ -28,7 +28,7 @@ struct Seeded<const N: usize> {
     qd: [D; N],
 }
 
-/// What changes with a variable.
+/// The direction of a derivative: a variable, or the motion.
 #[derive(Clone, Copy, PartialEq)]
 enum By {
     Time,

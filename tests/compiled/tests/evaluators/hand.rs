@@ -108,7 +108,7 @@ fn samples(loaded: bool) -> impl Iterator<Item = Sample> {
     .take(STATES)
 }
 
-/// What every function must give, by automatic differentiation.
+/// The values that every function must give, by automatic differentiation.
 struct Expected {
     positions: [f64; 11],
     jacobian: [[f64; 3]; 11],
