@@ -3,7 +3,7 @@
 use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 use std::{io, thread};
 
@@ -71,7 +71,7 @@ impl Sources {
             thread::sleep(POLL_INTERVAL);
         };
         let said = said.join().unwrap_or_default();
-        if status.success() { Ok(()) } else { Err(self.failure(&said)) }
+        if status.success() { Ok(()) } else { Err(self.failure(&said, status)) }
     }
 
     /// Starts cargo.
@@ -95,15 +95,18 @@ impl Sources {
         })
     }
 
-    /// The error of a build that failed, by what cargo said.
-    fn failure(&self, said: &str) -> String {
+    /// The error of a build that failed, by the output of cargo and its status.
+    fn failure(&self, said: &str, status: ExitStatus) -> String {
         let noise = ["Compiling ", "Downloaded ", "Downloading ", "Updating ", "warning: spurious network error"];
         let is_noise = |line: &&str| noise.iter().any(|noise| line.contains(noise));
         let lines: Vec<&str> = said.lines().filter(|line| !line.trim().is_empty() && !is_noise(line)).collect();
-        let last = lines[lines.len().saturating_sub(12)..].join("\n  ");
+        let last = match lines.len() {
+            0 => format!("cargo ended with {status}"),
+            count => lines[count.saturating_sub(12)..].join("\n  "),
+        };
         format!(
             "the symbolic engine could not be built:\n  {last}\n  \
-             = help: run `cargo build --release --manifest-path {} --target-dir {}` to see all of it, or set QRM_ENGINE to a program \
+             = help: run `cargo build --release --locked --manifest-path {} --target-dir {}` to see all of it, or set QRM_ENGINE to a program \
              `qrm-engine` {VERSION}",
             self.clone.join("engine/Cargo.toml").display(),
             self.target().display()
@@ -190,7 +193,11 @@ pub(crate) fn generate(scenes: &[&Path], out: &Path) -> Result<Vec<String>, Stri
     let output = output.map_err(|e| format!("{} cannot be started: {e}", program.display()))?;
     match output.status.success() {
         true => Ok(note.into_iter().collect()),
-        false => Err(String::from_utf8_lossy(&output.stderr).trim().to_owned()),
+        false => {
+            let said = String::from_utf8_lossy(&output.stderr).trim().to_owned();
+            let silent = || format!("the symbolic engine {} ended with {}", program.display(), output.status);
+            Err(if said.is_empty() { silent() } else { said })
+        }
     }
 }
 
@@ -202,6 +209,13 @@ fn build(sources: &Sources) -> Result<Option<String>, String> {
         announce(BUILDING);
     }
     sources.build(|| true)?;
+    // Cargo takes a file of the right age for what it has built.
+    if check(&sources.program()).is_err() {
+        let failed = |e| format!("the symbolic engine {} cannot be replaced: {e}", sources.program().display());
+        std::fs::remove_file(sources.program()).map_err(failed)?;
+        sources.build(|| true)?;
+        check(&sources.program())?;
+    }
     let note = format!(
         "the symbolic engine was built in {} s; it lies in {}",
         begun.elapsed().as_secs(),

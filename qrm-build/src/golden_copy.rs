@@ -42,6 +42,20 @@ impl GoldenCopy {
         Ok(Some(Self { tape, derivation: derivation_text, code }))
     }
 
+    /// Removes the files of a module from a folder.
+    ///
+    /// # Errors
+    /// A file is there and cannot be removed.
+    pub(crate) fn remove(folder: &Path, module: &str) -> Result<(), String> {
+        for path in paths(folder, module) {
+            match fs::remove_file(&path) {
+                Err(e) if e.kind() != ErrorKind::NotFound => return Err(format!("{}: {e}", path.display())),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
     /// Writes the files of a module into a folder.
     ///
     /// # Errors

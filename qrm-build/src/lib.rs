@@ -60,6 +60,7 @@ fn logged(result: &Result<Vec<String>, String>) -> String {
     };
     match result {
         Ok(warnings) => warnings.iter().map(|warning| lines("warning", warning)).collect(),
+        Err(message) if message.trim().is_empty() => lines("error", "the build script failed"),
         Err(message) => lines("error", message),
     }
 }

@@ -39,7 +39,7 @@ pub fn modules(request: &Request) -> Result<Vec<String>, String> {
     [copies].into_iter().chain(scenes.iter().map(PathBuf::as_path)).for_each(watch);
     let files = SceneFile::read_all(scenes, same_module).map_err(|wrong| texts(wrong.iter()).join("\n\n"))?;
     let mut warnings = texts(files.iter().map(|file| &file.warnings).filter(|report| !report.diagnostics.is_empty()));
-    let generates = std::env::var_os("QRM_GENERATE").is_some_and(|value| !value.is_empty());
+    let generates = std::env::var("QRM_GENERATE").is_ok_and(|value| !["", "0"].contains(&&*value));
     let mut entries = Vec::new();
     let mut missing = Vec::new();
     for file in &files {
@@ -54,13 +54,17 @@ pub fn modules(request: &Request) -> Result<Vec<String>, String> {
     }
     fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
     if !missing.is_empty() {
+        // A module of an earlier build must not stand for one that the engine fails to write.
+        for (name, ..) in entries.iter().filter(|(_, copy, ..)| copy.is_none()) {
+            GoldenCopy::remove(out, name)?;
+        }
         warnings.extend(engine::generate(&missing, out)?);
     }
     let entry = |(name, copy, is_compiled, file): (String, Option<GoldenCopy>, bool, _)| {
         let written = || format!("the symbolic engine has not written {name}.rs");
         let copy = match copy {
             Some(copy) => copy,
-            None => GoldenCopy::read(out, &name)?.ok_or_else(written)?,
+            None => GoldenCopy::read(out, &name)?.filter(|own| is_of(own, file)).ok_or_else(written)?,
         };
         Ok(Entry { name, copy, is_compiled, file })
     };
@@ -100,6 +104,12 @@ fn current(copies: &Path, module: &str, file: &SceneFile) -> Result<Option<Golde
     // A copy of a version whose scenes are no scenes any more.
     let Ok((scene, _)) = resolve::read(module, source) else { return Ok(None) };
     Ok(values::with_values(&copy, (&scene, source), file))
+}
+
+/// Whether a module was generated from the text of a scene.
+fn is_of(copy: &GoldenCopy, file: &SceneFile) -> bool {
+    // A text that is not a raw literal has another form in the module.
+    source(&copy.code).is_none_or(|source| source == file.source)
 }
 
 /// The text of the scene that a module was generated from; `None` if it is not a raw literal.
