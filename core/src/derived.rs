@@ -93,8 +93,7 @@ impl DerivedScene {
 
     /// The scene as an entry in a program's list. It lives as long as the program.
     pub fn into_model(self) -> Model {
-        let description = Box::leak(Box::new(self.description.leaked()));
-        Model::interpreted(description, Box::leak(Box::new(StoredTape::from(self.tape))))
+        self.description.into_model(StoredTape::from(self.tape))
     }
 }
 
@@ -126,6 +125,11 @@ impl OwnedDescription {
             friction: description.friction.iter().map(|&name| name.into()).collect(),
             until: description.until.into(),
         }
+    }
+
+    /// The entry of a scene with this tape in a program's list. It lives as long as the program.
+    pub fn into_model(self, tape: StoredTape) -> Model {
+        Model::interpreted(Box::leak(Box::new(self.leaked())), Box::leak(Box::new(tape)))
     }
 
     fn leaked(self) -> Description {

@@ -218,24 +218,6 @@ impl NamedTape {
         (digest(bytes.iter().copied()) == u64::from_le_bytes(*hash)).then(|| postcard::from_bytes(bytes).ok())?
     }
 
-    /// The tape without what printers alone need.
-    #[must_use]
-    pub fn without_texts(&self) -> Self {
-        let function = |own: &Function| Function {
-            doc: String::new(),
-            aliases: Vec::new(),
-            statements: Vec::new(),
-            parts: own.parts.iter().map(|part| Part { doc: String::new(), ..part.clone() }).collect(),
-            ..own.clone()
-        };
-        Self {
-            functions: self.functions.iter().map(function).collect(),
-            names: BTreeMap::new(),
-            notes: Vec::new(),
-            ..self.clone()
-        }
-    }
-
     /// A value with the other sign.
     pub fn negative(&mut self, value: u32) -> u32 {
         self.operation(match self.values[value as usize] {

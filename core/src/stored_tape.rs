@@ -15,6 +15,9 @@ pub struct StoredTape {
     bytes: &'static [u8],
     #[cfg(feature = "std")]
     named: OnceLock<NamedTape>,
+    /// Places the tape. Programs that are given placed tapes alone, as pages are, do not contain that code.
+    #[cfg(feature = "std")]
+    place: fn(&StoredTape) -> Tape,
     #[cfg(feature = "std")]
     placed: OnceLock<&'static Tape>,
 }
@@ -23,7 +26,7 @@ impl StoredTape {
     /// The tape of [bytes](NamedTape::to_bytes) that the generator wrote.
     #[cfg(feature = "std")]
     pub const fn new(bytes: &'static [u8]) -> Self {
-        Self { bytes, named: OnceLock::new(), placed: OnceLock::new() }
+        Self { bytes, named: OnceLock::new(), place: Self::placed, placed: OnceLock::new() }
     }
 
     /// The tape of bytes that the generator wrote. Programs without a standard library do not read it.
@@ -44,9 +47,20 @@ impl StoredTape {
         self.named.get_or_init(read)
     }
 
+    fn placed(&self) -> Tape {
+        self.named().placed()
+    }
+
+    /// A tape that is placed already. It has no names.
+    pub fn of_placed(tape: Tape) -> Self {
+        let stored = Self { bytes: &[], named: OnceLock::new(), place: |_| Tape::default(), placed: OnceLock::new() };
+        let _ = stored.placed.set(Box::leak(Box::new(tape)));
+        stored
+    }
+
     /// The tape for evaluators. It lives as long as the program.
     pub fn tape(&self) -> &'static Tape {
-        self.placed.get_or_init(|| Box::leak(Box::new(self.named().placed())))
+        self.placed.get_or_init(|| Box::leak(Box::new((self.place)(self))))
     }
 }
 

@@ -134,7 +134,7 @@ impl Operation {
 /// Values have places: parameters come first, then the arguments: `t`, `q`, `qd`, `qdd` (`n` each) and the multipliers
 /// (`m`), then sines and cosines of `q` (`n` each) and residuals (`m`) for the kernel. The constants come next. The values
 /// of each function follow, in the same places for all functions; those of the kernel stand one after another.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Tape {
     /// The number of coordinates, `n`.
     pub coordinates: u32,
@@ -180,7 +180,7 @@ pub struct Tape {
 }
 
 /// The functions of a kernel. Those that take a position need its values in their places.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TapeKernel {
     /// The number of operations of accelerations and multipliers.
     pub operations: usize,
@@ -201,7 +201,7 @@ pub struct TapeKernel {
 }
 
 /// Operations, and the places of their results; matrices row by row.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TapeFunction {
     /// The operations in their order.
     pub operations: Cow<'static, [Operation]>,

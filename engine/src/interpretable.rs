@@ -28,7 +28,7 @@ pub fn derive(
     let equations = generate::equations(&[&file], announce)?.remove(0);
     let SceneFile { scene, source, .. } = &file;
     let tape = functions::tape(scene, &equations);
-    show(&DerivedScene { description: description(scene, source, String::new()), tape: tape.without_texts() });
+    show(&DerivedScene { description: description(scene, source, String::new()), tape: tape.clone() });
     verify::verify(scene, &equations, &tape, &tape.placed()).map_err(Error::Unverified)?;
     let derivation = derivation::markdown(scene, &equations, source);
     Ok(DerivedScene { description: description(scene, source, derivation), tape })

@@ -1,13 +1,15 @@
 //! A derived scene as bytes for a page.
 
-use qrm_core::{DerivedScene, OwnedDescription};
+use qrm_core::{DerivedScene, OwnedDescription, Tape};
 use qrm_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// A scene as a page holds it.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Packed {
-    pub(crate) derived: DerivedScene,
+    pub(crate) description: OwnedDescription,
+    /// The tape for evaluators: a page prints no code.
+    pub(crate) tape: Tape,
     pub(crate) scene: Scene,
 }
 
@@ -18,6 +20,6 @@ pub(crate) struct Packed {
 pub fn packed(derived: DerivedScene, scene: Scene) -> Vec<u8> {
     // The page shows no texts of that length.
     let description = OwnedDescription { source: String::new(), derivation: String::new(), ..derived.description };
-    let packed = Packed { derived: DerivedScene { description, tape: derived.tape.without_texts() }, scene };
+    let packed = Packed { description, tape: derived.tape.placed(), scene };
     postcard::to_stdvec(&packed).unwrap_or_else(|e| unreachable!("memory takes all bytes: {e}"))
 }

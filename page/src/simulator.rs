@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::io;
 
-use qrm_core::{Description, Mechanism, Model};
+use qrm_core::{Description, Mechanism, Model, StoredTape};
 use qrm_pictures::{Frame, Recording, Sources, motion, position_error};
 use qrm_scene::evaluate::{self, constant, parameter_values};
 use qrm_scene::scene::{Quantity, Scene};
@@ -111,7 +111,7 @@ impl Simulator {
     /// A simulator for the bytes of a derived scene.
     pub(crate) fn new(bytes: &[u8]) -> Result<Self, String> {
         let packed: Packed = postcard::from_bytes(bytes).map_err(|_| "these bytes are not a derived scene")?;
-        let (model, scene) = (packed.derived.into_model(), packed.scene);
+        let (model, scene) = (packed.description.into_model(StoredTape::of_placed(packed.tape)), packed.scene);
         let mut simulator = Self { model, scene, own_parameters: Vec::new(), last: LastRun::default() };
         simulator.own_parameters = simulator.mechanism(&NamedValues::default()).parameters().to_vec();
         Ok(simulator)
