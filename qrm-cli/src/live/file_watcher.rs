@@ -49,11 +49,21 @@ impl FileWatcher {
                 false
             }
         };
-        while self.events.try_recv().is_ok() {}
-        let data = std::fs::metadata(&self.path).ok();
-        let seen = data.and_then(|data| Some((data.modified().ok()?, data.len())));
+        let mut seen = self.look();
+        if seen != self.seen && seen.is_some_and(|(_, length)| length == 0) {
+            // Editors that write in place empty the file first.
+            let _ = self.events.recv_timeout(DATE_INTERVAL);
+            seen = self.look();
+        }
         let has_other_date = seen != self.seen;
         self.seen = seen;
         has_event || has_other_date
+    }
+
+    /// Date and length of the file, with all earlier events taken.
+    fn look(&self) -> Option<(SystemTime, u64)> {
+        while self.events.try_recv().is_ok() {}
+        let data = std::fs::metadata(&self.path).ok()?;
+        Some((data.modified().ok()?, data.len()))
     }
 }
