@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use qrm_core::{Model, ParameterOverrides};
-use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
+use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::integrate::{AUTO, DOP853, METHODS, Method, MethodSettings};
 use qrm_sim::run::{End, Request, simulate};
 
@@ -133,13 +133,8 @@ fn one_sweep(
     let replacements: Vec<ParameterOverrides> =
         replacements.iter().map(|replace| replace as ParameterOverrides).collect();
     let settings = MethodSettings::new(DOP853, tolerance);
-    let request = SweepRequest {
-        settings,
-        end: Some(SweepEnd::Time(end_time)),
-        extremes,
-        estimate_error,
-        ..SweepRequest::default()
-    };
+    let request =
+        SweepRequest { settings, end: Some(End::Time(end_time)), extremes, estimate_error, ..SweepRequest::default() };
     repeat(|| {
         let begun = Instant::now();
         let results = sweep(model, &replacements, &request, LaneCount::Most);

@@ -14,6 +14,7 @@ mod cams;
 mod certify;
 mod check;
 mod command;
+mod conditions;
 mod corners;
 mod corpus;
 mod driven;

@@ -7,7 +7,7 @@ use std::{fmt, io};
 
 use fastrand::Rng;
 use qrm_core::{Mechanism, Model, ParameterOverrides};
-use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
+use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::integrate::{DOP853, METHODS, MethodSettings, method_named};
 use qrm_sim::run::{End, Observer, Outcome, Request, Row, StartError, Status, simulate};
 
@@ -225,7 +225,7 @@ fn designs_in_lanes_are_what_runs_make_of_them() {
         let designs: Vec<ParameterOverrides> =
             replacements.iter().map(|replace| replace as ParameterOverrides).collect();
         let settings = MethodSettings::new(DOP853, 10.0_f64.powf(-4.0 - 8.0 * random.f64()));
-        let end = Some(SweepEnd::Time(first.end));
+        let end = Some(End::Time(first.end));
         let request = SweepRequest { settings, step: Some(first.step), end, ..SweepRequest::default() };
         let in_lanes = sweep(model, &designs, &request, LaneCount::Most);
         let alone = sweep(model, &designs, &request, LaneCount::One);

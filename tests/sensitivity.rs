@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use crate::common::{model, qrm};
-use qrm_sim::analysis::{SensitivityEnd, SensitivityError, SensitivityRequest};
+use qrm_sim::analysis::{SensitivityError, SensitivityRequest};
+use qrm_sim::run::End;
 
 /// The value and the derivatives of each quantity, by their names in the table.
 type Table = HashMap<(String, String), HashMap<String, f64>>;
@@ -131,7 +132,7 @@ fn many_parameters_give_what_each_gives_by_itself() {
     let model = model("quick-return");
     let by: Vec<&str> = model.description.parameters.iter().map(|parameter| parameter.name).collect();
     assert!(by.len() > 8, "{by:?}");
-    let end = || Some(SensitivityEnd::Time(0.3));
+    let end = || Some(End::Time(0.3));
     let derive = |by: &[&str]| {
         qrm_sim::analysis::sensitivity(
             model,
@@ -162,7 +163,7 @@ fn extremes_that_may_be_replaced_are_said_to_be_not_checked() {
 fn an_interrupted_motion_says_so() {
     let keep_running = |t: f64, _: f64| t < 0.1;
     for by in [&["k"][..], &[]] {
-        let end = Some(SensitivityEnd::Time(500.0));
+        let end = Some(End::Time(500.0));
         let request =
             SensitivityRequest { by, end, keep_running: Some(&keep_running), ..SensitivityRequest::default() };
         let found = qrm_sim::analysis::sensitivity(model("slider-crank"), &|_| None, &request);

@@ -2,10 +2,10 @@
 //! order.
 
 use crate::common;
-use crate::common::model;
-use num_dual::HyperDual64;
-use qrm_sim::analysis::{Derivatives, Sensitivity, SensitivityEnd, SensitivityRequest, reference_states, sensitivity};
+use crate::common::{event, model};
+use qrm_sim::analysis::{Derivatives, Sensitivity, SensitivityRequest, reference_states, sensitivity};
 use qrm_sim::integrate::{DOP853, METHODS, MethodSettings, RK4, RODAS};
+use qrm_sim::run::End;
 
 /// The difference quotient of order 8: places and weights.
 const QUOTIENT: [(f64, f64); 8] = [
@@ -38,24 +38,24 @@ struct Case {
     scene: &'static str,
     set: &'static [(&'static str, f64)],
     by: &'static [&'static str],
-    end: End,
+    end: CaseEnd,
 }
 
 #[derive(Clone, Copy)]
-enum End {
+enum CaseEnd {
     Time(f64),
     /// The time at which this coordinate rises through a value, and a time near it.
     Rises(usize, f64, f64),
 }
 
-const SMOOTH: Case = Case { scene: "slider-crank", set: &[], by: &["k", "c", "a", "J2"], end: End::Time(3.0) };
+const SMOOTH: Case = Case { scene: "slider-crank", set: &[], by: &["k", "c", "a", "J2"], end: CaseEnd::Time(3.0) };
 const EVENT: Case =
-    Case { scene: "quick-return-loaded", set: &[], by: &["O2A", "BC", "w0"], end: End::Rises(0, 2.0, 0.26) };
+    Case { scene: "quick-return-loaded", set: &[], by: &["O2A", "BC", "w0"], end: CaseEnd::Rises(0, 2.0, 0.26) };
 /// RK4 cannot follow it with the scene's step.
 const STIFF: Case =
-    Case { scene: "quick-return-loaded", set: &[("cd", 1e7)], by: &["O2A", "cd", "w0"], end: End::Time(0.01) };
+    Case { scene: "quick-return-loaded", set: &[("cd", 1e7)], by: &["O2A", "cd", "w0"], end: CaseEnd::Time(0.01) };
 const LESS_STIFF: Case =
-    Case { scene: "slider-crank", set: &[("c", 1e4), ("k", 1e4)], by: &["a", "c", "k"], end: End::Time(0.1) };
+    Case { scene: "slider-crank", set: &[("c", 1e4), ("k", 1e4)], by: &["a", "c", "k"], end: CaseEnd::Time(0.1) };
 
 impl Case {
     /// The value of a parameter, some of them moved.
@@ -71,14 +71,17 @@ impl Case {
 
     /// The derivatives of the case with some parameters moved; settings beside those of the case are from `request`.
     fn derivatives(&self, request: SensitivityRequest, moved: &[(&str, f64)]) -> Sensitivity {
-        let rises = |_: &str, _: HyperDual64, q: &[HyperDual64], _: &[HyperDual64]| match self.end {
-            End::Rises(i, to, _) => q[i] - to,
-            End::Time(_) => HyperDual64::from(0.0),
+        let rises = match self.end {
+            CaseEnd::Rises(i, to, _) => {
+                let name = model(self.scene).description.coordinates[i].name;
+                Some(event(model(self.scene), &format!("{name} >= {to:?}")))
+            }
+            CaseEnd::Time(_) => None,
         };
-        let end = Some(match self.end {
-            End::Time(t) => SensitivityEnd::Time(t),
-            End::Rises(..) => SensitivityEnd::Condition(&rises),
-        });
+        let end = match self.end {
+            CaseEnd::Time(t) => Some(End::Time(t)),
+            CaseEnd::Rises(..) => rises.as_ref().map(End::Event),
+        };
         let request = SensitivityRequest { by: self.by, end, ..request };
         sensitivity(model(self.scene), &|name| self.value(name, moved), &request).expect("smooth")
     }
@@ -90,8 +93,8 @@ impl Case {
             reference_states(model(self.scene), &replace, &[t], 1e-22).expect("a motion").remove(0).rounded
         };
         let state = match self.end {
-            End::Time(t) => at(t),
-            End::Rises(i, to, near) => (0..4).fold(at(near), |at_t, _| at(at_t.t - (at_t.q[i] - to) / at_t.qd[i])),
+            CaseEnd::Time(t) => at(t),
+            CaseEnd::Rises(i, to, near) => (0..4).fold(at(near), |at_t, _| at(at_t.t - (at_t.q[i] - to) / at_t.qd[i])),
         };
         std::iter::once(state.t).chain(state.q).chain(state.qd).collect()
     }

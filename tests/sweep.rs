@@ -3,12 +3,12 @@
 //! `QRM_RUNS=100000 QRM_SEED=1 cargo test --release --test sweep -- --nocapture` makes so many random designs, others with
 //! another seed, and prints what they are like.
 
-use crate::common::{mechanism, model};
+use crate::common::{event, mechanism, model};
 use fastrand::Rng;
 use qrm_core::{Model, ParameterOverrides};
-use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest};
+use qrm_sim::batch::{DesignResult, LaneCount, SweepRequest};
 use qrm_sim::integrate::{DOP853, MethodSettings, StepBounds};
-use qrm_sim::run::{RejectionReason, Request, StartError, Status, simulate};
+use qrm_sim::run::{End, RejectionReason, Request, StartError, Status, simulate};
 
 /// The parameters of a design.
 type Design = Vec<(&'static str, f64)>;
@@ -50,7 +50,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 fn each_design_ends_as_it_does_alone() {
     let designs = quick_returns(60);
     for end in [None, Some(0.3004)] {
-        let request = |tolerance| SweepRequest { end: end.map(SweepEnd::Time), ..by_tolerance(tolerance) };
+        let request = |tolerance| SweepRequest { end: end.map(End::Time), ..by_tolerance(tolerance) };
         let alone = sweep(model("quick-return"), &designs, &request(1e-12), LaneCount::One);
         for lanes in [LaneCount::Most, LaneCount::Four] {
             let finished = sweep(model("quick-return"), &designs, &request(1e-9), lanes);
@@ -109,10 +109,10 @@ fn a_stop_condition_is_met_where_a_run_meets_it() {
 #[test]
 fn a_condition_that_is_true_within_a_step_only_is_met() {
     // True for a third of a step's turn.
-    let below = |_: usize, _: f64, q: &[f64], _: &[f64]| -0.5 - (20.0 * q[0]).sin();
+    let below = event(model("quick-return"), "-0.5 - sin(20*phi2) >= 0");
     let first = (1.5 * std::f64::consts::PI - 0.5_f64.acos()) / 20.0;
     let designs = quick_returns(24);
-    let request = SweepRequest { end: Some(SweepEnd::Condition(&below)), ..by_tolerance(1e-9) };
+    let request = SweepRequest { end: Some(End::Event(&below)), ..by_tolerance(1e-9) };
     for lanes in [LaneCount::Most, LaneCount::Four] {
         let finished = sweep(model("quick-return"), &designs, &request, lanes);
         let ended = finished.iter().filter(|finished| matches!(finished.status, Ok(Status::Stopped)));
@@ -165,7 +165,7 @@ fn a_design_does_not_depend_on_its_neighbours() {
     let designs: Vec<Design> = (0..40).map(design).collect();
     let show = |finished: &DesignResult| format!("{finished:?}");
     for end in [None, Some(0.8)] {
-        let request = SweepRequest { end: end.map(SweepEnd::Time), ..by_tolerance(1e-8) };
+        let request = SweepRequest { end: end.map(End::Time), ..by_tolerance(1e-8) };
         let together = sweep(model("quick-return"), &designs, &request, LaneCount::Most);
         let four = sweep(model("quick-return"), &designs, &request, LaneCount::Four);
         assert!(
@@ -183,7 +183,7 @@ fn a_design_does_not_depend_on_its_neighbours() {
 fn no_step_is_longer_or_later_than_its_bounds() {
     let designs = quick_returns(8);
     let bounds = |design: usize| StepBounds::new(if design == 0 { 1e-3 } else { f64::INFINITY }, &[0.1, 0.2, 0.3]);
-    let request = SweepRequest { step_bounds: Some(&bounds), end: Some(SweepEnd::Time(1.0)), ..by_tolerance(1e-6) };
+    let request = SweepRequest { step_bounds: Some(&bounds), end: Some(End::Time(1.0)), ..by_tolerance(1e-6) };
     let finished = sweep(model("quick-return"), &designs, &request, LaneCount::Most);
     let steps: Vec<u64> = finished.iter().filter(|finished| !finished.is_alone).map(|f| f.steps).collect();
     assert!(steps[0] >= 1000 && (20..100).contains(&steps[1]), "{steps:?}");
@@ -193,7 +193,7 @@ fn no_step_is_longer_or_later_than_its_bounds() {
 fn a_small_swing_is_judged_by_its_range() {
     // Off by more than 1e-3 of a range of 1e-2 rad, with the energy kept.
     let replace = |name: &str| (name == "a0").then_some(5e-3);
-    let end = Some(SweepEnd::Time(60.0));
+    let end = Some(End::Time(60.0));
     let request = SweepRequest { step: Some(0.05), end, extremes: false, ..by_steps() };
     let finished = &qrm_sim::batch::sweep(model("double-pendulum"), &[&replace], &request, LaneCount::Most)[0];
     assert!(matches!(finished.rejection_reasons[..], [RejectionReason::Error { .. }]), "{finished:?}");
@@ -202,11 +202,12 @@ fn a_small_swing_is_judged_by_its_range() {
 #[test]
 fn designs_of_few_steps_have_an_error() {
     // Designs that stop in their third step, where the companion meets them at the end alone, and in the fourth one.
-    let stop = |design: usize, t: f64, _: &[f64], _: &[f64]| t - if design == 0 { 2.5e-3 } else { 3.5e-3 };
-    let request = SweepRequest { end: Some(SweepEnd::Condition(&stop)), ..by_steps() };
-    let finished = sweep(model("quick-return"), &quick_returns(2), &request, LaneCount::Most);
-    let known: Vec<bool> = finished.iter().map(|finished| finished.estimated_error.is_some()).collect();
-    assert_eq!(known, [true, true]);
+    for stop in ["t >= 2.5e-3", "t >= 3.5e-3"] {
+        let stop = event(model("quick-return"), stop);
+        let request = SweepRequest { end: Some(End::Event(&stop)), ..by_steps() };
+        let finished = sweep(model("quick-return"), &quick_returns(2), &request, LaneCount::Most);
+        assert!(finished.iter().all(|finished| finished.estimated_error.is_some()), "{finished:?}");
+    }
 }
 
 #[test]
@@ -249,7 +250,7 @@ fn what_a_design_says_of_its_error_holds() {
         let end = own.schedule().end_time * random.f64().max(0.05);
         let tolerance = 10.0_f64.powf(-3.0 - 8.0 * random.f64());
         let request =
-            |tolerance| SweepRequest { end: Some(SweepEnd::Time(end)), extremes: false, ..by_tolerance(tolerance) };
+            |tolerance| SweepRequest { end: Some(End::Time(end)), extremes: false, ..by_tolerance(tolerance) };
         let finished = sweep(model, &designs, &request(tolerance), LaneCount::Most);
         let exact = sweep(model, &designs, &request((1e-4 * tolerance).max(1e-13)), LaneCount::Most);
         for ((design, finished), exact) in designs.iter().zip(&finished).zip(&exact) {
@@ -296,8 +297,8 @@ fn what_a_design_says_of_its_error_holds() {
 fn a_landing_that_is_rejected_is_made_again() {
     let lengths = (0..40).map(|i| vec![("l", 0.5 + 2.5 * f64::from(i) / 39.0)]);
     let designs: Vec<Design> = lengths.collect();
-    let below = |_: usize, _: f64, q: &[f64], _: &[f64]| -q[0];
-    let request = SweepRequest { end: Some(SweepEnd::Condition(&below)), ..by_tolerance(1e-13) };
+    let below = event(model("pendulum"), "x <= 0");
+    let request = SweepRequest { end: Some(End::Event(&below)), ..by_tolerance(1e-13) };
     for lanes in [LaneCount::Most, LaneCount::Four] {
         for finished in sweep(model("pendulum"), &designs, &request, lanes) {
             assert!(matches!(finished.status, Ok(Status::Stopped)) && finished.q[0].abs() < 1e-12, "{finished:?}");

@@ -173,8 +173,8 @@ impl<R: Scalar> Kernel<R, 3, 2> for KernelByHand<R> {
     }
 
     #[inline(always)]
-    fn event(&self, t: R, q: &[R; 3], qd: &[R; 3]) -> Option<R> {
-        self.generated.event(t, q, qd)
+    fn event(&self, t: R, q: &[R; 3], qd: &[R; 3], qdd: &[R; 3], multipliers: &[R; 2]) -> Option<R> {
+        self.generated.event(t, q, qd, qdd, multipliers)
     }
 
     #[inline(always)]

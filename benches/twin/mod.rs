@@ -7,7 +7,7 @@ mod kernel_by_hand;
 
 use qrm_core::{
     Description, Dynamics, DynamicsMut, Equations, LoopConstraints, LoopConstraintsMut, Mechanism, Model,
-    ParameterOverrides, Schedule, StartMut,
+    ParameterOverrides, Schedule, StartMut, StateRef,
 };
 
 pub(crate) use by_dual_numbers::ByDualNumbers;
@@ -89,8 +89,8 @@ impl<E: PlainFunctions> Mechanism for Twin<E> {
         self.generated.schedule()
     }
 
-    fn event(&self, t: f64, q: &[f64], qd: &[f64]) -> Option<f64> {
-        self.generated.event(t, q, qd)
+    fn event(&self, at: &StateRef) -> Option<f64> {
+        self.generated.event(at)
     }
 
     fn dynamics(&self, _t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut) {

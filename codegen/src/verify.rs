@@ -27,7 +27,7 @@ pub(crate) use evaluation::Evaluation;
 pub(crate) use evaluation::Number;
 use expected::Expected;
 use hessians::second_derivatives;
-use qrm_scene::evaluate::{State, constant, parameter_values};
+use qrm_scene::evaluate::{State, constant, evaluate, parameter_values};
 use qrm_scene::expression::Node;
 use qrm_scene::resolve::all_values;
 use qrm_scene::scene::{Coordinate, Quantity, Scene, Start, Value as Formula};
@@ -241,9 +241,20 @@ fn verify_plain(scene: &Scene, tape: &NamedTape) -> Result<(), String> {
             let sample = Sample { parameters: own.clone(), ..Sample::random(scene, number, &mut random) };
             let wide = sample.on::<Wide>();
             let state = State::plain(scene, &own, wide.t, &wide.q, &wide.qd);
-            let expected = state.value(&condition.difference) * condition.comparison.sign();
+            let evaluation: Evaluation<DoubleDouble> = sample.evaluation(scene, tape, &[]);
+            let result = |function: &str, i: usize| Wide(evaluation.results(function)[i]);
+            let difference = evaluate(&condition.difference, |quantity| match *quantity {
+                Quantity::Acceleration(i) => Wide(sample.qdd[i].into()),
+                Quantity::Multiplier(i) => Wide(sample.multipliers[i].into()),
+                Quantity::Output(i) => result("outputs", i),
+                Quantity::KineticEnergy => result("energy", 0),
+                Quantity::PotentialEnergy => result("energy", 1),
+                Quantity::Energy => result("energy", 0) + result("energy", 1),
+                quantity => state.quantity(quantity),
+            });
+            let expected = difference * condition.comparison.sign();
             if size(expected).is_finite() {
-                same("event", &sample.evaluation(scene, tape, &[]).results("event"), &[expected])?;
+                same("event", &evaluation.results("event"), &[expected])?;
             }
         }
     }

@@ -181,8 +181,8 @@ impl<const C: usize> Mechanism for Interpreted<C> {
         self.evaluator().schedule()
     }
 
-    fn event(&self, t: f64, q: &[f64], qd: &[f64]) -> Option<f64> {
-        self.evaluator().event(t, q, qd)
+    fn event(&self, at: &StateRef) -> Option<f64> {
+        self.evaluator().event(at.t, at.q, at.qd, at.qdd, at.multipliers)
     }
 
     fn dynamics(&self, t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut) {

@@ -111,7 +111,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
 
     /// A value that rises through zero when the scene's stop condition becomes true; `None` if it has no such
     /// condition.
-    fn event(&self, t: R, q: &[R; N], qd: &[R; N]) -> Option<R>;
+    fn event(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M]) -> Option<R>;
 }
 
 /// The equations of motion of a mechanism with `N` coordinates and `M` constraints, at any position, on numbers `R`.

@@ -59,7 +59,7 @@ pub trait Mechanism: Send + Sync {
 
     /// A value that rises through zero when the scene's stop condition becomes true; `None` if it has no such
     /// condition.
-    fn event(&self, t: f64, q: &[f64], qd: &[f64]) -> Option<f64>;
+    fn event(&self, at: &StateRef) -> Option<f64>;
 
     /// The parts of the equations of motion.
     fn dynamics(&self, t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut);
@@ -328,8 +328,8 @@ where
     }
 
     #[inline]
-    fn event(&self, t: f64, q: &[f64], qd: &[f64]) -> Option<f64> {
-        self.kernel.event(t, array(q), array(qd))
+    fn event(&self, at: &StateRef) -> Option<f64> {
+        self.kernel.event(at.t, array(at.q), array(at.qd), array(at.qdd), array(at.multipliers))
     }
 
     #[inline]

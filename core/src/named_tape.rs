@@ -4,6 +4,7 @@
 mod function;
 mod placed;
 mod places;
+mod rate;
 mod schedule;
 
 use std::collections::{BTreeMap, HashMap, HashSet};

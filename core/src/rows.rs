@@ -106,7 +106,7 @@ pub(crate) fn integrate_rk4<K: Kernel<R, N, M>, R: Scalar, const N: usize, const
         }
         state = result.end;
         t = next;
-        let event = match kernel.event(R::from_f64(t), &state.q, &state.qd) {
+        let event = match kernel.event(R::from_f64(t), &state.q, &state.qd, &state.qdd, &state.multipliers) {
             Some(value) if request.watches_event => value.to_f64(),
             _ => -1.0,
         };

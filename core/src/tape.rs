@@ -243,6 +243,16 @@ impl Tape {
         split(results, [n * n, n * n, m * n, m * n, n, m])
     }
 
+    /// Whether the event depends on accelerations or multipliers.
+    pub fn event_takes_forces(&self) -> bool {
+        let (Some(event), places) = (&self.event, self.arguments()) else { return false };
+        let mut takes_forces = false;
+        let mut look = |place: u32| takes_forces |= (places.qdd..places.sin).contains(&(place as usize));
+        event.operations.iter().for_each(|operation| operation.for_each_operand(&mut look));
+        event.results.iter().copied().for_each(look);
+        takes_forces
+    }
+
     /// The numbers of coordinates and of constraints.
     pub(crate) fn sizes(&self) -> [usize; 2] {
         [self.coordinates as usize, self.constraints as usize]

@@ -1,5 +1,6 @@
-//! The numbers of the kernel.
+//! The numbers and tapes of the kernel.
 
 mod double_double;
+mod rate;
 mod sine;
 mod tape;

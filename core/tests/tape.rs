@@ -55,7 +55,7 @@ fn functions_are_evaluated_on_any_number() {
     let mut output = [0.0];
     evaluator.outputs(0.0, &[1.0], &[2.0], &[4.0], &[], &mut output);
     assert_eq!(output, [7.0]);
-    assert_eq!(evaluator.event(3.0, &[1.0], &[0.0]), Some(-2.0));
+    assert_eq!(evaluator.event(3.0, &[1.0], &[0.0], &[0.0], &[]), Some(-2.0));
     let (mut q, mut qd) = ([0.0], [1.0]);
     evaluator.start(&mut q, &mut qd);
     assert_eq!((q, qd), ([1.0], [0.0]));

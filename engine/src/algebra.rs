@@ -214,7 +214,7 @@ impl<'s> Algebra<'s> {
                     Quantity::StretchRate => stretch[1].clone(),
                     Quantity::Time => self.symbol(Symbol::Time),
                     Quantity::Pi => self.symbol(Symbol::Pi),
-                    Quantity::Unknown => unreachable!("a scene with unknown names is not differentiated"),
+                    other => unreachable!("{other:?} is in no formula that is differentiated"),
                 },
                 Node::Negate(a) => -&atoms[*a],
                 Node::Add(a, b) => &atoms[*a] + &atoms[*b],

@@ -203,7 +203,7 @@ impl Lower<'_> {
 
     /// A function whose value is minus infinity.
     fn never(&self, name: &str, doc: &str) -> Function {
-        let arguments = [Argument::Time, Argument::Coordinates, Argument::Rates].map(|own| self.argument(own));
+        let arguments = Argument::STATE.map(|own| self.argument(own));
         Function {
             name: name.to_owned(),
             doc: vec![doc.to_owned()],

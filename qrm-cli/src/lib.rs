@@ -5,7 +5,6 @@
 pub mod api;
 mod columns;
 mod commands;
-mod condition;
 mod error;
 mod format;
 mod live;

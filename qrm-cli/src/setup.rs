@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::sync::Arc;
 
-use qrm_core::{Description, Mechanism, Model};
+use qrm_core::{Description, Mechanism, Model, Tape};
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::names::suggestion;
-use qrm_scene::resolve;
+use qrm_scene::operations::event_tape;
+use qrm_scene::resolve::{self, read_condition};
 use qrm_scene::scene::Scene;
 use qrm_scene::time_scales::{TimeScale, time_scales};
 use qrm_sim::integrate::{MethodSettings, RK4, StepBounds};
@@ -16,7 +17,6 @@ use qrm_sim::run::{End, Observer, Outcome, Request, assembled, assembled_from, s
 use qrm_sim::solve::{ProjectionTolerance, constraint_rank};
 use qrm_sim::start::Start;
 
-use crate::condition::Condition;
 use crate::error::{Error, Message};
 use crate::messages;
 use crate::options::{MethodOptions, SceneOptions, StartOptions, assignments, optional_positive, parameters};
@@ -48,8 +48,8 @@ pub(crate) struct Setup {
     max_step: Option<f64>,
     /// End time of the command line.
     pub(crate) end_time: Option<f64>,
-    /// Stop condition of the command line.
-    pub(crate) condition: Option<Condition>,
+    /// The event of the command line's stop condition.
+    event: Option<Tape>,
     /// The constraints that were rewritten.
     pub(crate) notes: Vec<Message>,
 }
@@ -113,7 +113,7 @@ impl Setup {
             step_bounds: resolution::step_bounds(&scales, max_step),
         };
         let until = options.until.as_deref();
-        let condition = until.map(|until| Condition::new(&scene, until)).transpose()?;
+        let event = until.map(|until| event(&scene, model, until)).transpose()?;
         Ok(Self {
             settings,
             scales,
@@ -127,7 +127,7 @@ impl Setup {
             own_step,
             max_step,
             end_time,
-            condition,
+            event,
             notes: Vec::new(),
         })
     }
@@ -148,6 +148,9 @@ impl Setup {
         });
         if is_same {
             (self.model, self.description, self.scene) = (model, model.description, scene);
+            if self.event.is_some() {
+                self.event = Some(event(&self.scene, model, &self.until)?);
+            }
             self.notes.extend(notes);
         }
         Ok(self)
@@ -261,6 +264,16 @@ impl Setup {
         self.end_time.unwrap_or(f64::INFINITY)
     }
 
+    /// The end of the command line; `None` for that of the scene.
+    pub(crate) fn end(&self) -> Option<End<'_>> {
+        self.end_time.map(End::Time).or(self.event.as_ref().map(End::Event))
+    }
+
+    /// The event of a condition on the names of the scene.
+    pub(crate) fn event(&self, condition: &str) -> Result<Tape, Error> {
+        event(&self.scene, self.model, condition)
+    }
+
     /// A mistake at a place of the scene.
     pub(crate) fn at_place(&self, diagnostic: Diagnostic) -> Error {
         Report::new(&self.path, self.description.source, vec![diagnostic]).into()
@@ -268,15 +281,7 @@ impl Setup {
 
     /// Runs the scene.
     pub(crate) fn simulate(&self, estimate_error: bool, observer: &mut dyn Observer) -> Result<Outcome, Error> {
-        let parameters = self.parameters();
-        let condition = self.condition.as_ref();
-        let until = |t: f64, q: &[f64], qd: &[f64]| condition.map_or(0.0, |c| c.value(&parameters, t, q, qd));
-        let end = match (self.end_time, condition) {
-            (Some(t), _) => Some(End::Time(t)),
-            (None, Some(_)) => Some(End::Condition(&until)),
-            (None, None) => None,
-        };
-        self.simulate_until(end, estimate_error, observer)
+        self.simulate_until(self.end(), estimate_error, observer)
     }
 
     /// Runs the scene to another end.
@@ -297,4 +302,8 @@ impl Setup {
         let outcome = simulate(&*self.mechanism(), &request, observer);
         outcome.map_err(|reason| messages::no_start(&reason, self))
     }
+}
+
+fn event(scene: &Scene, model: &Model, condition: &str) -> Result<Tape, Error> {
+    Ok(event_tape(scene, &read_condition(scene, condition)?, model.named_tape()))
 }

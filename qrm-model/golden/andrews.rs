@@ -2354,7 +2354,14 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 7], _qd: &[R; 7]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 7],
+        _qd: &[R; 7],
+        _qdd: &[R; 7],
+        _multipliers: &[R; 6],
+    ) -> Option<R> {
         None
     }
 
@@ -2972,4 +2979,4 @@ step = 1e-5
 end_time = 0.03
 "#;
 
-// Hash of this file, its tape and its derivation: 5597c8f6544348f0
+// Hash of this file, its tape and its derivation: fc6a097effa82aca

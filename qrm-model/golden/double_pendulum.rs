@@ -642,7 +642,14 @@ impl<R: Scalar> Kernel<R, 2, 0> for DoublePendulum<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 2],
+        _qd: &[R; 2],
+        _qdd: &[R; 2],
+        _multipliers: &[R; 0],
+    ) -> Option<R> {
         None
     }
 
@@ -850,4 +857,4 @@ step = 1e-3
 end_time = 10
 "#;
 
-// Hash of this file, its tape and its derivation: 2722ce0b060908d8
+// Hash of this file, its tape and its derivation: 8550430b97b94bfd

@@ -1402,7 +1402,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 3],
+        _qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 2],
+    ) -> Option<R> {
         None
     }
 
@@ -1641,4 +1648,4 @@ step = 1e-2
 end_time = 20
 "#;
 
-// Hash of this file, its tape and its derivation: 1db098f980439645
+// Hash of this file, its tape and its derivation: 48432d63ba8f563f

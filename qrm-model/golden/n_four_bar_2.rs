@@ -1329,7 +1329,14 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 5], _qd: &[R; 5]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 5],
+        _qd: &[R; 5],
+        _qdd: &[R; 5],
+        _multipliers: &[R; 4],
+    ) -> Option<R> {
         None
     }
 
@@ -1626,4 +1633,4 @@ step = 1e-3
 end_time = 10
 "#;
 
-// Hash of this file, its tape and its derivation: f1730e8c09ef825b
+// Hash of this file, its tape and its derivation: beeec1affd12bf9f

@@ -639,7 +639,14 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 2],
+        _qd: &[R; 2],
+        _qdd: &[R; 2],
+        _multipliers: &[R; 1],
+    ) -> Option<R> {
         None
     }
 
@@ -849,4 +856,4 @@ step = 1e-3
 end_time = 100
 "#;
 
-// Hash of this file, its tape and its derivation: ad3a3c3815413669
+// Hash of this file, its tape and its derivation: e750d664d9239e67

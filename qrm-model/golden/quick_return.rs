@@ -1221,7 +1221,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
     }
 
     #[inline(always)]
-    fn event(&self, _t: R, q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        q: &[R; 3],
+        _qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 2],
+    ) -> Option<R> {
         let [phi2, _, _] = *q;
         Some(phi2.abs() - R::from_f64(4.0) * R::pi())
     }
@@ -1596,4 +1603,4 @@ until = 'abs(phi2) >= 4*pi'
 max_time = 10
 "#;
 
-// Hash of this file, its tape and its derivation: c7a57a025a4901cc
+// Hash of this file, its tape and its derivation: 79f30d6c02b4e77e

@@ -1398,7 +1398,14 @@ impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 3],
+        _qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 3],
+    ) -> Option<R> {
         None
     }
 
@@ -1777,4 +1784,4 @@ end_time = '2*pi/w'
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: 5fd8eaf516689b1c
+// Hash of this file, its tape and its derivation: 162e0f1ebc17c0a3

@@ -1954,7 +1954,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
     }
 
     #[inline(always)]
-    fn event(&self, _t: R, q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        q: &[R; 3],
+        _qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 2],
+    ) -> Option<R> {
         let [phi2, _, _] = *q;
         Some(phi2 - R::from_f64(6.0) * R::pi())
     }
@@ -2424,4 +2431,4 @@ max_time = 20
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: f738126561b168b2
+// Hash of this file, its tape and its derivation: ebfda2f2ce055510

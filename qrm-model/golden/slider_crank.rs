@@ -1071,7 +1071,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 3],
+        _qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 2],
+    ) -> Option<R> {
         None
     }
 
@@ -1358,4 +1365,4 @@ end_time = 10
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: 0059d78df62a5180
+// Hash of this file, its tape and its derivation: a80022a8e8df94e8

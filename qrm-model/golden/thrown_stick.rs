@@ -647,7 +647,14 @@ impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 3],
+        _qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 0],
+    ) -> Option<R> {
         None
     }
 
@@ -872,4 +879,4 @@ step = 1e-3
 end_time = 2
 "#;
 
-// Hash of this file, its tape and its derivation: af79516439bcf81b
+// Hash of this file, its tape and its derivation: 0654694507986c57

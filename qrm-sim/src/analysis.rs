@@ -30,8 +30,7 @@ pub use mechanism_without_drive::MechanismWithoutDrive;
 pub use reference::{ReferenceState, reference_states};
 pub use revolution::{NoRevolution, Range, Revolution, Series, Vertex, can_revolve, revolution, wrap_angle};
 pub use sensitivity::{
-    DerivativeErrors, Derivatives, DualCondition, OutputValues, Sensitivity, SensitivityEnd, SensitivityError,
-    SensitivityRequest, sensitivity,
+    DerivativeErrors, Derivatives, OutputValues, Sensitivity, SensitivityError, SensitivityRequest, sensitivity,
 };
 pub use spectrum::{Spectrum, longest_step, spectrum};
 

@@ -3,4 +3,4 @@
 mod lanes;
 mod sweep;
 
-pub use sweep::{DesignCondition, DesignResult, LaneCount, SweepEnd, SweepRequest, sweep};
+pub use sweep::{DesignResult, LaneCount, SweepRequest, sweep};

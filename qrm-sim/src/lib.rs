@@ -16,6 +16,7 @@ pub mod solve;
 pub mod start;
 pub mod state;
 
+mod event;
 mod maximum;
 mod quadrature;
 mod root_finding;

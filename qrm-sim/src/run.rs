@@ -26,6 +26,7 @@ mod simulation;
 mod singularity_monitor;
 mod stop_condition;
 
+pub use crate::event::End;
 pub use assembly::{NotAssembled, assemble};
 pub use balance::Balance;
 pub use continuation::{assembled, assembled_from};
@@ -37,7 +38,7 @@ pub use judgement::{RejectionReason, accepted_fraction};
 pub use observer::{Observer, Row};
 pub use outcome::{NonFiniteQuantity, Outcome, StartError, Status};
 pub use redundancy::Redundancy;
-pub use request::{End, Request, StopFunction};
+pub use request::Request;
 pub use simulate::simulate;
 pub use singularity_monitor::NearestSingularity;
 

@@ -2,7 +2,11 @@
 
 use std::io;
 
-use qrm_core::{Description, DynamicsMut, LoopConstraintsMut, Mechanism, QuantityDescription, Schedule, StartMut};
+use qrm_core::Operation::{self, Mul, Number, Sub};
+use qrm_core::{
+    Description, DynamicsMut, LoopConstraintsMut, Mechanism, QuantityDescription, Schedule, StartMut, StateRef, Tape,
+    TapeFunction,
+};
 use qrm_sim::integrate::{AUTO, METHODS, MethodSettings, StepError};
 use qrm_sim::run::{End, NonFiniteQuantity, Observer, Outcome, Request, Row, StartError, Status, simulate};
 
@@ -60,7 +64,7 @@ impl Mechanism for Line {
         Schedule { step: 0.01, end_time: 50.0 }
     }
 
-    fn event(&self, _: f64, _: &[f64], _: &[f64]) -> Option<f64> {
+    fn event(&self, _: &StateRef) -> Option<f64> {
         None
     }
 
@@ -115,6 +119,11 @@ impl Observer for Notes {
         self.finished += 1;
         Ok(())
     }
+}
+
+/// A tape with an event: time has the place 0, coordinate, rate and acceleration have 1 to 3, results begin at 6.
+fn event(operations: &'static [Operation], results: &'static [u32]) -> Tape {
+    Tape { coordinates: 1, event: Some(TapeFunction::new(operations, results)), ..Tape::default() }
 }
 
 fn run(line: &Line, end: Option<End>, notes: &mut Notes) -> Result<Outcome, StartError> {
@@ -191,15 +200,15 @@ fn no_mass_is_named() {
 
 #[test]
 fn a_condition_without_value_is_no_condition() {
-    let nothing = |_: f64, _: &[f64], _: &[f64]| f64::NAN;
-    let error = run(&line(), Some(End::Condition(&nothing)), &mut Notes::default()).expect_err("cannot start");
+    let nothing = event(&[Number(f64::NAN)], &[6]);
+    let error = run(&line(), Some(End::Event(&nothing)), &mut Notes::default()).expect_err("cannot start");
     assert_eq!(error, StartError::ConditionNotFinite);
 }
 
 #[test]
 fn the_stop_is_where_the_condition_becomes_true() {
-    let far = |_: f64, q: &[f64], _: &[f64]| q[0] * q[0] - 2.0;
-    let outcome = run(&line(), Some(End::Condition(&far)), &mut Notes::default()).expect("starts");
+    let far = event(&[Mul(1, 1), Number(2.0), Sub(6, 7)], &[8]);
+    let outcome = run(&line(), Some(End::Event(&far)), &mut Notes::default()).expect("starts");
     assert!(matches!(outcome.status, Status::Stopped));
     assert!((outcome.end_time - 2.0_f64.sqrt()).abs() < 4e-16 && outcome.counts.accepted == 142, "{outcome:?}");
 }

@@ -140,7 +140,8 @@ impl<D: Differentiable> State<D> {
         self.points[point]
     }
 
-    fn quantity(&self, quantity: Quantity) -> D {
+    /// The value of a name; not a number for those that other formulae bind.
+    pub fn quantity(&self, quantity: Quantity) -> D {
         match quantity {
             Quantity::Parameter(i) => self.parameters[i],
             Quantity::Coordinate(i) => self.coordinates[i],
@@ -149,8 +150,16 @@ impl<D: Differentiable> State<D> {
             Quantity::PointRate(i, axis) => self.point_rates[i][axis],
             Quantity::Time => self.time,
             Quantity::Pi => pi(),
-            // The law of a load binds them itself.
-            Quantity::Stretch | Quantity::StretchRate | Quantity::Unknown => D::from(f64::NAN),
+            // The law of a load, and a condition, bind these themselves.
+            Quantity::Stretch
+            | Quantity::StretchRate
+            | Quantity::Acceleration(_)
+            | Quantity::Multiplier(_)
+            | Quantity::Output(_)
+            | Quantity::KineticEnergy
+            | Quantity::PotentialEnergy
+            | Quantity::Energy
+            | Quantity::Unknown => D::from(f64::NAN),
         }
     }
 }

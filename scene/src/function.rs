@@ -1,6 +1,7 @@
 //! The functions a formula may call.
 
 use num_dual::DualNum;
+use qrm_core::Operation;
 
 /// A double, or a double that carries derivatives with it.
 pub trait Differentiable: DualNum<Primitive = f64> + Copy {}
@@ -72,6 +73,33 @@ impl Function {
         Self::Min,
         Self::Max,
     ];
+
+    /// The operation of a tape that computes the function.
+    pub fn operation(self, arguments: &[u32]) -> Operation {
+        let x = arguments[0];
+        let y = || arguments[1];
+        match self {
+            Self::Sqrt => Operation::Sqrt(x),
+            Self::Sin => Operation::Sin(x),
+            Self::Cos => Operation::Cos(x),
+            Self::Tan => Operation::Tan(x),
+            Self::Asin => Operation::Asin(x),
+            Self::Acos => Operation::Acos(x),
+            Self::Atan => Operation::Atan(x),
+            Self::Exp => Operation::Exp(x),
+            Self::Log => Operation::Ln(x),
+            Self::Sinh => Operation::Sinh(x),
+            Self::Cosh => Operation::Cosh(x),
+            Self::Tanh => Operation::Tanh(x),
+            Self::Hypot => Operation::Hypot(x, y()),
+            Self::Atan2 => Operation::Atan2(x, y()),
+            Self::Abs => Operation::Abs(x),
+            Self::Sign => Operation::Sign(x),
+            Self::Min => Operation::Min(x, y()),
+            Self::Max => Operation::Max(x, y()),
+            Self::Floor => Operation::Floor(x),
+        }
+    }
 
     /// The name in a formula.
     pub fn name(self) -> &'static str {

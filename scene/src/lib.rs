@@ -17,6 +17,7 @@ pub mod layout;
 pub mod lexer;
 pub mod linkage;
 pub mod names;
+pub mod operations;
 pub mod parser;
 pub mod printer;
 pub mod resolve;

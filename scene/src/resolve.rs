@@ -74,9 +74,11 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
     for (i, point) in scene.points.iter().enumerate() {
         scope.declare(&nowhere(&point.name), Kind::Point(i), &mut ignored);
     }
-    for output in &scene.outputs {
-        scope.declare(&nowhere(&output.name), Kind::Output, &mut ignored);
-    }
+    scope.declare_results(
+        scene.coordinates.iter().map(|coordinate| &*coordinate.name),
+        scene.constraints.iter().map(|constraint| &*constraint.name),
+        scene.outputs.iter().map(|output| &*output.name),
+    );
     let findings = Vec::new();
     let mut resolver =
         Resolver { source: text, scope, findings, lost_names: false, is_whole: true, has_unknown: false };
@@ -110,7 +112,7 @@ enum Context {
     Load,
     /// The length that the load acts along, and its rate, too.
     Law,
-    /// Everything but these, also functions without derivative.
+    /// Everything but these, and what follows from a motion, also by functions without derivative.
     Condition,
 }
 
@@ -202,6 +204,11 @@ impl Resolver<'_> {
         for (place, &i) in order.iter().enumerate() {
             self.scope.declare(&document.points[i].0, Kind::Point(place), &mut self.findings);
         }
+        self.scope.declare_results(
+            document.coordinates.iter().map(|coordinate| &*coordinate.identifier.name),
+            document.constraints.iter().map(|constraint| &*constraint.identifier.name),
+            document.outputs.iter().map(|output| &*output.identifier.name),
+        );
     }
 
     fn parameters(&mut self, document: &Document) -> Vec<Parameter> {
@@ -313,7 +320,7 @@ impl Resolver<'_> {
         if is_constant && self.findings.len() == before {
             self.findings.push(
                 Diagnostic::error("the stop condition never changes", difference.whole_span(), "nothing moves in it")
-                    .help("compare coordinates, their rates, points or the time `t`"),
+                    .help("compare coordinates, points, their rates, outputs or the time `t`"),
             );
         }
         Condition { difference, comparison: condition.comparison }

@@ -35,6 +35,18 @@ pub enum Quantity {
     Point(usize, usize),
     /// The rate of the abscissa (0) or ordinate (1) of a point.
     PointRate(usize, usize),
+    /// The acceleration of a generalized coordinate; in conditions alone, as those that follow.
+    Acceleration(usize),
+    /// The multiplier of a constraint.
+    Multiplier(usize),
+    /// An output.
+    Output(usize),
+    /// The kinetic energy.
+    KineticEnergy,
+    /// The potential of the conservative loads.
+    PotentialEnergy,
+    /// Both energies.
+    Energy,
     /// The length or angle along which a load acts; in the load's own law.
     Stretch,
     /// The rate of the length or angle along which a load acts.

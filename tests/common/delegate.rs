@@ -32,8 +32,8 @@ macro_rules! delegate_without_kernel {
             self.$field.schedule()
         }
 
-        fn event(&self, t: f64, q: &[f64], qd: &[f64]) -> Option<f64> {
-            self.$field.event(t, q, qd)
+        fn event(&self, at: &qrm_core::StateRef) -> Option<f64> {
+            self.$field.event(at)
         }
 
         fn energy(&self, q: &[f64], qd: &[f64]) -> [f64; 2] {

@@ -8,7 +8,9 @@ pub mod plain;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use qrm_core::{Mechanism, Model};
+use qrm_core::{Mechanism, Model, Tape};
+use qrm_scene::operations::event_tape;
+use qrm_scene::resolve::{read_condition, read_with};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -28,6 +30,12 @@ pub fn qrm(arguments: &[&str]) -> Command {
 /// The generated mechanism of this name.
 pub fn model(name: &str) -> &'static Model {
     qrm_model::MODELS.iter().find(|model| model.description.name == name).expect("a generated scene")
+}
+
+/// The event of a condition on the names of a scene.
+pub fn event(model: &Model, condition: &str) -> Tape {
+    let (scene, _) = read_with("scene.toml", model.description.source, &|_| None).expect("a scene");
+    event_tape(&scene, &read_condition(&scene, condition).expect("a condition"), model.named_tape())
 }
 
 /// The symbolic engine: that of `QRM_ENGINE`, or the one that was built in this clone.

@@ -1,5 +1,6 @@
 //! Times, values of variables and their bounds.
 
+use qrm_core::StateRef;
 use qrm_sim::integrate::MethodSettings;
 use qrm_sim::run::Simulation;
 
@@ -100,7 +101,8 @@ fn a_motion_goes_on_beyond_the_stop_condition() {
     let is_over = |unit: &Unit| {
         let get = |names: [&str; 3]| names.map(|name| unit.get(name));
         let (q, qd) = (get(["phi2", "phi4", "phi5"]), get(["phi2_dot", "phi4_dot", "phi5_dot"]));
-        mechanism.event(unit.get("time"), &q, &qd).expect("a condition") >= 0.0
+        let at = StateRef { t: unit.get("time"), q: &q, qd: &qd, qdd: &[0.0; 3], multipliers: &[0.0; 2] };
+        mechanism.event(&at).expect("a condition") >= 0.0
     };
     let unit = Unit::stepping(&token(scene)).begin(0.0);
     let (mut before, mut after) = (0, 0);

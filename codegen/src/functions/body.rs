@@ -7,7 +7,6 @@ use qrm_core::Operation;
 use qrm_scene::function::Function;
 
 use super::naming::{power_name, untaken};
-use super::scene_formula::call;
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::term::Symbol;
 use qrm_core::NamedTape;
@@ -282,7 +281,7 @@ impl<'g> Body<'g> {
             }
             Op::Call(function, a) => {
                 let value = self.value(*a);
-                self.operation(call(*function, &[value]))
+                self.operation(function.operation(&[value]))
             }
         }
     }

@@ -50,7 +50,7 @@ pub(super) fn agrees(scene: &Scene, tape: &NamedTape, placed: &Tape, sample: &Sa
         let parts = [&loads[..], &["forcing", "constraint_forcing"]].concat();
         same("linearization", &results, &expected("linearization", &parts))?;
     }
-    if let Some(event) = evaluator.event(*t, q, qd) {
+    if let Some(event) = evaluator.event(*t, q, qd, qdd, multipliers) {
         same("event", &[event], &expected("event", &[]))?;
     }
     Ok(())

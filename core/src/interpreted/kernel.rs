@@ -223,9 +223,10 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
         self.evaluate(&self.tape.power, &[(at.t, &[t]), (at.q, q), (at.qd, qd), (at.qdd, qdd), multipliers])
     }
 
-    fn event(&self, t: R, q: &[R; C], qd: &[R; C]) -> Option<R> {
+    fn event(&self, t: R, q: &[R; C], qd: &[R; C], qdd: &[R; C], multipliers: &[R; C]) -> Option<R> {
         let (event, at) = (self.tape.event.as_ref()?, &self.arguments);
-        let [q, qd] = [q, qd].map(|x| self.of_coordinates(x));
-        Some(self.evaluate(event, &[(at.t, &[t]), (at.q, q), (at.qd, qd)]))
+        let [q, qd, qdd] = [q, qd, qdd].map(|x| self.of_coordinates(x));
+        let multipliers = (at.multipliers, self.of_constraints(multipliers));
+        Some(self.evaluate(event, &[(at.t, &[t]), (at.q, q), (at.qd, qd), (at.qdd, qdd), multipliers]))
     }
 }

@@ -44,7 +44,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
             let end = motion.state.replaced(&attempt.result.end, chosen);
             let mut event = number(-1.0);
             if self.request.watches_event
-                && let Some(value) = self.kernel.event(t, &end.q, &end.qd)
+                && let Some(value) = self.kernel.event(t, &end.q, &end.qd, &end.qdd, &end.multipliers)
             {
                 event = value;
             }

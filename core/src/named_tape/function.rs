@@ -32,6 +32,11 @@ pub enum Argument {
     Angles,
 }
 
+impl Argument {
+    /// Time, coordinates, rates, accelerations and multipliers.
+    pub const STATE: [Self; 5] = [Self::Time, Self::Coordinates, Self::Rates, Self::Accelerations, Self::Multipliers];
+}
+
 /// Values arranged for a function's result.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Shape<T> {

@@ -115,10 +115,11 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
     }
 
     /// Rises through zero when the stop condition becomes true; `None` if the scene has none.
-    pub fn event(&mut self, t: R, q: &[R], qd: &[R]) -> Option<R> {
+    pub fn event(&mut self, t: R, q: &[R], qd: &[R], qdd: &[R], multipliers: &[R]) -> Option<R> {
         let event = self.tape.event.as_ref()?;
         let mut value = [R::zero()];
-        self.evaluate(event, t, [q, qd], &mut value);
+        self.set_multipliers(multipliers);
+        self.evaluate(event, t, [q, qd, qdd], &mut value);
         Some(value[0])
     }
 

@@ -335,7 +335,7 @@ mod tests {
             let sum =
                 (0..=order).rev().fold(Interval::ZERO, |sum, k| sum * Interval::point(h) + series.result(k, 0)[0]);
             let tape = tape(operations);
-            let exact = TapeEvaluator::<Vec<f64>>::new(&tape).event(t + h, &[], &[]).expect("an event");
+            let exact = TapeEvaluator::<Vec<f64>>::new(&tape).event(t + h, &[], &[], &[], &[]).expect("an event");
             let width = 1e-12 * exact.abs().max(1.0);
             assert!((sum.lo() - width..sum.hi() + width).contains(&exact), "{operations:?}: {sum:?} {exact}");
             assert!(sum.width() < width, "{operations:?}: {}", sum.width());
@@ -363,8 +363,9 @@ mod tests {
             for step in 0..200 {
                 let t = 1.0 + f64::from(step) / 256.0;
                 let value = series(operations, Interval::point(t), 0).result(0, 0)[0];
-                let exact =
-                    TapeEvaluator::<Vec<crate::DoubleDouble>>::new(&tape).event(t.into(), &[], &[]).expect("an event");
+                let exact = TapeEvaluator::<Vec<crate::DoubleDouble>>::new(&tape)
+                    .event(t.into(), &[], &[], &[], &[])
+                    .expect("an event");
                 // The exponent 1.7 of the tape stands for the decimal.
                 let slack = crate::DoubleDouble::from(1e-28);
                 let above = (exact - value.lo().into() + slack).to_f64();

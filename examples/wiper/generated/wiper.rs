@@ -994,7 +994,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 3],
+        _qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 2],
+    ) -> Option<R> {
         None
     }
 
@@ -1284,4 +1291,4 @@ step = 1e-3
 end_time = 2
 "#;
 
-// Hash of this file, its tape and its derivation: 1ee3fcde13dca936
+// Hash of this file, its tape and its derivation: ee3821d993b09a7e

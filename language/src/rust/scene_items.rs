@@ -173,9 +173,9 @@ pub(super) fn schedule(printer: &Printer) -> TokenStream {
 /// The method that gives the value of the stop condition.
 pub(super) fn event(printer: &Printer) -> TokenStream {
     let Some(function) = printer.tape.function("event") else {
-        let [n, _] = printer.sizes();
+        let [n, m] = printer.sizes();
         return quote! {
-            fn event(&self, _t: R, _q: &[R; #n], _qd: &[R; #n]) -> Option<R> {
+            fn event(&self, _t: R, _q: &[R; #n], _qd: &[R; #n], _qdd: &[R; #n], _multipliers: &[R; #m]) -> Option<R> {
                 None
             }
         };

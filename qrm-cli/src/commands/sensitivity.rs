@@ -7,11 +7,9 @@ mod table;
 use std::collections::BTreeMap;
 
 use clap::Args;
-use num_dual::HyperDual64;
 use qrm_core::{Model, ParameterOverrides};
-use qrm_scene::evaluate::parameter_values;
 use qrm_scene::names::suggestion;
-use qrm_sim::analysis::{Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest, sensitivity};
+use qrm_sim::analysis::{Sensitivity, SensitivityError, SensitivityRequest, sensitivity};
 
 use crate::error::{Error, Message};
 use crate::format::counted;
@@ -174,29 +172,8 @@ fn derive(
     replace: ParameterOverrides,
     asked: SensitivityRequest,
 ) -> Result<Sensitivity, Error> {
-    let values = setup.model.parameter_values(replace);
-    let along = |name: &str| asked.direction.iter().find(|(own, _)| *own == name).map(|(_, along)| *along);
-    let condition = |seeded: &str, t: HyperDual64, q: &[HyperDual64], qd: &[HyperDual64]| {
-        let value = |name: &str| {
-            let along = along(name);
-            if name != seeded && along.is_none() {
-                return replace(name).map(HyperDual64::from);
-            }
-            let place = setup.description.parameters.iter().position(|parameter| parameter.name == name)?;
-            let by = if name == seeded { 1.0 } else { 0.0 };
-            Some(HyperDual64::new(values[place], by, along.unwrap_or(0.0), 0.0))
-        };
-        let parameters: Vec<HyperDual64> = parameter_values(&setup.scene, value);
-        let condition = setup.condition.as_ref();
-        condition.map_or(HyperDual64::from(0.0), |c| c.value_in(&mut Vec::new(), &parameters, t, q, qd))
-    };
-    let end = match (setup.end_time, &setup.condition) {
-        (Some(t), _) => Some(SensitivityEnd::Time(t)),
-        (None, Some(_)) => Some(SensitivityEnd::Condition(&condition)),
-        (None, None) => None,
-    };
     let keep_running = |t, end_time| progress.keep_running(t, end_time);
-    let request = SensitivityRequest { step: Some(setup.step()), end, keep_running: Some(&keep_running), ..asked };
+    let request = SensitivityRequest { step: Some(setup.step()), end: setup.end(), keep_running: Some(&keep_running), ..asked };
     sensitivity(setup.model, replace, &request).map_err(|reason| no_sensitivity(setup, &reason))
 }
 

@@ -1,6 +1,8 @@
 //! A mechanism at the time zero whose drive can be moved.
 
-use qrm_core::{Description, DynamicsMut, LoopConstraintsMut, Mechanism, QuantityDescription, Schedule, StartMut};
+use qrm_core::{
+    Description, DynamicsMut, LoopConstraintsMut, Mechanism, QuantityDescription, Schedule, StartMut, StateRef,
+};
 
 use crate::run::{NotAssembled, assembled};
 use crate::solve::{Dynamics, LoopConstraints};
@@ -121,8 +123,9 @@ impl Mechanism for MechanismWithoutDrive {
         self.mechanism.schedule()
     }
 
-    fn event(&self, _: f64, q: &[f64], qd: &[f64]) -> Option<f64> {
-        self.mechanism.event(0.0, self.inner(q), self.inner(qd))
+    fn event(&self, at: &StateRef) -> Option<f64> {
+        let [q, qd, qdd] = [at.q, at.qd, at.qdd].map(|x| self.inner(x));
+        self.mechanism.event(&StateRef { t: 0.0, q, qd, qdd, ..*at })
     }
 
     fn dynamics(&self, _: f64, q: &[f64], qd: &[f64], to: DynamicsMut) {

@@ -21,9 +21,10 @@ mod values;
 
 pub use result::{DerivativeErrors, Derivatives, OutputValues, Sensitivity};
 
-use num_dual::{Dual64, HyperDual64};
+use num_dual::Dual64;
 use qrm_core::{Mechanism, Model, ParameterOverrides, Tape};
 
+use crate::event::End;
 use crate::integrate::{MethodSettings, StepError};
 use crate::run::StartError;
 use dual_run::DualRun;
@@ -122,7 +123,7 @@ pub struct SensitivityRequest<'a> {
     /// The step, or the time between rows of a method that chooses its steps, in s; the scene's if `None`.
     pub step: Option<f64>,
     /// The end; the scene's if `None`.
-    pub end: Option<SensitivityEnd<'a>>,
+    pub end: Option<End<'a>>,
     /// A direction by names of parameters, others being zero: the products of Hessians with it are computed too.
     pub direction: &'a [(&'a str, f64)],
     /// Whether errors are estimated, by another motion with steps half as long.
@@ -138,21 +139,6 @@ impl SensitivityRequest<'_> {
         parameters.div_ceil(PARTS).max(1)
     }
 }
-
-/// The end of the motion.
-pub enum SensitivityEnd<'a> {
-    /// At a time, in s, whatever the parameters are.
-    Time(f64),
-    /// When a function rises through zero.
-    Condition(&'a DualCondition<'a>),
-}
-
-/// A function of the parameter's name, time, coordinates and rates, with its derivative by that parameter (`eps1`),
-/// along the direction (`eps2`), and by both. It is called for one parameter after another, and without a name where
-/// the parameters are held.
-///
-/// The arguments carry their own derivatives. Where the function depends on parameters itself, it has to add that part.
-pub type DualCondition<'a> = dyn Fn(&str, HyperDual64, &[HyperDual64], &[HyperDual64]) -> HyperDual64 + 'a;
 
 /// Why there are no derivatives.
 #[derive(Clone, Debug, PartialEq)]

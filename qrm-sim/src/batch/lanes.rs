@@ -6,7 +6,8 @@ mod landing;
 
 use qrm_core::{BatchRequest, LaneSchedule, Mechanism, Model, SimdBatch, Width};
 
-use super::sweep::{DesignResult, SweepEnd, SweepRequest, run_alone};
+use super::sweep::{DesignResult, SweepRequest, run_alone};
+use crate::event::{End, EventFunction};
 use crate::integrate::{AUTO, DOP853, StepBounds};
 use crate::run::{
     AssemblyBranch, NonFiniteQuantity, StartError, Status, check_condition, check_step, first_position, is_balanced,
@@ -44,6 +45,8 @@ pub(super) struct LaneSweep<'a> {
     near: State,
     /// Number of coordinates and of constraints.
     size: (usize, usize),
+    /// The event that ends designs.
+    event: Option<EventFunction<'a>>,
     /// The branch that designs are assembled on.
     branch: AssemblyBranch,
     /// Computes the first accelerations; it does not know of constraints that repeat others, nor do lanes.
@@ -89,7 +92,7 @@ impl<'a> LaneSweep<'a> {
         }
         let batch_request = BatchRequest {
             watches_event: request.end.is_none(),
-            waits_each_step: matches!(request.end, Some(SweepEnd::Condition(_))),
+            waits_each_step: matches!(request.end, Some(End::Event(_))),
             ranges: request.extremes,
             checkpoints: request.estimate_error,
         };
@@ -111,6 +114,7 @@ impl<'a> LaneSweep<'a> {
             to: State::default(),
             near: State::default(),
             size,
+            event: EventFunction::new(&**designs.first()?, request.end),
             branch: AssemblyBranch::of(&**designs.first()?),
             solver: Solver::of_rank(&**designs.first()?, size.1),
             batch,
@@ -197,7 +201,7 @@ impl<'a> LaneSweep<'a> {
     /// The latest end of a design.
     fn end_time(&self, design: usize) -> f64 {
         match self.request.end {
-            Some(SweepEnd::Time(t)) => t,
+            Some(End::Time(t)) => t,
             _ => self.designs[design].schedule().end_time,
         }
     }
@@ -267,7 +271,7 @@ impl<'a> LaneSweep<'a> {
 
     /// Whether the end is a condition of the caller, which may become true more than once.
     fn is_custom_end(&self) -> bool {
-        matches!(self.request.end, Some(SweepEnd::Condition(_)))
+        matches!(self.request.end, Some(End::Event(_)))
     }
 
     fn outputs(&self, design: usize, at: &State) -> Vec<f64> {
@@ -280,11 +284,9 @@ impl<'a> LaneSweep<'a> {
 
     /// The value of the stop condition, negative until it is true; `None` without one.
     fn condition(&self, design: usize, at: &State) -> Option<f64> {
-        match self.request.end {
-            Some(SweepEnd::Time(_)) => None,
-            Some(SweepEnd::Condition(condition)) => Some(condition(design, at.t, &at.q, &at.qd)),
-            None => self.designs[design].event(at.t, &at.q, &at.qd),
-        }
+        let (event, mechanism) = (self.event.as_ref()?, &*self.designs[design]);
+        event.set_parameters(mechanism);
+        event.value(mechanism, at)
     }
 
     /// Reads a state of a lane, as the batch reads it into a row.

@@ -20,7 +20,7 @@ pub struct SweepRequest<'a> {
     /// Length of the steps, or of the rows if the method chooses its steps; the scene's if `None`.
     pub step: Option<f64>,
     /// The end; the scene's if `None`.
-    pub end: Option<SweepEnd<'a>>,
+    pub end: Option<End<'a>>,
     /// Whether smallest and largest values of the outputs are wanted; without them outputs are not computed.
     pub extremes: bool,
     /// Whether a companion motion estimates the error.
@@ -41,17 +41,6 @@ impl SweepRequest<'_> {
         self.step_bounds.map_or(self.settings.step_bounds, |of| of(design))
     }
 }
-
-/// The end of the designs.
-pub enum SweepEnd<'a> {
-    /// At a time.
-    Time(f64),
-    /// When a function of the design's number, of time, coordinates and rates rises through zero.
-    Condition(&'a DesignCondition<'a>),
-}
-
-/// A function of a design's number, of time, coordinates and rates.
-pub type DesignCondition<'a> = dyn Fn(usize, f64, &[f64], &[f64]) -> f64 + Sync + 'a;
 
 /// The end of a design.
 #[derive(Debug)]
@@ -109,19 +98,10 @@ pub fn sweep(
 /// Runs a design by itself.
 pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &SweepRequest) -> DesignResult {
     let mut ranges = Ranges::new(mechanism.description(), request.extremes);
-    let until = |t: f64, q: &[f64], qd: &[f64]| match request.end {
-        Some(SweepEnd::Condition(condition)) => condition(design, t, q, qd),
-        _ => 0.0,
-    };
-    let end = match request.end {
-        None => None,
-        Some(SweepEnd::Time(t)) => Some(End::Time(t)),
-        Some(SweepEnd::Condition(_)) => Some(End::Condition(&until)),
-    };
     let request = Request {
         settings: MethodSettings { step_bounds: request.bounds_of(design), ..request.settings },
         step: request.step,
-        end,
+        end: request.end,
         estimate_error: request.estimate_error,
         is_single_threaded: true,
         ..Request::default()

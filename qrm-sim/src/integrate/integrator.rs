@@ -325,7 +325,7 @@ impl Integrator {
         to: &mut State,
     ) -> Result<f64, StepError> {
         self.advance(mechanism, from, request.time(row + 1), to)?;
-        let event = if request.watches_event { mechanism.event(to.t, &to.q, &to.qd) } else { None };
+        let event = if request.watches_event { mechanism.event(&to.as_ref()) } else { None };
         Ok(event.unwrap_or(-1.0))
     }
 

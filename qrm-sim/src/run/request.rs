@@ -1,6 +1,7 @@
 //! A run to make.
 
 use super::outcome::StartError;
+use crate::event::End;
 use crate::integrate::MethodSettings;
 use crate::start::Start;
 
@@ -22,17 +23,6 @@ pub struct Request<'a> {
     /// Whether a companion run estimates the error.
     pub estimate_error: bool,
 }
-
-/// The end of a run.
-pub enum End<'a> {
-    /// At a time.
-    Time(f64),
-    /// When a function rises through zero.
-    Condition(&'a StopFunction<'a>),
-}
-
-/// A function of time, coordinates and rates.
-pub type StopFunction<'a> = dyn Fn(f64, &[f64], &[f64]) -> f64 + 'a;
 
 /// An error for a step so short that time would stand still.
 pub(crate) fn check_step(step: f64, end_time: f64) -> Result<(), StartError> {

@@ -14,9 +14,10 @@ use super::monitor::RunMonitor;
 use super::observer::Observer;
 use super::outcome::{NonFiniteQuantity, Outcome, StartError, Status};
 use super::redundancy::Redundancy;
-use super::request::{End, Request, check_step};
+use super::request::{Request, check_step};
 use super::sampler::Sampler;
 use super::stop_condition::StopCondition;
+use crate::event::End;
 use crate::integrate::{Integrator, IntermediateRows};
 use crate::start::Start;
 use crate::state::State;
@@ -66,7 +67,7 @@ pub fn simulate(
         },
         redundancy: Redundancy::at(mechanism, &first),
         monitor: RunMonitor::new(mechanism, &first, [observer.needs_outputs(), observer.wants_extremes()]),
-        condition: StopCondition::new(mechanism, request.end.as_ref(), &first)?,
+        condition: StopCondition::new(mechanism, request.end, &first)?,
         buffer: Vec::new(),
     };
     let is_sampled = run.condition.is_some() || observer.wants_extremes();

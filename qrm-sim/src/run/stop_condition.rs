@@ -3,7 +3,7 @@
 use qrm_core::{Mechanism, RowLayout};
 
 use super::outcome::{StartError, Status};
-use super::request::{End, StopFunction};
+use crate::event::{End, EventFunction};
 use crate::integrate::{Integrator, StepError};
 use crate::root_finding::{locate, slope, touched};
 use crate::state::State;
@@ -16,12 +16,10 @@ const NEAR: f64 = 8.0;
 const SHIFT: f64 = 1e-7;
 
 /// The condition that ends a run, a function that rises through zero, and where it was nearest to true.
-#[derive(Clone, Copy)]
 pub(super) struct StopCondition<'a> {
     mechanism: &'a dyn Mechanism,
     layout: RowLayout,
-    /// The function; that of the scene if `None`.
-    function: Option<&'a StopFunction<'a>>,
+    function: EventFunction<'a>,
     /// The time at which the condition was nearest to true, and its value there.
     nearest: (f64, f64),
 }
@@ -42,14 +40,10 @@ impl<'a> StopCondition<'a> {
     /// The condition is true or undefined at the start.
     pub(super) fn new(
         mechanism: &'a dyn Mechanism,
-        end: Option<&'a End<'a>>,
+        end: Option<End<'a>>,
         first: &State,
     ) -> Result<Option<Self>, StartError> {
-        let function = match end {
-            Some(End::Time(_)) => return Ok(None),
-            Some(End::Condition(function)) => Some(*function),
-            None => None,
-        };
+        let Some(function) = EventFunction::new(mechanism, end) else { return Ok(None) };
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         let mut condition = Self { mechanism, layout, function, nearest: (first.t, f64::NEG_INFINITY) };
         let value = condition.value(first);
@@ -65,17 +59,23 @@ impl<'a> StopCondition<'a> {
 
     /// The distance from true (negative); `None` if neither the run nor the scene has a condition.
     fn value(&self, at: &State) -> Option<f64> {
-        match self.function {
-            Some(function) => Some(function(at.t, &at.q, &at.qd)),
-            None => self.mechanism.event(at.t, &at.q, &at.qd),
-        }
+        self.function.value(self.mechanism, at)
+    }
+
+    /// The distance from true at a state that was moved, with accelerations and multipliers of another one.
+    fn moved_value(&self, at: &State) -> Option<f64> {
+        self.function.value_at_position(self.mechanism, at)
     }
 
     /// Writes the values of a condition of the run into rows after the first; the first row at which it is not false.
     pub(super) fn write(&self, rows: &mut [f64]) -> Option<usize> {
-        let (function, RowLayout { n, .. }) = (self.function?, self.layout);
+        if !self.function.is_of_request() {
+            return None;
+        }
+        let mut at = State::zero(self.layout.n, self.layout.m);
         for (number, row) in rows.chunks_exact_mut(self.layout.width()).enumerate().skip(1) {
-            let value = function(row[0], &row[1..=n], &row[1 + n..=2 * n]);
+            at.read(row);
+            let value = self.value(&at)?;
             row[self.layout.event()] = value;
             if !(value < 0.0) {
                 return Some(number);
@@ -103,7 +103,7 @@ impl<'a> StopCondition<'a> {
     /// The time between two motions' becoming true, of which one ended there and the other one is `other` at that time.
     pub(super) fn time_between(&self, end: &State, other: &State) -> Option<f64> {
         let [own, other] = [self.value(end)?, self.value(other)?];
-        let slope = slope(end, SHIFT * end.t.abs().max(f64::MIN_POSITIVE), &mut |at| self.value(at))?;
+        let slope = slope(end, SHIFT * end.t.abs().max(f64::MIN_POSITIVE), &mut |at| self.moved_value(at))?;
         Some((other - own).abs() / slope.abs()).filter(|time| time.is_finite())
     }
 
@@ -150,7 +150,8 @@ impl<'a> StopCondition<'a> {
 
     /// The state at which the condition is true between two states at which it is not.
     fn touched(&self, integrator: &mut Integrator, from: &State, to: &State) -> Option<State> {
-        let found = touched(from, to, &mut |at| self.value(at), &mut |t| integrator.between(self.mechanism, from, t))?;
+        let found =
+            touched(from, to, &mut |at| self.moved_value(at), &mut |t| integrator.between(self.mechanism, from, t))?;
         self.value(&found).is_some_and(|value| value >= 0.0).then_some(found)
     }
 

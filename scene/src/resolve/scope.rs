@@ -11,6 +11,8 @@ use crate::scene::Quantity;
 #[derive(Debug)]
 pub(super) struct Scope {
     names: Vec<(Identifier, Kind)>,
+    /// The names that conditions alone may contain.
+    results: Vec<(String, Quantity)>,
     /// Parameters from this place on are not yet defined.
     pub(super) parameter_limit: usize,
 }
@@ -21,8 +23,6 @@ pub(super) enum Kind {
     Coordinate(usize),
     Parameter(usize),
     Point(usize),
-    /// Known, but part of no formula.
-    Output,
 }
 
 impl Kind {
@@ -31,14 +31,13 @@ impl Kind {
             Self::Coordinate(_) => "a coordinate",
             Self::Parameter(_) => "a parameter",
             Self::Point(_) => "a point",
-            Self::Output => "an output",
         }
     }
 }
 
 impl Default for Scope {
     fn default() -> Self {
-        Self { names: Vec::new(), parameter_limit: usize::MAX }
+        Self { names: Vec::new(), results: Vec::new(), parameter_limit: usize::MAX }
     }
 }
 
@@ -83,6 +82,26 @@ impl Scope {
             }
         }
         self.names.push((identifier.clone(), kind));
+    }
+
+    /// Declares what follows from a motion: accelerations, multipliers, outputs, energies.
+    pub(super) fn declare_results<'n>(
+        &mut self,
+        coordinates: impl Iterator<Item = &'n str>,
+        constraints: impl Iterator<Item = &'n str>,
+        outputs: impl Iterator<Item = &'n str>,
+    ) {
+        let outputs = outputs.enumerate().map(|(i, name)| (name.to_owned(), Quantity::Output(i)));
+        let accelerations =
+            coordinates.enumerate().map(|(i, name)| (format!("{name}_ddot"), Quantity::Acceleration(i)));
+        let multipliers = constraints.enumerate().map(|(i, name)| (format!("lambda_{name}"), Quantity::Multiplier(i)));
+        let energies = [
+            ("kinetic_energy", Quantity::KineticEnergy),
+            ("potential_energy", Quantity::PotentialEnergy),
+            ("energy", Quantity::Energy),
+        ];
+        let energies = energies.map(|(name, energy)| (name.to_owned(), energy));
+        self.results = outputs.chain(accelerations).chain(multipliers).chain(energies).collect();
     }
 
     /// Reports a table with the name of something else: each would be taken for the other.
@@ -142,14 +161,20 @@ impl Scope {
                 _ => Ok(Quantity::Stretch),
             };
         }
-        let Some(quantity) = self.find(name) else { return Err(self.unknown(name, span)) };
+        let result = || self.results.iter().find(|(own, _)| own == name).map(|(_, result)| *result);
+        let Some(quantity) = self.find(name).or_else(result) else { return Err(self.unknown(name, span, context)) };
         let forbidden = match quantity {
             Quantity::Parameter(i) if i >= self.parameter_limit => return Err(self.too_early(name, i, span)),
             Quantity::Coordinate(_) | Quantity::Point(..) if context < Context::Geometry => "moves with the mechanism",
             Quantity::Rate(_) | Quantity::PointRate(..) if context < Context::Geometry => "moves with the mechanism",
             Quantity::Rate(_) | Quantity::PointRate(..) if context < Context::Load => "is a rate",
-            Quantity::PointRate(..) if context == Context::Condition => "is the rate of a point",
             Quantity::Time if context < Context::Geometry => "is time",
+            Quantity::Acceleration(_) if context != Context::Condition => "is an acceleration",
+            Quantity::Multiplier(_) if context != Context::Condition => "is a multiplier",
+            Quantity::Output(_) if context != Context::Condition => "is an output",
+            Quantity::KineticEnergy | Quantity::PotentialEnergy | Quantity::Energy if context != Context::Condition => {
+                "is an energy"
+            }
             _ => return Ok(quantity),
         };
         let allowed = match context {
@@ -209,7 +234,7 @@ impl Scope {
         match declared(name) {
             Some(Kind::Coordinate(i)) => Some(Quantity::Coordinate(i)),
             Some(Kind::Parameter(i)) => Some(Quantity::Parameter(i)),
-            Some(Kind::Point(_) | Kind::Output) => None,
+            Some(Kind::Point(_)) => None,
             None => match declared(name.strip_suffix("_dot")?) {
                 Some(Kind::Coordinate(i)) => Some(Quantity::Rate(i)),
                 _ => None,
@@ -217,7 +242,7 @@ impl Scope {
         }
     }
 
-    fn unknown(&self, name: &str, span: Span) -> Diagnostic {
+    fn unknown(&self, name: &str, span: Span, context: Context) -> Diagnostic {
         let (base, component) = name.split_once('.').unwrap_or((name, ""));
         match self.declared(base) {
             Some((_, Kind::Point(_))) if component.is_empty() => {
@@ -231,10 +256,6 @@ impl Scope {
             Some((_, Kind::Point(_))) => {
                 return Diagnostic::error(format!("point `{base}` has no component `{component}`"), span, "not known")
                     .help(format!("write `{base}.x` or `{base}.y`"));
-            }
-            Some((_, Kind::Output)) => {
-                return Diagnostic::error(format!("`{base}` is an output"), span, "cannot stand here")
-                    .help("use time, coordinates, their rates, points and parameters");
             }
             Some((_, kind)) => {
                 return Diagnostic::error(
@@ -253,8 +274,10 @@ impl Scope {
                 Kind::Coordinate(_) => candidates.extend([n.clone(), format!("{n}_dot")]),
                 Kind::Parameter(_) => candidates.push(n.clone()),
                 Kind::Point(_) => candidates.extend([format!("{n}.x"), format!("{n}.y")]),
-                Kind::Output => {}
             }
+        }
+        if context == Context::Condition {
+            candidates.extend(self.results.iter().map(|(name, _)| name.clone()));
         }
         let help = suggestion(name, candidates.iter().map(String::as_str), || {
             "names are declared in `coordinates`, [parameters] and [points]".to_owned()

@@ -1392,7 +1392,14 @@ impl<R: Scalar> Kernel<R, 4, 0> for Arm<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 4], _qd: &[R; 4]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 4],
+        _qd: &[R; 4],
+        _qdd: &[R; 4],
+        _multipliers: &[R; 0],
+    ) -> Option<R> {
         None
     }
 
@@ -1597,4 +1604,4 @@ step = 1e-3
 end_time = 1
 "#;
 
-// Hash of this file, its tape and its derivation: 104b95b683061b08
+// Hash of this file, its tape and its derivation: 739cc206bcfeb8e3

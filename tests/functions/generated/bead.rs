@@ -736,7 +736,14 @@ impl<R: Scalar> Kernel<R, 2, 1> for Bead<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 2],
+        _qd: &[R; 2],
+        _qdd: &[R; 2],
+        _multipliers: &[R; 1],
+    ) -> Option<R> {
         None
     }
 
@@ -939,4 +946,4 @@ end_time = 1
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: 5012dcfe7744ff29
+// Hash of this file, its tape and its derivation: 48a4acea566517b9

@@ -2746,7 +2746,14 @@ impl<R: Scalar> Kernel<R, 3, 1> for Functions<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 3],
+        _qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 1],
+    ) -> Option<R> {
         None
     }
 
@@ -3139,4 +3146,4 @@ end_time = '2*pi/10'
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: d8628d0953dc763f
+// Hash of this file, its tape and its derivation: a7e9f98a45febe1a

@@ -611,7 +611,14 @@ impl<R: Scalar> Kernel<R, 3, 0> for Loads<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 3],
+        _qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 0],
+    ) -> Option<R> {
         None
     }
 
@@ -795,4 +802,4 @@ end_time = 2
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: 2ca7ed6f0d1d9968
+// Hash of this file, its tape and its derivation: 627ff04b877208d0

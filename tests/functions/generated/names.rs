@@ -918,7 +918,14 @@ impl<R: Scalar> Kernel<R, 4, 2> for Names<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 4], _qd: &[R; 4]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 4],
+        _qd: &[R; 4],
+        _qdd: &[R; 4],
+        _multipliers: &[R; 2],
+    ) -> Option<R> {
         None
     }
 
@@ -1173,4 +1180,4 @@ step = 1e-3
 end_time = 1
 "#;
 
-// Hash of this file, its tape and its derivation: 3178537b87ecd2e4
+// Hash of this file, its tape and its derivation: 8210687391a07553

@@ -872,7 +872,14 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pulse<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 2],
+        _qd: &[R; 2],
+        _qdd: &[R; 2],
+        _multipliers: &[R; 1],
+    ) -> Option<R> {
         None
     }
 
@@ -1119,4 +1126,4 @@ step = 1e-3
 end_time = 1
 "#;
 
-// Hash of this file, its tape and its derivation: 905f0aa1294627a1
+// Hash of this file, its tape and its derivation: 41a009aab377d24f

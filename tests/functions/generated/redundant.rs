@@ -1172,7 +1172,14 @@ impl<R: Scalar> Kernel<R, 2, 3> for Redundant<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 2],
+        _qd: &[R; 2],
+        _qdd: &[R; 2],
+        _multipliers: &[R; 3],
+    ) -> Option<R> {
         None
     }
 
@@ -1430,4 +1437,4 @@ end_time = 3
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: f670cfcaa46ea298
+// Hash of this file, its tape and its derivation: 8c43745b0214171c

@@ -2780,7 +2780,14 @@ impl<R: Scalar> Kernel<R, 2, 1> for Rubbing<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 2],
+        _qd: &[R; 2],
+        _qdd: &[R; 2],
+        _multipliers: &[R; 1],
+    ) -> Option<R> {
         None
     }
 
@@ -3002,4 +3009,4 @@ gas    = { force = ['push(phi_crank*180/pi)', 0], at = "B" }
 F_A = { joint = "A" }
 "#;
 
-// Hash of this file, its tape and its derivation: bb0186e21ddb1e56
+// Hash of this file, its tape and its derivation: 02e5d84d960919c6

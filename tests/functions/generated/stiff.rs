@@ -785,7 +785,14 @@ impl<R: Scalar> Kernel<R, 3, 0> for Stiff<R> {
         multipliers: &[R; 0],
         outputs: &mut [R],
     ) {}
-    fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 3],
+        _qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 0],
+    ) -> Option<R> {
         None
     }
 
@@ -959,4 +966,4 @@ end_time = 0.001
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: 60b120ebfb1a5ef1
+// Hash of this file, its tape and its derivation: ee8a2b62f6c105fd

@@ -482,7 +482,14 @@ impl<R: Scalar> Kernel<R, 1, 0> for Undefined<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 1], _qd: &[R; 1]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 1],
+        _qd: &[R; 1],
+        _qdd: &[R; 1],
+        _multipliers: &[R; 0],
+    ) -> Option<R> {
         None
     }
 
@@ -659,4 +666,4 @@ step = 0.015625
 end_time = 1
 "#;
 
-// Hash of this file, its tape and its derivation: c1d965be855131a3
+// Hash of this file, its tape and its derivation: 8ad6d782e18e3e3d

@@ -1710,7 +1710,14 @@ impl<R: Scalar> Kernel<R, 5, 4> for Watt<R> {
         );
     }
 
-    fn event(&self, _t: R, _q: &[R; 5], _qd: &[R; 5]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 5],
+        _qd: &[R; 5],
+        _qdd: &[R; 5],
+        _multipliers: &[R; 4],
+    ) -> Option<R> {
         None
     }
 
@@ -2058,4 +2065,4 @@ step = 1e-3
 end_time = 4
 "#;
 
-// Hash of this file, its tape and its derivation: 03c08f1bfc58588e
+// Hash of this file, its tape and its derivation: d38e04a49c7a32b8

@@ -517,7 +517,14 @@ impl<R: Scalar> Kernel<R, 1, 0> for Weightless<R> {
         multipliers: &[R; 0],
         outputs: &mut [R],
     ) {}
-    fn event(&self, _t: R, _q: &[R; 1], _qd: &[R; 1]) -> Option<R> {
+    fn event(
+        &self,
+        _t: R,
+        _q: &[R; 1],
+        _qd: &[R; 1],
+        _qdd: &[R; 1],
+        _multipliers: &[R; 0],
+    ) -> Option<R> {
         None
     }
 
@@ -691,4 +698,4 @@ end_time = 1
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: 22d30236fb7c6745
+// Hash of this file, its tape and its derivation: 23f228a17652693f

@@ -1,7 +1,7 @@
 //! Designs are assembled on the branch of their scene, where its first guesses would lead to a mirrored position.
 use qrm_core::{Mechanism, Model, ParameterOverrides};
-use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
-use qrm_sim::run::{Status, assemble, assembled};
+use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
+use qrm_sim::run::{End, Status, assemble, assembled};
 use qrm_sim::start::Start;
 
 fn model() -> &'static Model {
@@ -48,7 +48,7 @@ fn a_start_stays_on_its_branch() {
         let replace = |name: &str| (name == "l3").then_some(length);
         let designs: [ParameterOverrides; 1] = [&replace];
         let request = SweepRequest {
-            end: Some(SweepEnd::Time(1e-9)),
+            end: Some(End::Time(1e-9)),
             extremes: false,
             estimate_error: false,
             ..SweepRequest::default()

@@ -1,9 +1,9 @@
 //! Friction by the forces in joints, and a spline, in compiled steps of every kind.
 use qrm_core::{Mechanism, Model, ParameterOverrides};
 use qrm_functions::MODELS;
-use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
+use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::integrate::{MethodSettings, method_named};
-use qrm_sim::run::{Request, simulate};
+use qrm_sim::run::{End, Request, simulate};
 use qrm_sim::solve::Solver;
 
 fn model() -> &'static Model {
@@ -59,7 +59,7 @@ fn designs_in_lanes_are_runs() {
     let replaces = set.map(|mu| move |name: &str| (name == "mu").then_some(mu));
     let designs: Vec<ParameterOverrides> = replaces.iter().map(|replace| replace as ParameterOverrides).collect();
     let settings = MethodSettings::new(method_named("dop853").expect("a method"), 1e-11);
-    let request = SweepRequest { settings, end: Some(SweepEnd::Time(0.5)), ..SweepRequest::default() };
+    let request = SweepRequest { settings, end: Some(End::Time(0.5)), ..SweepRequest::default() };
     let found = sweep(model(), &designs, &request, LaneCount::Most);
     for (mu, result) in set.iter().zip(found) {
         assert!(result.status.is_ok(), "{:?}", result.status);

@@ -12,15 +12,16 @@ use std::io;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use num_dual::HyperDual64;
-use qrm_core::{Model, ParameterOverrides, Schedule};
+use qrm_core::{Model, ParameterOverrides, Schedule, Tape};
+use qrm_scene::operations::event_tape;
+use qrm_scene::resolve::{read_condition, read_with};
 use qrm_sim::analysis::{
-    EnergyIntegral, SensitivityEnd, SensitivityRequest, exact_states, reference_states, revolution, sensitivity,
-    spectrum, static_equilibrium,
+    EnergyIntegral, SensitivityRequest, exact_states, reference_states, revolution, sensitivity, spectrum,
+    static_equilibrium,
 };
-use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
+use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::integrate::{METHODS, MethodSettings};
-use qrm_sim::run::{End, Extremes, Observer, Request, Row, Simulation, StopFunction, assembled, simulate};
+use qrm_sim::run::{End, Extremes, Observer, Request, Row, Simulation, assembled, simulate};
 use qrm_sim::solve::Projection;
 use qrm_sim::start::Start;
 use qrm_sim::state::State;
@@ -158,6 +159,12 @@ impl Observer for Rows {
     }
 }
 
+/// The event of a condition on the names of a scene.
+fn event(model: &Model, condition: &str) -> Tape {
+    let (scene, _) = read_with("scene.toml", model.description.source, &|_| None).expect("a scene");
+    event_tape(&scene, &read_condition(&scene, condition).expect("a condition"), model.named_tape())
+}
+
 fn runs(model: &Model, replace: ParameterOverrides, steps: f64, lines: &mut String) {
     let mechanism = model.mechanism(replace);
     let schedule = mechanism.schedule();
@@ -165,8 +172,10 @@ fn runs(model: &Model, replace: ParameterOverrides, steps: f64, lines: &mut Stri
     let q = assembled(&*mechanism).map(|(q, _)| q).unwrap_or_default();
     // Half of the way of the first coordinate.
     let (to, way) = middle(model, replace, steps);
-    let until = |_: f64, q: &[f64], _: &[f64]| if way * (q[0] - to) > 0.0 { 1.0 } else { -1.0 };
-    let passes = |_: f64, q: &[f64], _: &[f64]| way * (q[0] - to);
+    let first = model.description.coordinates[0].name;
+    let passes = format!("{way:?}*({first} - ({to:?}))");
+    let until = event(model, &format!("2*max(sign({passes}), 0) - 1 >= 0"));
+    let passes = event(model, &format!("{passes} >= 0"));
     let mut one = |name: String, settings: MethodSettings, step: Option<f64>, end: End| {
         let mut rows = Rows::default();
         let request = Request { settings, step, end: Some(end), estimate_error: true, ..Request::default() };
@@ -186,7 +195,7 @@ fn runs(model: &Model, replace: ParameterOverrides, steps: f64, lines: &mut Stri
     for method in METHODS {
         let settings = MethodSettings::new(method, TOLERANCE);
         one(format!("run by {}", method.name), settings, None, End::Time(end));
-        let to = if q.is_empty() { End::Time(end) } else { End::Condition(&passes) };
+        let to = if q.is_empty() { End::Time(end) } else { End::Event(&passes) };
         one(format!("run by {} to a condition", method.name), settings, None, to);
         if method.is_adaptive() {
             let long = Some(10.0 * schedule.step);
@@ -197,7 +206,7 @@ fn runs(model: &Model, replace: ParameterOverrides, steps: f64, lines: &mut Stri
     let request = Request { settings: MethodSettings::default(), estimate_error: true, ..Request::default() };
     let interrupted = simulate(&*mechanism, &request, &mut rows).map(|outcome| (outcome.status, outcome.end_time));
     let settings = MethodSettings { projection: Projection::Euclidean, ..MethodSettings::default() };
-    one("run by rk4, euclidean".to_owned(), settings, Some(0.9 * schedule.step), End::Condition(&until));
+    one("run by rk4, euclidean".to_owned(), settings, Some(0.9 * schedule.step), End::Event(&until));
     add(lines, "interrupted", &(interrupted, rows.count));
 }
 
@@ -218,17 +227,20 @@ fn conditions(model: &Model, lines: &mut String) {
     let Schedule { step, end_time } = mechanism.schedule();
     let end = end_time.min(STEPS * step);
     let at = 0.4021 * end;
-    let short = |t: f64, _: &[f64], _: &[f64]| 0.1 * step - (t - at).abs();
-    let touching = |t: f64, _: &[f64], _: &[f64]| 0.01 - ((t - at) / step).powi(2);
-    let touching_late = |t: f64, _: &[f64], _: &[f64]| 1e-6 - (1.0 - (t / end - 0.93).cos()) * (t - at) / end;
-    let ends = |t: f64, _: &[f64], _: &[f64]| -1.0 - (at - t).sqrt();
-    let never = |t: f64, q: &[f64], _: &[f64]| -1.0 - (t - at).powi(2) - q[0].powi(2);
-    let conditions: [&StopFunction; 5] = [&short, &touching, &touching_late, &ends, &never];
+    let first = model.description.coordinates[0].name;
+    let conditions = [
+        format!("{:?} - abs(t - {at:?}) >= 0", 0.1 * step),
+        format!("0.01 - ((t - {at:?})/{step:?})^2 >= 0"),
+        format!("1e-6 - (1 - cos(t/{end:?} - 0.93))*(t - {at:?})/{end:?} >= 0"),
+        format!("-1 - sqrt({at:?} - t) >= 0"),
+        format!("-1 - (t - {at:?})^2 - {first}^2 >= 0"),
+    ];
+    let conditions = conditions.map(|condition| event(model, &condition));
     for method in METHODS {
         for (number, condition) in conditions.iter().enumerate() {
             for rows in [1.0, 7.0] {
                 let settings = MethodSettings::new(method, TOLERANCE);
-                let end = Some(End::Condition(condition));
+                let end = Some(End::Event(condition));
                 let request = Request { settings, step: Some(rows * step), end, ..Request::default() };
                 let found = simulate(&*mechanism, &request, &mut ());
                 let found = found.map(|outcome| (outcome.status, outcome.end_time));
@@ -258,9 +270,9 @@ fn designs(model: &Model, lines: &mut String) {
         .collect();
     let replaces: Vec<ParameterOverrides> = replaces.iter().map(|replace| &**replace).collect();
     let (to, way) = middle(model, &|_| None, STEPS);
-    let condition = |_: usize, _: f64, q: &[f64], _: &[f64]| way * (q[0] - to);
+    let condition = event(model, &format!("{way:?}*({} - ({to:?})) >= 0", model.description.coordinates[0].name));
     for (lanes, count) in [(LaneCount::Most, 9), (LaneCount::Four, 2), (LaneCount::One, 1)] {
-        for end in [SweepEnd::Time(end), SweepEnd::Condition(&condition)] {
+        for end in [End::Time(end), End::Event(&condition)] {
             let request = SweepRequest { end: Some(end), ..SweepRequest::default() };
             for result in sweep(model, &replaces[..count], &request, lanes) {
                 add(lines, &format!("design, {lanes:?}"), &result);
@@ -274,12 +286,8 @@ fn derivatives(model: &Model, lines: &mut String) {
     let end = schedule.end_time.min(0.5 * STEPS * schedule.step);
     let by: Vec<&str> = numbers(model).take(3).map(|(name, _)| name).collect();
     let (to, way) = middle(model, &|_| None, STEPS);
-    let condition = |_: &str, _: HyperDual64, q: &[HyperDual64], _: &[HyperDual64]| (q[0] - to) * way;
-    for (by, end) in [
-        (&[][..], SensitivityEnd::Time(end)),
-        (&by, SensitivityEnd::Time(end)),
-        (&by, SensitivityEnd::Condition(&condition)),
-    ] {
+    let condition = event(model, &format!("({} - ({to:?}))*({way:?}) >= 0", model.description.coordinates[0].name));
+    for (by, end) in [(&[][..], End::Time(end)), (&by, End::Time(end)), (&by, End::Event(&condition))] {
         let request = SensitivityRequest { by, end: Some(end), ..SensitivityRequest::default() };
         add(lines, "derivatives", &sensitivity(model, &|_| None, &request));
     }

@@ -18,14 +18,14 @@ function motion = scene_motion(p, step)
     end
     t = 0;
     state = scene_initial_state(p);
-    event = scene_event(t, state.q, state.qd, p);
+    event = scene_event(t, state.q, state.qd, state.qdd, state.multipliers, p);
     rows = row(t, state, 0, p);
     count = 1;
     while t < end_time
         % Steps begin at multiples of their length.
         next_t = min(count * step, end_time);
         [next, residual] = scene_rk4_step(t, next_t - t, state, p);
-        next_event = scene_event(next_t, next.q, next.qd, p);
+        next_event = scene_event(next_t, next.q, next.qd, next.qdd, next.multipliers, p);
         is_end = event < 0 && next_event >= 0;
         if is_end
             h = time_of_event(t, next_t - t, event, next_event, state, p);
@@ -61,7 +61,7 @@ function h = time_of_event(t, step, before, after, state, p)
     for iteration = 1:100
         h = (low * after - high * before) / (after - before);
         next = scene_rk4_step(t, h, state, p);
-        event = scene_event(t + h, next.q, next.qd, p);
+        event = scene_event(t + h, next.q, next.qd, next.qdd, next.multipliers, p);
         if event == 0 || high - low <= eps(t + step)
             break
         elseif event < 0

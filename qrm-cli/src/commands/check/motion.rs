@@ -81,14 +81,14 @@ fn energy(balance: &Balance, is_conservative: bool) -> Topic {
 fn recurrence(setup: &Setup, driven: usize) -> Result<Option<Topic>, Error> {
     let name = setup.description.coordinates[driven].name;
     let mut observer = (Progress::new(), Recording::new(setup.description));
-    let latest = setup.latest_end();
-    let turned = std::cell::Cell::new(None);
-    let condition = |t: f64, q: &[f64], _: &[f64]| {
-        let from = turned.get().unwrap_or(q[driven]);
-        turned.set(Some(from));
-        if t >= latest { 0.0 } else { (q[driven] - from).abs() - TAU }
+    let [start, _] = setup.first_state()?;
+    let turn = format!("abs({name} - ({:?})) - 2*pi", start[driven]);
+    let turn_or_end = match setup.end_time {
+        Some(t) => format!("max({turn}, t - {t:?}) >= 0"),
+        None => format!("{turn} >= 0"),
     };
-    let outcome = setup.simulate_until(Some(End::Condition(&condition)), false, &mut observer)?;
+    let event = setup.event(&turn_or_end)?;
+    let outcome = setup.simulate_until(Some(End::Event(&event)), false, &mut observer)?;
     let recording = observer.1;
     let Some((_, q, qd)) = recording.states().into_iter().next() else { return Ok(None) };
     let t = seconds(outcome.end_time);

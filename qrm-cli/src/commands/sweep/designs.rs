@@ -9,7 +9,8 @@ use std::time::Duration;
 use qrm_core::ParameterOverrides;
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::time_scales::time_scales;
-use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest, sweep};
+use qrm_sim::batch::{DesignResult, LaneCount, SweepRequest, sweep};
+use qrm_sim::run::End;
 use qrm_sim::columns::Column;
 use qrm_sim::integrate::{DOP853, MethodSettings};
 
@@ -177,21 +178,12 @@ impl Designs {
         let refused: Vec<Option<String>> = parameters.iter().map(|parameters| self.refused(parameters)).collect();
         let kept: Vec<usize> = (0..numbers.len()).filter(|i| refused[*i].is_none()).collect();
         let designs: Vec<ParameterOverrides> = kept.iter().map(|i| replacements[*i]).collect();
-        let until = |design: usize, t: f64, q: &[f64], qd: &[f64]| {
-            let condition = self.setup.condition.as_ref();
-            condition.map_or(0.0, |condition| condition.value(&parameters[kept[design]], t, q, qd))
-        };
-        let stop = match (end_time.or(self.setup.end_time), &self.setup.condition) {
-            (Some(t), _) => Some(SweepEnd::Time(t)),
-            (None, Some(_)) => Some(SweepEnd::Condition(&until)),
-            (None, None) => None,
-        };
         let step_bounds = |design: usize| self.setup.step_bounds(&parameters[kept[design]]);
         let request = SweepRequest {
             settings,
             step_bounds: Some(&step_bounds),
             step: self.setup.own_step,
-            end: stop,
+            end: end_time.map(End::Time).or(self.setup.end()),
             extremes: self.has_extremes,
             estimate_error: self.estimate_error,
         };

@@ -6,13 +6,14 @@ use qrm_core::{Mechanism, ParameterOverrides, RowRequest, Scalar, Tape};
 
 use super::columns::Columns;
 use super::equations::DualState;
-use super::event::Condition;
+use super::event::DualEvent;
 use super::mesh::{Mesh, MeshStep};
 use super::number::{Inner, Number, number};
 use super::result::Motion;
 use super::start::start;
 use super::stepper::DualStepper;
-use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
+use super::{SensitivityError, SensitivityRequest};
+use crate::event::End;
 use crate::integrate::Formula;
 use crate::run::{StartError, check_condition, check_step};
 
@@ -23,7 +24,7 @@ const ROWS: usize = 5;
 pub(super) struct DualRun<'a, T: Inner> {
     stepper: DualStepper<'a, T>,
     mesh: Mesh<'a>,
-    condition: Condition<'a>,
+    event: Option<DualEvent<'a, T>>,
     rows: RowRequest,
     /// The end of the rows, and its derivatives.
     end_time: Number<T>,
@@ -53,7 +54,7 @@ impl<'a, T: Inner> DualRun<'a, T> {
         seed(&mut stepper, replace, parameters, request.direction)?;
         let schedule = stepper.equations.evaluator.schedule();
         let end_time = match request.end {
-            Some(SensitivityEnd::Time(t)) => Number::from_f64(t),
+            Some(End::Time(t)) => Number::from_f64(t),
             _ => schedule.end_time,
         };
         let rows = RowRequest {
@@ -68,10 +69,10 @@ impl<'a, T: Inner> DualRun<'a, T> {
         let state = start(&mut stepper.equations)?;
         let mesh = Mesh::new(mechanism, request.settings, &state.real(), rows.end_time, is_halved);
         let mesh = mesh.map_err(|error| SensitivityError::Start(StartError::Step(error)))?;
-        let condition = Condition { parameters, end: request.end.as_ref() };
+        let event = DualEvent::new(&stepper, request.end);
         let columns = Columns::new(mechanism.description().outputs.len());
         let (last_rows, keep_running) = (VecDeque::new(), request.keep_running);
-        Ok(Self { stepper, mesh, condition, rows, end_time, state, last_rows, columns, steps: 0, keep_running })
+        Ok(Self { stepper, mesh, event, rows, end_time, state, last_rows, columns, steps: 0, keep_running })
     }
 
     /// Follows the motion to its end.
@@ -80,8 +81,8 @@ impl<'a, T: Inner> DualRun<'a, T> {
     /// It does not come to its end, has no derivative, or is interrupted.
     pub(super) fn run(mut self) -> Result<Motion<T>, SensitivityError> {
         self.take_row(Formula::fixed())?;
-        let value = self.condition.value(&mut self.stepper, &self.state);
-        check_condition(value.map(Scalar::to_f64)).map_err(SensitivityError::Start)?;
+        let value = self.event_value(&self.state.clone());
+        check_condition(value).map_err(SensitivityError::Start)?;
         let mut row = 0;
         loop {
             row += 1;
@@ -99,18 +100,23 @@ impl<'a, T: Inner> DualRun<'a, T> {
         }
     }
 
+    /// The value of the event that ends the motion, if there is one.
+    fn event_value(&mut self, at: &DualState<T>) -> Option<f64> {
+        self.event.as_mut()?.value(at).map(Scalar::to_f64)
+    }
+
     /// Makes a step; whether the motion is over.
     fn make(&mut self, step: &MeshStep) -> Result<bool, SensitivityError> {
         let is_at_end = step.end >= self.rows.end_time;
         let end = if is_at_end { self.end_time } else { Number::from_f64(step.end) };
         let mut next = self.stepper.advance(step.formula, &self.state, end)?;
-        let value = self.condition.value(&mut self.stepper, &next).map(Scalar::to_f64);
+        let value = self.event_value(&next);
         if value.is_some_and(f64::is_nan) {
             return Err(SensitivityError::NotSmooth { t: self.state.t.to_f64() });
         }
         let is_at_event = value.is_some_and(|value| value >= 0.0);
-        if is_at_event {
-            next = self.condition.locate(&mut self.stepper, step.formula, [&self.state, &next])?;
+        if let (true, Some(event)) = (is_at_event, &mut self.event) {
+            next = event.locate(&mut self.stepper, step.formula, [&self.state, &next])?;
         } else if is_at_end && value.is_some() {
             return Err(SensitivityError::EventNotReached { end_time: self.rows.end_time });
         }

@@ -1,90 +1,98 @@
 //! The end of a motion at an event, with its derivatives.
 
-use num_dual::HyperDual64;
-use qrm_core::Scalar;
+use num_dual::Dual64;
+use qrm_core::{Dual, Scalar, TapeEvaluator};
 
+use super::SensitivityError;
 use super::crossing::crossing;
 use super::equations::{DualState, Moving, moving};
-use super::number::{Inner, Number, PARTS, number, of_part};
+use super::number::{Inner, Number};
 use super::stepper::DualStepper;
-use super::{DualCondition, SensitivityEnd, SensitivityError};
+use crate::event::{End, EventFunction};
 use crate::integrate::Formula;
 use crate::root_finding::locate;
+use crate::solve::Solver;
 use crate::state::State;
 
-/// The stop condition `g(t, q, qd, p)` of a motion, negative before it becomes true.
-pub(super) struct Condition<'a> {
-    pub(super) parameters: &'a [&'a str],
-    pub(super) end: Option<&'a SensitivityEnd<'a>>,
+/// The part of a step over which the rates of accelerations and multipliers are taken.
+const SHIFT: f64 = 1e-4;
+
+/// The event `g(t, q, qd, qdd, lambda, p)` that ends a motion, negative before.
+pub(super) struct DualEvent<'a, T: Inner> {
+    real: EventFunction<'a>,
+    evaluator: TapeEvaluator<'a, Vec<Number<T>>>,
+    /// The function with derivatives by time.
+    moving: TapeEvaluator<'a, Vec<Moving>>,
 }
 
-impl Condition<'_> {
-    /// The value of the stop condition at a state; `None` if there is no condition.
-    pub(super) fn value<T: Inner>(&self, stepper: &mut DualStepper<T>, at: &DualState<T>) -> Option<Number<T>> {
-        match self.end {
-            Some(SensitivityEnd::Time(_)) => None,
-            Some(SensitivityEnd::Condition(condition)) => {
-                let mut value = T::from(0.0);
-                let mut by = [value; PARTS];
-                for (part, parameter) in self.parameters.iter().enumerate() {
-                    let all = |numbers: &[Number<T>]| numbers.iter().map(|x| of_part(x, part)).collect::<Vec<_>>();
-                    let found = condition(parameter, of_part(&at.t, part), &all(&at.q), &all(&at.qd));
-                    value = T::new(found.re, found.eps2);
-                    by[part] = T::new(found.eps1, found.eps1eps2);
-                }
-                Some(number(value, by))
-            }
-            None => stepper.equations.evaluator.event(at.t, &at.q, &at.qd),
-        }
+impl<'a, T: Inner> DualEvent<'a, T> {
+    /// The event, with the parameters of the equations; `None` if the motion ends at a time.
+    pub(super) fn new(stepper: &DualStepper<'a, T>, end: Option<End<'a>>) -> Option<Self> {
+        let equations = &stepper.equations;
+        let tape = match end {
+            Some(End::Event(tape)) => tape,
+            _ => equations.evaluator.tape(),
+        };
+        let mut evaluator = TapeEvaluator::new(tape);
+        evaluator.set_parameters(|i| Some(equations.evaluator.parameters()[i]));
+        let moving = TapeEvaluator::with_parameters(tape, equations.mechanism.parameters());
+        Some(Self { real: EventFunction::new(equations.mechanism, end)?, evaluator, moving })
+    }
+
+    /// The value at a state; `None` if the scene has no event.
+    pub(super) fn value(&mut self, at: &DualState<T>) -> Option<Number<T>> {
+        self.evaluator.event(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers)
     }
 
     /// The state at the event in the step to `beyond`, with the derivatives of its time.
     ///
     /// # Errors
     /// `g` does not cross zero, or a step cannot be made.
-    pub(super) fn locate<T: Inner>(
-        &self,
+    pub(super) fn locate(
+        &mut self,
         stepper: &mut DualStepper<T>,
         formula: Formula,
         [from, beyond]: [&DualState<T>; 2],
     ) -> Result<DualState<T>, SensitivityError> {
         let mechanism = stepper.equations.mechanism;
-        let value = |at: &State| match self.end {
-            Some(SensitivityEnd::Condition(condition)) => value_alone(condition, at.t, &at.q, &at.qd),
-            _ => mechanism.event(at.t, &at.q, &at.qd).unwrap_or(0.0),
-        };
+        let value = |at: &State| self.real.value(mechanism, at).unwrap_or(0.0);
         let step = |t: f64| stepper.advance(formula, from, Number::from_f64(t)).map(|at| at.real());
         let at = locate(&from.real(), &beyond.real(), &mut { value }, &mut { step })?;
-        let by_time = self.by_time(stepper, &at);
+        let by_time = self.by_time(stepper, &at, SHIFT * (beyond.t.to_f64() - from.t.to_f64()));
         if !(by_time > 0.0) {
             return Err(SensitivityError::GrazingEvent { t: at.t });
         }
         crossing((at.t, by_time, stepper.equations.parts), |t| {
             let at = stepper.advance(formula, from, t)?;
-            let value = self.value(stepper, &at).unwrap_or_else(Number::zero);
+            let value = self.value(&at).unwrap_or_else(Number::zero);
             Ok((at, value))
         })
     }
 
-    /// The derivative of its value by time along the motion.
-    fn by_time<T: Inner>(&self, stepper: &mut DualStepper<T>, at: &State) -> f64 {
-        match self.end {
-            Some(SensitivityEnd::Condition(condition)) => {
-                let (t, q, qd) = moving(at);
-                let along = |x: &Moving| HyperDual64::new(x.0.re, x.0.eps, 0.0, 0.0);
-                let all = |x: &[Moving]| x.iter().map(along).collect::<Vec<_>>();
-                condition("", along(&t), &all(&q), &all(&qd)).eps1
-            }
-            _ => {
-                let event = stepper.equations.along_motion(at, |moving, t, q, qd| moving.event(t, q, qd));
-                event.map_or(0.0, |value| value.0.eps)
+    /// The derivative of its value by time along the motion. Those of accelerations and multipliers are differences of
+    /// their values at times `h` before and after.
+    fn by_time(&mut self, stepper: &DualStepper<T>, at: &State, h: f64) -> f64 {
+        let mechanism = stepper.equations.mechanism;
+        let (n, m) = (at.qdd.len(), at.multipliers.len());
+        let mut rates = [vec![0.0; n], vec![0.0; m]];
+        if self.real.takes_forces() {
+            let mut solver = Solver::new(mechanism);
+            for (h, weight) in [(-h, -0.5 / h), (h, 0.5 / h)] {
+                let mut near = at.clone();
+                near.move_along(h);
+                // Where they are not determined, the event has no derivative.
+                if solver.complete(mechanism, &mut near).is_err() {
+                    return f64::NAN;
+                }
+                for (rates, values) in rates.iter_mut().zip([&near.qdd, &near.multipliers]) {
+                    rates.iter_mut().zip(values).for_each(|(rate, value)| *rate += weight * value);
+                }
             }
         }
+        let (t, q, qd) = moving(at);
+        let along = |(x, rate): (&f64, &f64)| Dual(Dual64::new(*x, *rate));
+        let qdd: Vec<Moving> = at.qdd.iter().zip(&rates[0]).map(along).collect();
+        let multipliers: Vec<Moving> = at.multipliers.iter().zip(&rates[1]).map(along).collect();
+        self.moving.event(t, &q, &qd, &qdd, &multipliers).map_or(0.0, |value| value.0.eps)
     }
-}
-
-/// The value of a condition without derivatives.
-pub(super) fn value_alone(condition: &DualCondition, t: f64, q: &[f64], qd: &[f64]) -> f64 {
-    let constants = |x: &[f64]| x.iter().map(|x| HyperDual64::from(*x)).collect::<Vec<_>>();
-    condition("", HyperDual64::from(t), &constants(q), &constants(qd)).re
 }

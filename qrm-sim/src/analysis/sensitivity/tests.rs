@@ -2,15 +2,15 @@
 //!
 //! The motion from rest is `x(t; l, g) = l X(t sqrt(g/l))`, which gives its derivatives by `l` and `g`.
 
-use num_dual::{DualNum, HyperDual64};
-use qrm_core::Operation::{Add, Mul, Neg, Number, Sub};
+use qrm_core::Operation::{self, Add, Mul, Neg, Number, Sqrt, Sub};
 use qrm_core::{
     Description, DynamicsMut, LoopConstraintsMut, Mechanism, ParameterDescription, ParameterOverrides,
-    QuantityDescription, Schedule, StartMut, Tape, TapeEvaluator, TapeFunction, TapeKernel,
+    QuantityDescription, Schedule, StartMut, StateRef, Tape, TapeEvaluator, TapeFunction, TapeKernel,
 };
 use std::borrow::Cow;
 
-use super::{DualCondition, Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest, derived};
+use super::{Sensitivity, SensitivityError, SensitivityRequest, derived};
+use crate::event::End;
 use crate::run::StartError;
 
 const NONE: TapeFunction = TapeFunction::NONE;
@@ -102,8 +102,8 @@ impl Mechanism for Pendulum {
     fn schedule(&self) -> Schedule<f64> {
         self.0.clone().schedule()
     }
-    fn event(&self, t: f64, q: &[f64], qd: &[f64]) -> Option<f64> {
-        self.0.clone().event(t, q, qd)
+    fn event(&self, at: &StateRef) -> Option<f64> {
+        self.0.clone().event(at.t, at.q, at.qd, at.qdd, at.multipliers)
     }
     fn dynamics(&self, t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut) {
         let mut results = [0.0; 9];
@@ -136,16 +136,14 @@ impl Mechanism for Pendulum {
     }
 }
 
-fn derive(
-    replace: ParameterOverrides,
-    by: &[&str],
-    end: Option<SensitivityEnd>,
-) -> Result<Sensitivity, SensitivityError> {
+fn derive(replace: ParameterOverrides, by: &[&str], end: Option<End>) -> Result<Sensitivity, SensitivityError> {
     derived(&Pendulum::new(replace), &TAPE, replace, &SensitivityRequest { by, end, ..SensitivityRequest::default() })
 }
 
-fn until(condition: &DualCondition) -> Result<Sensitivity, SensitivityError> {
-    derive(&|_| None, &["l"], Some(SensitivityEnd::Condition(condition)))
+/// The derivatives where an event occurs, whose operations have places from 20 on.
+fn until(operations: &'static [Operation], result: &'static [u32]) -> Result<Sensitivity, SensitivityError> {
+    let tape = Tape { event: Some(TapeFunction::new(operations, result)), ..TAPE.clone() };
+    derive(&|_| None, &["l", "g"], Some(End::Event(&tape)))
 }
 
 #[track_caller]
@@ -156,7 +154,7 @@ fn close(got: f64, expected: f64, within: f64) {
 #[test]
 fn derivatives_follow_the_law_of_similarity() {
     let t = 1.5;
-    let found = derive(&|_| None, &["l", "g"], Some(SensitivityEnd::Time(t))).expect("smooth");
+    let found = derive(&|_| None, &["l", "g"], Some(End::Time(t))).expect("smooth");
     assert_eq!((found.end_time.value, &found.end_time.by[..]), (t, &[0.0, 0.0][..]));
     for (place, rate) in found.q.iter().zip(&found.qd) {
         close(place.by[0], place.value / L - rate.value * t / (2.0 * L), 1e-9);
@@ -170,7 +168,7 @@ fn derivatives_follow_the_law_of_similarity() {
 
 #[test]
 fn derivatives_are_those_of_the_numerical_solution() {
-    let by_l = |l: f64| derive(&|name| (name == "l").then_some(l), &["l"], Some(SensitivityEnd::Time(1.5)));
+    let by_l = |l: f64| derive(&|name| (name == "l").then_some(l), &["l"], Some(End::Time(1.5)));
     let [before, found, after] = [L - 1e-4, L, L + 1e-4].map(|l| by_l(l).expect("smooth"));
     for i in 0..2 {
         close((after.q[i].value - before.q[i].value) / 2e-4, found.q[i].by[0], 1e-6);
@@ -187,23 +185,34 @@ fn the_time_of_an_event_moves() {
     // At the event the pendulum hangs down.
     close(found.q[0].by[0], 0.0, 1e-12);
     close(found.q[1].by[0], -1.0, 1e-12);
-    let condition = |_: &str, _: HyperDual64, q: &[HyperDual64], _: &[HyperDual64]| -q[0];
-    let same = until(&condition).expect("smooth");
+    let same = until(&[Neg(3)], &[20]).expect("smooth");
     assert_eq!((same.end_time.value, same.end_time.by[0]), (t.value, t.by[0]));
+}
+
+#[test]
+fn the_time_at_which_a_force_is_reached_moves() {
+    // The multiplier is g (2 y0 - 3 y) / (2 l^2), and g/l times a function of t sqrt(g/l).
+    let force = 7.5;
+    let found = until(&[Number(7.5), Sub(9, 20)], &[21]).expect("smooth");
+    let (t, y, rate) = (&found.end_time, found.q[1].value, found.qd[1].value);
+    close(G * (2.0 * -0.8 * L - 3.0 * y) / (2.0 * L * L), force, 1e-9);
+    let by_time = -3.0 * G * rate / (2.0 * L * L);
+    close(t.by[0], force / (L * by_time) + t.value / (2.0 * L), 1e-9);
+    close(t.by[1], -force / (G * by_time) - t.value / (2.0 * G), 1e-9);
 }
 
 #[test]
 fn motions_without_derivatives_are_refused() {
     let unknown = derive(&|_| None, &["k"], None);
     assert_eq!(unknown, Err(SensitivityError::NoParameter { name: "k".to_owned() }));
-    assert_eq!(until(&|_, _, _, _| HyperDual64::from(0.0)), Err(SensitivityError::Start(StartError::ConditionHolds)));
-    assert_eq!(until(&|_, _, _, _| HyperDual64::from(-1.0)), Err(SensitivityError::EventNotReached { end_time: 2.0 }));
-    let touching = until(&|_, t, _, _| -(t - 1.0) * (t - 1.0));
+    assert_eq!(until(&[Number(0.0)], &[20]), Err(SensitivityError::Start(StartError::ConditionHolds)));
+    assert_eq!(until(&[Number(-1.0)], &[20]), Err(SensitivityError::EventNotReached { end_time: 2.0 }));
+    let touching = until(&[Number(1.0), Sub(2, 20), Neg(21), Mul(22, 21)], &[23]);
     assert_eq!(touching, Err(SensitivityError::GrazingEvent { t: 1.0 }));
-    let undefined = until(&|_, t, _, _| -(-t + 1.0).sqrt() - 1.0);
+    let undefined = until(&[Number(1.0), Sub(20, 2), Sqrt(21), Neg(22), Sub(23, 20)], &[24]);
     assert!(matches!(undefined, Err(SensitivityError::NotSmooth { t }) if (t - 1.0).abs() < 1e-9), "{undefined:?}");
-    let at_a_point = derive(&|name| (name == "l").then_some(0.0), &["g"], Some(SensitivityEnd::Time(1.0)));
+    let at_a_point = derive(&|name| (name == "l").then_some(0.0), &["g"], Some(End::Time(1.0)));
     assert_eq!(at_a_point, Err(SensitivityError::Singular { t: 0.0 }));
-    let endless = SensitivityEnd::Time(f64::INFINITY);
+    let endless = End::Time(f64::INFINITY);
     assert!(matches!(derive(&|_| None, &["g"], Some(endless)), Err(SensitivityError::Start(_))));
 }

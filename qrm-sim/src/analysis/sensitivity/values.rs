@@ -4,27 +4,17 @@ use std::io;
 
 use qrm_core::Mechanism;
 
-use super::event::value_alone;
 use super::result::{Derivatives, OutputValues, Sensitivity};
-use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
-use crate::run::{End, Extremes, ExtremesTracker, Integral, Observer, Request, Row, Status, simulate};
+use super::{SensitivityError, SensitivityRequest};
+use crate::run::{Extremes, ExtremesTracker, Integral, Observer, Request, Row, Status, simulate};
 
 /// The values whose derivatives are not asked for, by the steps of the kernel.
 ///
 /// # Errors
 /// The motion does not come to its end, or is interrupted.
 pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) -> Result<Sensitivity, SensitivityError> {
-    let until = |t: f64, q: &[f64], qd: &[f64]| match request.end {
-        Some(SensitivityEnd::Condition(condition)) => value_alone(condition, t, q, qd),
-        _ => 0.0,
-    };
-    let end = match request.end {
-        None => None,
-        Some(SensitivityEnd::Time(t)) => Some(End::Time(t)),
-        Some(SensitivityEnd::Condition(_)) => Some(End::Condition(&until)),
-    };
     let mut columns = Columns { keep_running: request.keep_running, ..Columns::default() };
-    let run = Request { settings: request.settings, step: request.step, end, ..Request::default() };
+    let run = Request { settings: request.settings, step: request.step, end: request.end, ..Request::default() };
     let outcome = simulate(mechanism, &run, &mut columns).map_err(SensitivityError::Start)?;
     let t = outcome.end_time;
     match outcome.status {

@@ -81,9 +81,12 @@ impl LaneSweep<'_> {
         }
     }
 
-    /// The value of the stop condition, negative until it is true; not a number without one.
+    /// The value of the stop condition, negative until it is true, where accelerations and multipliers are not known; not
+    /// a number without one.
     fn condition_value(&self, design: usize, at: &State) -> f64 {
-        self.condition(design, at).unwrap_or(f64::NAN)
+        let mechanism = &*self.designs[design];
+        let event = self.event.as_ref().inspect(|event| event.set_parameters(mechanism));
+        event.and_then(|event| event.value_at_position(mechanism, at)).unwrap_or(f64::NAN)
     }
 }
 

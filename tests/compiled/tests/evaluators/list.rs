@@ -3,7 +3,7 @@
 use num_dual::Dual64;
 use qrm_core::{
     Angles, DoubleDouble, Dual, DynamicsMut, Equations, Fused, Generated, Kernel, LinearizationMut, LoopConstraintsMut,
-    Mechanism, Tape, TapeEvaluator,
+    Mechanism, StateRef, Tape, TapeEvaluator,
 };
 use qrm_sim::solve::{Dynamics, Ldl, Linearization, LoopConstraints, Projection, ProjectionTolerance, Solver, dot};
 
@@ -99,7 +99,7 @@ pub(crate) fn by_tape<R: Number, const N: usize, const M: usize>(
         ("energy", evaluator.energy(&q, &qd).to_vec()),
         ("power", vec![evaluator.power(t, &q, &qd, &qdd, &multipliers)]),
         ("outputs", outputs),
-        ("event", evaluator.event(t, &q, &qd).into_iter().collect()),
+        ("event", evaluator.event(t, &q, &qd, &qdd, &multipliers).into_iter().collect()),
     ];
     if let Some(linearization) = &tape.linearization {
         let mut results = room(linearization);
@@ -171,7 +171,12 @@ fn plain<const N: usize, const M: usize>(x: &dyn Mechanism, s: &State<N, M>) -> 
         ("energy", x.energy(&s.q, &s.qd).to_vec()),
         ("power", vec![x.power(s.t, &s.q, &s.qd, &s.qdd, &s.multipliers)]),
         ("outputs", outputs),
-        ("event", x.event(s.t, &s.q, &s.qd).into_iter().collect()),
+        (
+            "event",
+            x.event(&StateRef { t: s.t, q: &s.q, qd: &s.qd, qdd: &s.qdd, multipliers: &s.multipliers })
+                .into_iter()
+                .collect(),
+        ),
     ];
     let mut l = Linearization::zero(N, M);
     let room = LinearizationMut {
@@ -282,6 +287,6 @@ fn kernel<X: Generated<N, M>, R: Number, const N: usize, const M: usize>(
         ("correction", correction.to_vec()),
         ("outputs", outputs),
         (OUTPUTS_AT, outputs_at),
-        ("event", kernel.event(t, &q, &qd).into_iter().collect()),
+        ("event", kernel.event(t, &q, &qd, &qdd, &multipliers).into_iter().collect()),
     ]))
 }

@@ -1,0 +1,109 @@
+//! Conditions on every name that a state gives: where they end motions, by all methods.
+
+use std::fs;
+
+use qrm_sim::run::{End, Request, simulate};
+
+use crate::common::{Table, event, mechanism, model, near, qrm, run};
+
+/// A condition, and the column that it names.
+const CONDITIONS: [(&str, &str, f64); 9] = [
+    ("phi4_dot <= -1", "phi4_dot", -1.0),
+    ("phi4_ddot >= 40", "phi4_ddot", 40.0),
+    ("lambda_guide <= -200", "lambda_guide", -200.0),
+    ("x6 <= -0.5", "x6", -0.5),
+    ("x6_dot >= 1", "x6_dot", 1.0),
+    ("x6_ddot <= -20", "x6_ddot", -20.0),
+    ("v_slide <= 0.5", "v_slide", 0.5),
+    ("N6 >= 200", "N6", 200.0),
+    ("C.x_dot >= 1", "x6_dot", 1.0),
+];
+
+#[test]
+fn the_last_row_is_where_the_condition_becomes_true() {
+    for (condition, column, value) in CONDITIONS {
+        let mut times = Vec::new();
+        for method in ["rk4", "dop853", "gauss", "auto"] {
+            let run = run(&["quick-return-loaded", "--until", condition, "--method", method]);
+            assert_eq!(run.status(), 0, "{condition} by {method}: {}", run.stderr());
+            let table = run.trajectory();
+            let reached = table.number(table.last(), column);
+            near(&format!("{condition} by {method}"), reached, value, 1e-9 * value.abs());
+            times.push(table.number(table.last(), "t"));
+        }
+        for (method, time) in times.iter().enumerate() {
+            near(&format!("the time of {condition} by method {method}"), *time, times[1], 1e-6);
+        }
+    }
+}
+
+#[test]
+fn lanes_of_a_sweep_end_where_single_runs_do() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (condition, ..) in CONDITIONS {
+        let out = folder.path().join("sweep.csv");
+        let sweep = qrm(&["sweep", "quick-return-loaded", "--vary", "O2A=0.15:0.2:9", "--until", condition])
+            .args(["--lanes", "most", "--out"])
+            .arg(&out)
+            .output()
+            .expect("the command starts");
+        let table = Table::read(&out);
+        for row in 0..=table.last() {
+            let design = format!("O2A={}", table.text(row, "O2A"));
+            let run = run(&["quick-return-loaded", "--method", "dop853", "--until", condition, "--set", &design]);
+            let (alone, what) = (run.trajectory(), format!("{condition} of {design}"));
+            if run.status() != 0 {
+                assert_ne!(sweep.status.code(), Some(0), "{what}: {}", run.stderr());
+                continue;
+            }
+            for (name, column) in [("end_time", "t"), ("phi2", "phi2"), ("phi5_dot", "phi5_dot")] {
+                let expected = alone.number(alone.last(), column);
+                near(&what, table.number(row, name), expected, 1e-9 * expected.abs().max(1.0));
+            }
+        }
+        fs::remove_file(out).expect("removed");
+    }
+}
+
+/// A pendulum that is released level: at the height y, its energy is -m g y and the pull of its rod is -3 m g y/l.
+#[test]
+fn energies_forces_and_rates_of_points_agree_with_closed_forms() {
+    for condition in [
+        "S >= m*g",
+        "kinetic_energy >= m*g*l/3",
+        "potential_energy <= -m*g*l/3",
+        "kinetic_energy - potential_energy - energy >= 2*m*g*l/3",
+        "P.x_dot^2 + P.y_dot^2 >= 2*g*l/3",
+    ] {
+        let until = event(model("pendulum"), condition);
+        let request = Request { end: Some(End::Event(&until)), ..Request::default() };
+        let outcome = simulate(&*mechanism("pendulum", &[]), &request, &mut ()).expect("a start");
+        near(condition, outcome.q[1], -1.0 / 3.0, 1e-9);
+    }
+}
+
+#[test]
+fn unknown_names_are_reported_with_those_that_are_near() {
+    for (condition, words) in [("N7 >= 1", "N3"), ("lambda_guid >= 1", "lambda_guide"), ("x6_dott >= 1", "x6_dot")] {
+        let run = run(&["quick-return-loaded", "--until", condition]);
+        assert_eq!(run.status(), 2, "{condition}: {}", run.stderr());
+        assert!(run.stderr().contains(words), "{condition}: {}", run.stderr());
+    }
+}
+
+#[test]
+#[ignore = "full tier: engine"]
+fn a_scene_ends_at_a_condition_on_forces() {
+    let source = fs::read_to_string("scenes/quick-return-loaded.toml").expect("a scene");
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("loaded.toml");
+    for (condition, column, value) in CONDITIONS {
+        let until = format!("until = '{condition}'");
+        assert!(source.contains("until = 'abs(phi2) >= 4*pi'"));
+        fs::write(&scene, source.replace("until = 'abs(phi2) >= 4*pi'", &until)).expect("written");
+        let run = run(&[&scene.display().to_string(), "--method", "dop853"]);
+        assert_eq!(run.status(), 0, "{condition}: {}", run.stderr());
+        let table = run.trajectory();
+        near(condition, table.number(table.last(), column), value, 1e-9 * value.abs());
+    }
+}
