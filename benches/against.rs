@@ -28,9 +28,9 @@ const DESIGNS: usize = 256;
 type Measure = fn(usize) -> (f64, f64);
 
 /// The mechanism with its generated kernel.
-static GENERATED: Model = Model::of::<QuickReturn, 3, 2>();
+static GENERATED: Model = Model::from_generated::<QuickReturn, 3, 2>();
 /// The mechanism with a kernel by hand.
-static BY_HAND: Model = Model::of::<HandWritten, 3, 2>();
+static BY_HAND: Model = Model::from_generated::<HandWritten, 3, 2>();
 
 const RUN: [(&str, Measure); 5] = [
     ("one run, generated kernel", |n| one(&*GENERATED.mechanism(&|_| None), n)),

@@ -22,7 +22,7 @@ use counting::{Counting, operations};
 use twin::{ByDualNumbers, ByHand, KernelByHand, PlainFunctions};
 
 /// The mechanism.
-static MODEL: Model = Model::of::<QuickReturn, 3, 2>();
+static MODEL: Model = Model::from_generated::<QuickReturn, 3, 2>();
 
 const Q: [f64; 3] = [0.5, 1.15, 2.69];
 const QD: [f64; 3] = [7.7, 2.8, 1.5];

@@ -20,7 +20,7 @@ const RUNS: &str = "60";
 const FLAGS: [&str; 2] = ["-O3", "-march=native"];
 
 fn main() -> ExitCode {
-    let model = Model::of::<QuickReturn, 3, 2>();
+    let model = Model::from_generated::<QuickReturn, 3, 2>();
     let source = model.description.source;
     let (scene, _) = match resolve::read("scenes/quick-return.toml", source) {
         Ok(read) => read,

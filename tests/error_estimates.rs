@@ -103,7 +103,7 @@ impl Ratios {
     ) {
         let columns = columns(model.description);
         for (place, column) in columns.iter().enumerate() {
-            let Some(estimate) = estimates.of(column.kind) else { continue };
+            let Some(estimate) = estimates.column(column.kind) else { continue };
             let alike: Vec<usize> =
                 (0..columns.len()).filter(|&i| is_same_kind(columns[i].kind, column.kind)).collect();
             let size = exact.iter().flat_map(|row| alike.iter().map(|&i| row[i].abs())).fold(0.0, f64::max);
@@ -136,7 +136,7 @@ impl Ratios {
     ) {
         let columns = columns(model.description);
         for ((column, own), exact) in columns.iter().zip(own).zip(*exact) {
-            let errors = estimates.of_extremes(column.kind, own).zip(known.of_extremes(column.kind, exact));
+            let errors = estimates.extremes(column.kind, own).zip(known.extremes(column.kind, exact));
             let Some((estimated, known)) = errors else { continue };
             let size = exact.minimum.0.abs().max(exact.maximum.0.abs());
             let pairs = [(own.minimum.0, exact.minimum.0), (own.maximum.0, exact.maximum.0)];
@@ -308,7 +308,7 @@ fn extremes_between_rows_know_how_wrong_they_are() {
     for (method, tolerance) in [("gauss", 1e-5), ("rodas", 1e-5), ("auto", 1e-6), ("auto", 1e-7)] {
         let (own, estimates) = run(method, tolerance);
         for ((column, own), exact) in columns(model.description).iter().zip(&own).zip(&exact) {
-            let Some(estimated) = estimates.of_extremes(column.kind, own) else { continue };
+            let Some(estimated) = estimates.extremes(column.kind, own) else { continue };
             let errors = [own.minimum.0 - exact.minimum.0, own.maximum.0 - exact.maximum.0];
             for (error, estimated) in errors.into_iter().zip(estimated) {
                 // An extreme in the first row is exact.
@@ -329,7 +329,7 @@ fn the_time_of_a_condition_has_its_error() {
         let settings = MethodSettings::new(method, tolerance);
         let request = Request { settings, step, estimate_error: true, ..Request::default() };
         let outcome = simulate(&*mechanism, &request, &mut ()).expect("the run starts");
-        (outcome.end_time, outcome.errors.and_then(|errors| errors.of_end_time()).expect("a condition ends the run"))
+        (outcome.end_time, outcome.errors.and_then(|errors| errors.end_time()).expect("a condition ends the run"))
     };
     let (exact, _) = end_time("dop853", 1e-13, None);
     let steps = [8e-3, 4e-3, 2e-3, 1e-3, 5e-4].map(|step| ("rk4", 0.0, Some(step)));

@@ -28,7 +28,7 @@ struct Rows {
 }
 
 impl Rows {
-    fn of(scene: &str) -> Self {
+    fn new(scene: &str) -> Self {
         let run = common::run(&[&path(scene), "--no-figures"]);
         assert_eq!(run.status(), 0, "{}", run.stderr());
         Self::of_table(&fs::read_to_string(run.path("trajectory.csv")).expect("the trajectory"))
@@ -150,7 +150,7 @@ fn a_disc_rolls_down_a_slope() {
 #[test]
 #[ignore = "full tier: engine"]
 fn the_foot_of_a_leg_is_where_circles_meet() {
-    let rows = Rows::of("jansen");
+    let rows = Rows::new("jansen");
     // The point at these distances from two others, on the left of the way from the first to the second.
     let meeting = |a: Vector2<f64>, from_a: f64, b: Vector2<f64>, from_b: f64| {
         let way = b - a;
@@ -211,7 +211,7 @@ fn the_scene_that_it_becomes_moves_the_same() {
 #[test]
 #[ignore = "full tier: engine"]
 fn forces_in_joints_are_those_of_free_bodies() {
-    let (all, mut rows) = (Rows::of("joint-forces"), 0);
+    let (all, mut rows) = (Rows::new("joint-forces"), 0);
     for value in all.every(37) {
         let force = |name: &str| Vector2::new(value(&format!("{name}_x")), value(&format!("{name}_y")));
         let turning = |angle: &str, length: f64| turning(&value, angle, 0.0, length);
@@ -288,7 +288,7 @@ fn teeth_push_gears_against_their_pins() {
 #[test]
 #[ignore = "full tier: engine"]
 fn moments_in_joints_are_those_of_free_bodies() {
-    let (all, mut rows) = (Rows::of("moments"), 0);
+    let (all, mut rows) = (Rows::new("moments"), 0);
     for value in all.every(50) {
         rows += 1;
         let force = |name: &str| Vector2::new(value(&format!("{name}_x")), value(&format!("{name}_y")));

@@ -35,12 +35,12 @@ struct Desk {
 
 impl Desk {
     fn new(scene: &str) -> Self {
-        let mut desk = Self::of(Live::of_scene(scene));
+        let mut desk = Self::open(Live::of_scene(scene));
         desk.browser.wait_for(READY);
         desk
     }
 
-    fn of(live: Live) -> Self {
+    fn open(live: Live) -> Self {
         let mut browser = Chromium::new(1400, 900);
         browser.open(&live.address);
         Self { live, browser }
@@ -117,7 +117,7 @@ fn a_saved_scene_moves_anew_where_it_was() {
 #[test]
 #[ignore = "full tier: browser"]
 fn a_scene_that_is_wrong_at_first_is_shown_once_it_is_right() {
-    let mut desk = Desk::of(Live::of_text(BLOCK));
+    let mut desk = Desk::open(Live::of_text(BLOCK));
     desk.browser.wait_for("document.querySelector('.qrm-mistake')?.hidden === false");
     assert!(desk.said("mistake").contains("unknown name `y`"));
     desk.live.edit("-c*y", "-c*x");

@@ -214,7 +214,7 @@ fn stiff_and_extreme_variants() {
 #[test]
 fn rates_that_the_constraints_cannot_meet_are_refused() {
     let mechanism = mechanism("quick-return", &[]);
-    let mut start = Start::of(&*mechanism);
+    let mut start = Start::new(&*mechanism);
     assemble(&*mechanism, &start).expect("the scene's own start");
     // The rocker follows the crank: it cannot stand still.
     start.given_rates.fill(true);

@@ -59,7 +59,7 @@ impl<E: PlainFunctions> Twin<E> {
 
     /// The mechanism with some parameters replaced.
     pub(crate) fn with_parameters(replace: ParameterOverrides) -> Self {
-        let generated = Model::of::<QuickReturn, 3, 2>().mechanism(replace);
+        let generated = Model::from_generated::<QuickReturn, 3, 2>().mechanism(replace);
         Self { generated, equations: E::new(Parameters::with(replace)) }
     }
 }

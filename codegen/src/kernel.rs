@@ -145,7 +145,7 @@ impl Kernel {
 
     /// The forces and torques that accelerations take, in a kernel that has nothing else; its locals are numbered from
     /// `next` on. `None` where constraints repeat others, so that forces are not determined.
-    pub fn of_inverse_dynamics(
+    pub fn from_inverse_dynamics(
         scene: &Scene,
         equations: &Equations,
         lowering: &mut Lowering,

@@ -37,7 +37,7 @@ struct Monomial {
 impl Lowering {
     /// Goes on with a graph, and knows nothing of what its values stand for. A kernel is given the sines and cosines of
     /// the coordinates: those of their sums follow.
-    pub fn of_kernel(graph: Graph) -> Self {
+    pub fn from_kernel(graph: Graph) -> Self {
         Self { graph, adds_angles: true, ..Self::default() }
     }
 

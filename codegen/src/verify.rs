@@ -77,10 +77,9 @@ pub fn verify(scene: &Scene, equations: &Equations, tape: &NamedTape, placed: &T
         samples.filter_map(|sample| sample.on::<Wide>().expected(scene, equations).map(|expected| (sample, expected)));
     let known: Vec<(Sample, Expected<Wide>)> = known.take(states).collect();
     let mut random = fastrand::Rng::with_seed(3);
-    let of_order_one = (0..states).map(|_| Sample::of_order_one(scene, &mut random));
-    let of_order_one =
-        of_order_one.filter_map(|s| s.on::<Wide>().expected(scene, equations).map(|expected| (s, expected)));
-    let of_order_one: Vec<(Sample, Expected<Wide>)> = of_order_one.take(states / 4).collect();
+    let random = (0..states).map(|_| Sample::random_of_order_one(scene, &mut random));
+    let random = random.filter_map(|s| s.on::<Wide>().expected(scene, equations).map(|expected| (s, expected)));
+    let random: Vec<(Sample, Expected<Wide>)> = random.take(states / 4).collect();
     if scene.run.inverse && tape.function("inverse_dynamics").is_none() {
         return Err(Unverified::Undetermined(format!(
             "error: scene `{}` asks for inverse dynamics, but its constraints repeat others\n  = help: take out the \
@@ -90,7 +89,7 @@ pub fn verify(scene: &Scene, equations: &Equations, tape: &NamedTape, placed: &T
     }
     let has_rounded_constants = has_rounded_constants(scene);
     let mut agreed = 0;
-    for (samples, counts) in [(&known, true), (&of_order_one, false)] {
+    for (samples, counts) in [(&known, true), (&random, false)] {
         let scales = scales(samples);
         for (sample, expected) in samples {
             let second = second_derivatives(scene, equations, sample, has_rounded_constants);
@@ -175,7 +174,7 @@ fn agrees(
         let strict = |i: usize| (TOLERANCE * size(expected[i]).max(1e-3 * scales[i])).max(floor);
         let allowed = |i: usize| {
             let difference = size(Wide(got[i]) - expected[i]);
-            if difference <= strict(i) { strict(i) } else { errors.of_rounding(place, i, expected[i], got[i]) }
+            if difference <= strict(i) { strict(i) } else { errors.rounding_error(place, i, expected[i], got[i]) }
         };
         let Err((i, difference)) = compare(function, &got, expected, allowed) else { continue };
         if got.len() != expected.len() || !errors.hide(place, i, expected[i], got[i]) {

@@ -87,8 +87,8 @@ impl DerivedScene {
 #[cfg(feature = "simd")]
 impl DerivedScene {
     /// The data of a model.
-    pub fn of(model: &Model) -> Self {
-        Self { description: OwnedDescription::of(model.description), tape: model.named_tape().clone() }
+    pub fn from_model(model: &Model) -> Self {
+        Self { description: OwnedDescription::from_description(model.description), tape: model.named_tape().clone() }
     }
 
     /// The scene as an entry in a program's list. It lives as long as the program.
@@ -99,7 +99,7 @@ impl DerivedScene {
 
 #[cfg(feature = "simd")]
 impl OwnedDescription {
-    fn of(description: &Description) -> Self {
+    fn from_description(description: &Description) -> Self {
         let quantities = |list: &[QuantityDescription]| {
             let quantity =
                 |q: &QuantityDescription| OwnedQuantity { name: q.name.into(), unit: q.unit.into(), doc: q.doc.into() };

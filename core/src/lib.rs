@@ -120,7 +120,7 @@ macro_rules! models {
         }
     };
     (@list [$($model:expr,)*] $mechanism:ty, $n:literal, $m:literal; $($rest:tt)*) => {
-        $crate::models! { @list [$($model,)* $crate::Model::of::<$mechanism, $n, $m>(),] $($rest)* }
+        $crate::models! { @list [$($model,)* $crate::Model::from_generated::<$mechanism, $n, $m>(),] $($rest)* }
     };
     ($($list:tt)*) => {
         $crate::models! { @list [] $($list)* }

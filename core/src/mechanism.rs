@@ -295,7 +295,7 @@ where
     #[cfg(feature = "simd")]
     #[inline]
     fn model(&self) -> Option<Model> {
-        Some(Model::of::<X, N, M>())
+        Some(Model::from_generated::<X, N, M>())
     }
 
     #[inline]

@@ -36,7 +36,7 @@ struct CompiledFunctions {
 
 impl Model {
     /// The entry of a generated mechanism.
-    pub const fn of<X: Generated<N, M>, const N: usize, const M: usize>() -> Self {
+    pub const fn from_generated<X: Generated<N, M>, const N: usize, const M: usize>() -> Self {
         Self {
             description: X::DESCRIPTION,
             stored: X::TAPE,

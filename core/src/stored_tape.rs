@@ -52,7 +52,7 @@ impl StoredTape {
     }
 
     /// A tape that is placed already. It has no names.
-    pub fn of_placed(tape: Tape) -> Self {
+    pub fn from_placed(tape: Tape) -> Self {
         let stored = Self { bytes: &[], named: OnceLock::new(), place: |_| Tape::default(), placed: OnceLock::new() };
         let _ = stored.placed.set(Box::leak(Box::new(tape)));
         stored

@@ -254,7 +254,7 @@ impl<'s> Algebra<'s> {
         plain.replacing(&|symbol| {
             let Symbol::Switch(k) = symbol else { return None };
             let (switch, argument) = self.switches.borrow()[k].clone();
-            Some(switch.of_sign(Term::Call(Function::Sign, Box::new(self.term(&argument)))))
+            Some(switch.on_side(Term::Call(Function::Sign, Box::new(self.term(&argument)))))
         })
     }
 }

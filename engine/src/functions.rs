@@ -24,7 +24,7 @@ pub(super) enum Switch {
 
 impl Switch {
     /// The value of the function where its argument has this sign.
-    pub(super) fn of_sign(self, sign: Term) -> Term {
+    pub(super) fn on_side(self, sign: Term) -> Term {
         let half = BigRational::new(1.into(), 2.into());
         let part = match self {
             Self::Sign => return sign,

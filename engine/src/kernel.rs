@@ -13,13 +13,13 @@ use qrm_codegen::term::{Equations, KernelEquations, Push};
 /// They are derived once more where roots have no names in the plain functions.
 pub(super) fn equations(number: usize, place: &Place, plain: &System, known: &Equations) -> KernelEquations {
     if plain.algebra.suits_kernel() {
-        return of(plain, known);
+        return kernel_equations(plain, known);
     }
     let system = System::new(Algebra::naming_roots(number, plain.algebra.scene, place));
-    of(&system, known)
+    kernel_equations(&system, known)
 }
 
-fn of(system: &System, known: &Equations) -> KernelEquations {
+fn kernel_equations(system: &System, known: &Equations) -> KernelEquations {
     let algebra = &system.algebra;
     let each = |atoms: &[Atom]| atoms.iter().map(|atom| algebra.simple_term(atom)).collect::<Vec<_>>();
     let matrix = |rows: &[Vec<Atom>]| rows.iter().map(|row| each(row)).collect();

@@ -101,19 +101,19 @@ impl Loads {
     }
 
     /// The forces and torques of one load.
-    pub(super) fn of(&self, load: usize) -> &[Effort] {
+    pub(super) fn efforts(&self, load: usize) -> &[Effort] {
         &self.efforts[self.own[load].clone()]
     }
 
     /// The force of a load along its length.
     pub(super) fn force_of(&self, load: usize) -> Atom {
-        self.of(load).iter().fold(Atom::num(0), |sum, effort| sum + &effort.size)
+        self.efforts(load).iter().fold(Atom::num(0), |sum, effort| sum + &effort.size)
     }
 
     /// The power of one load.
     pub(super) fn power_of(&self, algebra: &Algebra, load: usize) -> Atom {
         let power = |sum: Atom, effort: &Effort| sum + &effort.size * algebra.contract(&effort.along, Symbol::Rate);
-        self.of(load).iter().fold(Atom::num(0), power)
+        self.efforts(load).iter().fold(Atom::num(0), power)
     }
 }
 

@@ -48,7 +48,7 @@ pub(super) fn spline_name(place: usize, order: usize) -> String {
 }
 
 /// The place and the order of the derivative of a spline with this name.
-pub(super) fn of_name(name: &str) -> Option<(usize, usize)> {
+pub(super) fn parse_name(name: &str) -> Option<(usize, usize)> {
     let (place, order) = name.strip_prefix("spline")?.split_once('d')?;
     Some((place.parse().ok()?, order.parse().ok()?))
 }

@@ -9,7 +9,7 @@ use num_traits::Zero;
 use symbolica::atom::{AtomView, Symbol as EngineSymbol};
 use symbolica::coefficient::CoefficientView;
 
-use super::splines::of_name;
+use super::splines::parse_name;
 use qrm_codegen::term::{Symbol, Term};
 use qrm_scene::expression::to_f64;
 use qrm_scene::function::Function;
@@ -66,7 +66,7 @@ pub(super) fn term(view: AtomView, places: &HashMap<EngineSymbol, Symbol>, splin
                 "csc" => inverse(Function::Sin),
                 "sech" => inverse(Function::Cosh),
                 "csch" => inverse(Function::Sinh),
-                name => match (Function::named(name), of_name(name)) {
+                name => match (Function::named(name), parse_name(name)) {
                     (Some(function), _) => Term::Call(function, argument),
                     (None, Some((place, order))) => Term::Spline(Arc::clone(&splines[place]), order, argument),
                     (None, None) => panic!("the engine made a function that has no meaning here: {view}"),

@@ -38,7 +38,7 @@ impl VirtualDisplacement {
     }
 
     /// The distance that it moves a point.
-    fn of(&self, place: &[Atom; 2]) -> [Atom; 2] {
+    fn at(&self, place: &[Atom; 2]) -> [Atom; 2] {
         let Some(about) = &self.about else { return self.along.clone() };
         let across = [&about[1] - &place[1], &place[0] - &about[0]];
         [0, 1].map(|axis| &self.along[axis] + &self.turn * &across[axis])
@@ -54,7 +54,7 @@ pub(super) fn free_body(system: &System, displacements: &[Displacement]) -> Atom
     let shifted = |point: usize, axis: usize| {
         let place = algebra.point(point);
         let own =
-            moved().filter(|(own, _)| own.points.contains(&point)).map(|(_, shift)| shift.of(place)[axis].clone());
+            moved().filter(|(own, _)| own.points.contains(&point)).map(|(_, shift)| shift.at(place)[axis].clone());
         place[axis].clone() + own.fold(Atom::num(0), |sum, by| sum + by) * algebra.displacement()
     };
     let turned = |coordinate: usize| {
@@ -74,13 +74,13 @@ pub(super) fn free_body(system: &System, displacements: &[Displacement]) -> Atom
         }
     }
     for (number, load) in algebra.scene.loads.iter().enumerate() {
-        let efforts = system.loads.of(number);
+        let efforts = system.loads.efforts(number);
         match &load.kind {
             LoadKind::Gravity(_) => {}
             LoadKind::Force { at, body: Some(body), .. } => {
                 let place = [0, 1].map(|axis| algebra.atom(&at[axis]));
                 for shift in of_body(*body) {
-                    for (effort, by) in efforts.iter().zip(shift.of(&place)) {
+                    for (effort, by) in efforts.iter().zip(shift.at(&place)) {
                         work -= &effort.size * by;
                     }
                 }
@@ -114,7 +114,7 @@ pub(super) fn on_ground(system: &System, shift: &VirtualDisplacement) -> Atom {
     for (number, load) in algebra.scene.loads.iter().enumerate() {
         let LoadKind::Force { at, .. } = &load.kind else { continue };
         let place = [0, 1].map(|axis| algebra.atom(&at[axis]));
-        for (effort, by) in system.loads.of(number).iter().zip(shift.of(&place)) {
+        for (effort, by) in system.loads.efforts(number).iter().zip(shift.at(&place)) {
             work += &effort.size * by;
         }
     }
@@ -130,7 +130,7 @@ fn inertia(system: &System, body: usize, shift: &VirtualDisplacement) -> Atom {
     let mut work = Atom::num(0);
     if let (Some(mass), Some(com)) = (&own.mass, &own.com) {
         let place = [0, 1].map(|axis| algebra.simplify(&algebra.atom(&com[axis])));
-        for (x, by) in place.iter().zip(shift.of(&place)) {
+        for (x, by) in place.iter().zip(shift.at(&place)) {
             work += algebra.atom(mass) * acceleration(x) * by;
         }
     }
@@ -145,7 +145,7 @@ fn weight(system: &System, body: usize, shift: &VirtualDisplacement) -> Atom {
     let algebra = &system.algebra;
     let own = &algebra.scene.bodies[body];
     let (Some(mass), Some(com)) = (&own.mass, &own.com) else { return Atom::num(0) };
-    let by = shift.of(&[0, 1].map(|axis| algebra.simplify(&algebra.atom(&com[axis]))));
+    let by = shift.at(&[0, 1].map(|axis| algebra.simplify(&algebra.atom(&com[axis]))));
     let mut work = Atom::num(0);
     for load in &algebra.scene.loads {
         let LoadKind::Gravity(field) = &load.kind else { continue };

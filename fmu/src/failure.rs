@@ -26,7 +26,7 @@ impl From<&str> for Failure {
 
 impl Failure {
     /// The failure of a state that an importer tries.
-    pub(crate) fn of_trial(error: SimError) -> Self {
+    pub(crate) fn from_trial(error: SimError) -> Self {
         match error.reason {
             // Formulae that leave their domain at this state have a value at the last one.
             Reason::Failed { error: StepError::NotFinite, .. } => Self::Discard(error.to_string()),

@@ -277,7 +277,7 @@ impl Instance {
         let simulation = state.simulation.insert(simulation);
         if let (false, Some((t, states))) = (state.is_placed, &state.placed) {
             let (q, qd) = states.split_at(states.len() / 2);
-            simulation.place(t - state.origin, q, qd).map_err(Failure::of_trial)?;
+            simulation.place(t - state.origin, q, qd).map_err(Failure::from_trial)?;
             state.is_placed = true;
         }
         if state.is_stale {

@@ -12,7 +12,7 @@ enum Precedence {
 }
 
 impl Precedence {
-    fn of(value: &Expression) -> Self {
+    fn new(value: &Expression) -> Self {
         match value {
             Expression::Binary(Operator::Add | Operator::Subtract, ..) => Self::Sum,
             Expression::Binary(Operator::Multiply | Operator::Divide, ..) => Self::Product,
@@ -47,5 +47,5 @@ pub(super) fn binary(
 /// The text of an operand, in parentheses if its precedence is lower than `least`.
 fn parenthesized(operand: &Expression, least: Precedence, write: impl Fn(&Expression) -> String) -> String {
     let text = write(operand);
-    if Precedence::of(operand) < least { format!("({text})") } else { text }
+    if Precedence::new(operand) < least { format!("({text})") } else { text }
 }

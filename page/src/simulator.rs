@@ -111,7 +111,7 @@ impl Simulator {
     /// A simulator for the bytes of a derived scene.
     pub(crate) fn new(bytes: &[u8]) -> Result<Self, String> {
         let packed: Packed = postcard::from_bytes(bytes).map_err(|_| "these bytes are not a derived scene")?;
-        let (model, scene) = (packed.description.into_model(StoredTape::of_placed(packed.tape)), packed.scene);
+        let (model, scene) = (packed.description.into_model(StoredTape::from_placed(packed.tape)), packed.scene);
         let mut simulator = Self { model, scene, own_parameters: Vec::new(), last: LastRun::default() };
         simulator.own_parameters = simulator.mechanism(&NamedValues::default()).parameters().to_vec();
         Ok(simulator)
@@ -121,7 +121,7 @@ impl Simulator {
     pub(crate) fn about(&self) -> Result<String, String> {
         let description = self.model.description;
         let mechanism = self.mechanism(&NamedValues::default());
-        let [mut parameters, start] = settable(&*mechanism, &Start::of(&*mechanism));
+        let [mut parameters, start] = settable(&*mechanism, &Start::new(&*mechanism));
         for own in &self.scene.parameters {
             let follows = own.formula.names().any(|name| matches!(name, Quantity::Parameter(_)));
             parameters.iter_mut().filter(|each| each.name == own.name).for_each(|each| each.follows = follows);
@@ -145,7 +145,7 @@ impl Simulator {
     /// The start of a mechanism with the values of the page.
     fn start(&self, mechanism: &dyn Mechanism, changed: &NamedValues) -> Result<Start, String> {
         let description = self.model.description;
-        let mut start = Start::of(mechanism);
+        let mut start = Start::new(mechanism);
         let is_parameter = |name: &str| description.parameters.iter().any(|parameter| parameter.name == name);
         for (name, value) in changed.iter().filter(|(name, _)| !is_parameter(name)) {
             start.set(description, name, value).ok_or_else(|| {
@@ -260,7 +260,7 @@ impl Simulator {
         if !q.iter().all(|value| value.is_finite()) {
             return Err(format!("`{}` has no place there", description.name));
         }
-        let own = Start::of(&*mechanism);
+        let own = Start::new(&*mechanism);
         let value = |i: usize| match description.is_angle(i) {
             // Whole turns of a drag are left out.
             true => q[i] - TAU * ((q[i] - own.q[i]) / TAU).round(),

@@ -53,7 +53,7 @@ impl Recording {
     }
 
     /// An empty recording for a run of this mechanism that keeps extremes only: no series and no frames.
-    pub fn of_extremes(description: &Description) -> Self {
+    pub fn for_extremes(description: &Description) -> Self {
         Self { has_series: false, ..Self::with_frames(description, 0) }
     }
 

@@ -17,7 +17,7 @@ const NEAR: f64 = 1e-6;
 /// Gives teeth to all gears and racks. Those that touch in the first frame have equal ones, which mesh.
 pub(super) fn mesh(shapes: &mut [Shape], nodes: &[Node]) {
     let mut gears: Vec<Gear> =
-        shapes.iter().enumerate().filter_map(|(place, shape)| Gear::of(place, shape, nodes)).collect();
+        shapes.iter().enumerate().filter_map(|(place, shape)| Gear::new(place, shape, nodes)).collect();
     let mut trains: Vec<Vec<usize>> = Vec::new();
     for first in 0..gears.len() {
         if trains.iter().any(|train| train.contains(&first)) {
@@ -86,7 +86,7 @@ struct Gear {
 }
 
 impl Gear {
-    fn of(number: usize, shape: &Shape, nodes: &[Node]) -> Option<Self> {
+    fn new(number: usize, shape: &Shape, nodes: &[Node]) -> Option<Self> {
         let Shape::Gear { node, angle, radius, is_internal, .. } = shape else { return None };
         let tooth = angle.first().copied().unwrap_or(0.0);
         let (at, radius, is_internal) = (place(&nodes[*node]), *radius, *is_internal);

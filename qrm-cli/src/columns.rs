@@ -16,14 +16,14 @@ pub(crate) struct Meaning {
 }
 
 impl Meaning {
-    pub(crate) fn of<K>(column: &Column<K>) -> Self {
+    pub(crate) fn new<K>(column: &Column<K>) -> Self {
         Self { unit: column.unit.clone(), doc: column.doc.clone() }
     }
 }
 
 /// Writes `NAME.units.json` beside the table `NAME.csv`: unit and meaning of each column.
 pub(crate) fn write_units<K>(table: &Path, columns: &[Column<K>]) -> Result<PathBuf, Error> {
-    save_units(table, columns.iter().map(|column| (column.name.clone(), Meaning::of(column))).collect())
+    save_units(table, columns.iter().map(|column| (column.name.clone(), Meaning::new(column))).collect())
 }
 
 /// Writes the units of columns that are known by name.

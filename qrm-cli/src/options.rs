@@ -107,7 +107,7 @@ pub(crate) struct OutFolder {
 
 impl OutFolder {
     /// The folder that is asked for, or that of the scene at `path`.
-    pub(crate) fn of(&self, path: &str) -> PathBuf {
+    pub(crate) fn folder(&self, path: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| default_folder(path))
     }
 }

@@ -70,16 +70,18 @@ impl Reference {
         asked: Option<ReferenceKind>,
     ) -> Result<Self, Error> {
         match asked {
-            Some(ReferenceKind::Energy) => Self::of_energy(setup, &times(setup, at)?, of).map_err(no_integral),
+            Some(ReferenceKind::Energy) => {
+                Self::from_energy_integral(setup, &times(setup, at)?, of).map_err(no_integral)
+            }
             Some(ReferenceKind::Scene) if !at.is_empty() => {
                 Err(Error::usage("values in [reference] hold at their own times")
                     .help("omit `--at`, or compare with `--reference run`"))
             }
-            Some(ReferenceKind::Scene) => Self::of_scene(setup, of).ok_or_else(|| {
+            Some(ReferenceKind::Scene) => Self::from_scene(setup, of).ok_or_else(|| {
                 Error::usage("the scene has no values in [reference] that hold for these parameters")
                     .help("add some, or omit `--set`")
             }),
-            Some(ReferenceKind::Run) => Self::of_run(setup, &times(setup, at)?, of),
+            Some(ReferenceKind::Run) => Self::from_run(setup, &times(setup, at)?, of),
             None => Self::best(setup, at, of),
         }
     }
@@ -88,20 +90,20 @@ impl Reference {
     fn best(setup: &Setup, at: &[String], of: Option<Kind>) -> Result<Self, Error> {
         let times = times(setup, at)?;
         // Scenes hold values of some columns.
-        let of_scene = || Self::of_scene(setup, of).filter(|_| at.is_empty() && of.is_none());
-        match (Self::of_energy(setup, &times, of), of_scene()) {
+        let from_scene = || Self::from_scene(setup, of).filter(|_| at.is_empty() && of.is_none());
+        match (Self::from_energy_integral(setup, &times, of), from_scene()) {
             (Ok(exact), _) if exact.uncertainty.position <= ALMOST_EXACT => Ok(exact),
-            (Ok(exact), _) => match Self::of_run(setup, &times, of) {
+            (Ok(exact), _) => match Self::from_run(setup, &times, of) {
                 Ok(run) if run.uncertainty.position < exact.uncertainty.position => Ok(run),
                 _ => Ok(exact),
             },
             (Err(_), Some(known)) => Ok(known),
-            (Err(_), None) => Self::of_run(setup, &times, of),
+            (Err(_), None) => Self::from_run(setup, &times, of),
         }
     }
 
     /// States from the energy integral, whose rounding errors two divisions of the way tell.
-    fn of_energy(setup: &Setup, times: &[f64], of: Option<Kind>) -> Result<Self, NoEnergyIntegral> {
+    fn from_energy_integral(setup: &Setup, times: &[f64], of: Option<Kind>) -> Result<Self, NoEnergyIntegral> {
         let [states, others] = PANELS.map(|panels| exact_states(&*setup.mechanism(), times, panels));
         let (states, others) = (states?, others?);
         let uncertainty = Errors::between(&setup.scene, of, &states, &others).max(rounding(setup, of, &states));
@@ -110,7 +112,7 @@ impl Reference {
     }
 
     /// Values that the scene holds.
-    fn of_scene(setup: &Setup, of: Option<Kind>) -> Option<Self> {
+    fn from_scene(setup: &Setup, of: Option<Kind>) -> Option<Self> {
         // They hold for the scene as it stands.
         if setup.is_changed() {
             return None;
@@ -156,8 +158,8 @@ impl Reference {
     }
 
     /// A run in double-double numbers, or one of the method of order 8 in doubles where that fails.
-    fn of_run(setup: &Setup, times: &[f64], of: Option<Kind>) -> Result<Self, Error> {
-        if let Some(reference) = Self::of_double_doubles(setup, times, of) {
+    fn from_run(setup: &Setup, times: &[f64], of: Option<Kind>) -> Result<Self, Error> {
+        if let Some(reference) = Self::from_double_doubles(setup, times, of) {
             return Ok(reference);
         }
         let run = |tolerance: f64| {
@@ -168,21 +170,21 @@ impl Reference {
                 .map_err(|reason| -> Error { messages::no_end(&reason, setup).after("there is no reference: ").into() })
         };
         let runs = [run(TIGHT[0])?.states, run(TIGHT[1])?.states];
-        Ok(Self::of_two(setup, of, "DOP853", TIGHT, runs))
+        Ok(Self::from_two_runs(setup, of, "DOP853", TIGHT, runs))
     }
 
     /// Extrapolation in double-double numbers; `None` if the motion is too long or not smooth enough for it.
-    fn of_double_doubles(setup: &Setup, times: &[f64], of: Option<Kind>) -> Option<Self> {
+    fn from_double_doubles(setup: &Setup, times: &[f64], of: Option<Kind>) -> Option<Self> {
         let run = |tolerance| -> Option<Vec<StateAt>> {
             let states = reference_states(setup.model, &setup.replace(), times, tolerance).ok()?;
             Some(states.into_iter().map(|state| state.rounded).collect())
         };
         let runs = [run(TIGHTEST[0])?, run(TIGHTEST[1])?];
-        Some(Self::of_two(setup, of, "extrapolation in double-double numbers", TIGHTEST, runs))
+        Some(Self::from_two_runs(setup, of, "extrapolation in double-double numbers", TIGHTEST, runs))
     }
 
     /// The finer of two runs, with their difference as uncertainty.
-    fn of_two(
+    fn from_two_runs(
         setup: &Setup,
         of: Option<Kind>,
         method: &str,

@@ -71,7 +71,7 @@ pub(crate) fn rewritten(setup: &Setup, range: ParameterRange) -> Result<Option<R
     for direction in singular.iter().rev() {
         text.replace_range(direction.span.clone(), &direction.regular_form);
     }
-    if engine::program().is_none() && Entry::of(&text).read(&text).is_none() {
+    if engine::program().is_none() && Entry::new(&text).read(&text).is_none() {
         return Ok(None);
     }
     let model = model_of_source(&[], Path::new(path), text)?;

@@ -122,7 +122,7 @@ struct RedundancyEntry {
 }
 
 impl RedundancyEntry {
-    fn of(outcome: &Outcome, description: &Description) -> Option<Self> {
+    fn from_outcome(outcome: &Outcome, description: &Description) -> Option<Self> {
         let Redundancy { rank, multipliers, outputs } = outcome.redundancy.as_ref()?;
         Some(Self {
             constraints: description.constraints.len(),
@@ -142,7 +142,7 @@ impl RunReport {
         let mut distrust = distrust(outcome, description);
         distrust.extend(setup.passed_over(outcome.end_time));
         let parameters = description.parameters.iter().map(|p| p.name.to_owned());
-        let end_time_error = outcome.errors.as_ref().and_then(ErrorEstimates::of_end_time);
+        let end_time_error = outcome.errors.as_ref().and_then(ErrorEstimates::end_time);
         Self {
             description,
             scene: description.name,
@@ -184,7 +184,7 @@ impl RunReport {
                 is_alone: nearest.is_alone,
             }),
             careful_solves: outcome.stats.singular_mass + outcome.stats.suspicious_constraints,
-            redundancy: RedundancyEntry::of(outcome, description),
+            redundancy: RedundancyEntry::from_outcome(outcome, description),
             energy_drift: outcome.energy_drift,
             energy_imbalance: outcome.energy_imbalance,
             extremes: extremes(outcome, recording),
@@ -269,7 +269,7 @@ fn end_state(outcome: &Outcome, recording: &Recording) -> Named<f64> {
 /// The errors of columns whose errors are estimated.
 fn errors(outcome: &Outcome, recording: &Recording, part: impl Fn(ErrorEstimate, Kind) -> Option<f64>) -> Named<f64> {
     let Some(estimates) = &outcome.errors else { return Named(Vec::new()) };
-    let error = |column: &Column| Some((column.name.clone(), part(estimates.of(column.kind)?, column.kind)?));
+    let error = |column: &Column| Some((column.name.clone(), part(estimates.column(column.kind)?, column.kind)?));
     Named(recording.columns().filter_map(error).collect())
 }
 
@@ -279,7 +279,7 @@ fn extremes(outcome: &Outcome, recording: &Recording) -> Named<ExtremesEntry> {
     let entries = described.filter_map(|column| {
         let e = recording.extremes(column.kind)?;
         let ((min, min_time), (max, max_time)) = (e.minimum, e.maximum);
-        let errors = outcome.errors.as_ref().and_then(|errors| errors.of_extremes(column.kind, &e));
+        let errors = outcome.errors.as_ref().and_then(|errors| errors.extremes(column.kind, &e));
         let [min_error, max_error] = errors.map_or([None; 2], |errors| errors.map(Some));
         Some((column.name.clone(), ExtremesEntry { min, min_time, min_error, max, max_time, max_error }))
     });

@@ -127,7 +127,7 @@ pub(crate) fn model_of_text(models: &'static [Model], source: &str) -> Option<&'
 fn interpreted(path: &Path, source: &str) -> Result<&'static Model, Error> {
     // Mistakes are reported without the engine.
     resolve::read(&path.display().to_string(), source)?;
-    let derived = match cache::Entry::of(source).read(source) {
+    let derived = match cache::Entry::new(source).read(source) {
         Some(derived) => derived,
         None => engine::derive(path, source)?,
     };

@@ -60,14 +60,14 @@ const SAME_POSITION: f64 = 1e-6;
 impl Setup {
     /// The setup of a scene of the command line, which says what was rewritten.
     pub(crate) fn new(models: &'static [Model], options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
-        let setup = Self::of(options.name.find(models)?, options, how)?;
+        let setup = Self::from_found(options.name.find(models)?, options, how)?;
         setup.print_notes();
         Ok(setup)
     }
 
     /// The setup of a scene that is already found, and read with its own values if it has a scene; the name in `options`
     /// is not used.
-    pub(crate) fn of(found: FoundScene, options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
+    pub(crate) fn from_found(found: FoundScene, options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
         let one = DesignSpace { count: 1, value: &|_, _| None, range: &|_| None };
         Self::without_rewrites(found, options, how)?.with_regular_forms(&one)
     }
@@ -169,7 +169,7 @@ impl Setup {
         if options.start.is_empty() {
             return Ok(self);
         }
-        let mut start = Start::of(&*self.mechanism());
+        let mut start = Start::new(&*self.mechanism());
         for (name, value) in assignments("--start", &options.start)? {
             if start.set(self.description, &name, value).is_none() {
                 let given = start.given_values(self.description);
@@ -208,7 +208,7 @@ impl Setup {
 
     /// The start of the command line, or of the scene.
     pub(crate) fn start(&self) -> Start {
-        self.start.clone().unwrap_or_else(|| Start::of(&*self.mechanism()))
+        self.start.clone().unwrap_or_else(|| Start::new(&*self.mechanism()))
     }
 
     /// Coordinates and rates at the start, wherever it is.

@@ -109,7 +109,7 @@ pub fn numbers(mechanism: &dyn Mechanism, at: &State) -> Vec<f64> {
     let State { t, q, qd, qdd, multipliers, .. } = at;
     let mut outputs = vec![f64::NAN; mechanism.description().outputs.len()];
     mechanism.outputs(*t, q, qd, qdd, multipliers, &mut outputs);
-    let constraints = LoopConstraints::of(mechanism, *t, q);
+    let constraints = LoopConstraints::at(mechanism, *t, q);
     let [position, velocity] =
         [&constraints.residuals, &constraints.velocity_residual(qd)].map(|residuals| largest(residuals).1);
     let checks = [position, velocity, mechanism.energy(q, qd).iter().sum()];

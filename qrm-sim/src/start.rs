@@ -18,7 +18,7 @@ pub struct Start {
 
 impl Start {
     /// The start that the scene of a mechanism asks for.
-    pub fn of(mechanism: &dyn Mechanism) -> Self {
+    pub fn new(mechanism: &dyn Mechanism) -> Self {
         let n = mechanism.description().coordinates.len();
         let mut start = Self { q: vec![0.0; n], given: vec![false; n], qd: vec![0.0; n], given_rates: vec![false; n] };
         mechanism.start(StartMut {

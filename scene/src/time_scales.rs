@@ -35,7 +35,7 @@ pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
     let points = scene.points.iter().flat_map(|point| &point.position);
     let mut scales = Vec::new();
     for value in loads.chain(constraints).chain(points) {
-        for scale in of_formula(value, &courses.of(value)) {
+        for scale in formula_scales(value, &courses.time_functions(value)) {
             if !scales.contains(&scale) {
                 scales.push(scale);
             }
@@ -44,7 +44,7 @@ pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
     scales
 }
 
-fn of_formula(value: &Value, courses: &[Option<TimeFunction>]) -> Vec<TimeScale> {
+fn formula_scales(value: &Value, courses: &[Option<TimeFunction>]) -> Vec<TimeScale> {
     let mut scales: Vec<Vec<TimeScale>> = Vec::new();
     for (node, course) in value.nodes().iter().zip(courses) {
         // Lines and parabolas have no scale, and neither has a product with zero.
@@ -67,30 +67,32 @@ fn of_formula(value: &Value, courses: &[Option<TimeFunction>]) -> Vec<TimeScale>
 /// The time scales of an operation on known functions of time.
 fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<TimeScale> {
     let moves = |id: &NodeId| courses[*id].filter(|course| course.fixed().is_none());
-    let smooth = |id: &NodeId| moves(id).into_iter().flat_map(of_smooth).collect();
-    let proportional = |id: &NodeId| moves(id).into_iter().flat_map(of_proportional).collect();
+    let smooth = |id: &NodeId| moves(id).into_iter().flat_map(smooth_scales).collect();
+    let proportional = |id: &NodeId| moves(id).into_iter().flat_map(proportional_scales).collect();
     match node {
         Node::Call(Function::Min | Function::Max, arguments) => {
             // Where the two are the same, the other one becomes the smaller or larger one.
             let [Some(a), Some(b)] = [0, 1].map(|i| courses[arguments[i]]) else { return Vec::new() };
             let difference = a.plus(b.scaled(-1.0, 0.0)).filter(|course| course.fixed().is_none());
-            difference.into_iter().flat_map(of_corner).collect()
+            difference.into_iter().flat_map(corner_scales).collect()
         }
-        Node::Call(Function::Abs | Function::Sign, arguments) => moves(&arguments[0]).map_or_else(Vec::new, of_corner),
+        Node::Call(Function::Abs | Function::Sign, arguments) => {
+            moves(&arguments[0]).map_or_else(Vec::new, corner_scales)
+        }
         Node::Call(Function::Sin | Function::Cos | Function::Tan, arguments) => match moves(&arguments[0]) {
             Some(TimeFunction::Line { rate, .. }) => vec![TimeScale::Period(rate.abs())],
-            Some(course) => of_smooth(course),
+            Some(course) => smooth_scales(course),
             None => Vec::new(),
         },
         Node::Call(Function::Log | Function::Sqrt, arguments) => proportional(&arguments[0]),
-        Node::Call(_, arguments) => arguments.iter().filter_map(moves).flat_map(of_smooth).collect(),
+        Node::Call(_, arguments) => arguments.iter().filter_map(moves).flat_map(smooth_scales).collect(),
         Node::Spline(spline, argument) if node.is_piecewise() => {
             let from = |corner: &f64| moves(argument).map(|course| course.scaled(1.0, -corner));
-            spline.corners().iter().filter_map(from).flat_map(of_corner).collect()
+            spline.corners().iter().filter_map(from).flat_map(corner_scales).collect()
         }
         Node::Spline(spline, argument) => match moves(argument) {
             Some(TimeFunction::Line { rate, .. }) => vec![TimeScale::Period(rate.abs() / spline.shortest_interval())],
-            Some(course) => of_smooth(course),
+            Some(course) => smooth_scales(course),
             None => Vec::new(),
         },
         // A square of a sine is smooth in its period, and other powers nearly so.
@@ -102,7 +104,7 @@ fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<Ti
 }
 
 /// The time scales of a smooth function: its argument passes zero or turns back, and changes by one there.
-fn of_smooth(course: TimeFunction) -> Vec<TimeScale> {
+fn smooth_scales(course: TimeFunction) -> Vec<TimeScale> {
     match course {
         TimeFunction::Line { at_zero, rate } => {
             vec![TimeScale::Moment { time: -at_zero / rate, width: rate.abs().recip() }]
@@ -125,18 +127,18 @@ fn of_smooth(course: TimeFunction) -> Vec<TimeScale> {
 }
 
 /// The time scales of a smooth function that changes with the ratio of two arguments: a power, a fraction.
-fn of_proportional(course: TimeFunction) -> Vec<TimeScale> {
+fn proportional_scales(course: TimeFunction) -> Vec<TimeScale> {
     match course {
         // It is twice its smallest value there.
         TimeFunction::Parabola { value, bend, time } if value / bend > 0.0 => {
             vec![TimeScale::Moment { time, width: (value / bend).sqrt() }]
         }
-        course => of_smooth(course),
+        course => smooth_scales(course),
     }
 }
 
 /// The time scales of a function that has a corner where its argument is zero. Single corners end steps by themselves.
-fn of_corner(course: TimeFunction) -> Vec<TimeScale> {
+fn corner_scales(course: TimeFunction) -> Vec<TimeScale> {
     match course {
         TimeFunction::Parabola { value, bend, time } => {
             half_distance(value, bend).map(|width| TimeScale::Moment { time, width }).into_iter().collect()

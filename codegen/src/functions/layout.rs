@@ -81,7 +81,7 @@ impl Layout {
         roots.extend(symbols.iter().map(|(_, symbol)| lowering.bound[symbol]));
         roots.extend(of_friction.iter().map(|(_, value)| *value));
         // In a kernel names stand for other values.
-        let mut lowering = Lowering::of_kernel(lowering.graph);
+        let mut lowering = Lowering::from_kernel(lowering.graph);
         let mut kernel = Kernel::new(scene, equations, &mut lowering);
         let angle_sums = lowering.angle_sums(|i| scene.coordinates[i].name.to_lowercase());
         let point_names = scene.points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{}_{axis}", point.name)));
@@ -89,7 +89,7 @@ impl Layout {
         let mut own_names = angle_sums;
         if !own_names.is_empty() {
             // The points that depend on such sums are other values than in the plain functions.
-            lowering = Lowering::of_kernel(lowering.graph);
+            lowering = Lowering::from_kernel(lowering.graph);
             lowering.define(&equations.names);
             let points = equations.points.iter().flatten().map(|term| lowering.term(term));
             own_names.splice(0..0, point_names.iter().cloned().zip(points));
@@ -126,10 +126,10 @@ impl Layout {
 
 /// The inverse dynamics of a scene, in a graph that has other functions already.
 fn inverse_dynamics(scene: &Scene, equations: &Equations, graph: &mut Graph) -> Option<Kernel> {
-    let mut lowering = Lowering::of_kernel(Graph::default());
+    let mut lowering = Lowering::from_kernel(Graph::default());
     let local = |op: &Op| if let Op::Input(Symbol::Local(number)) = op { Some(number + 1) } else { None };
     let next = graph.ops().iter().filter_map(local).max().unwrap_or(0);
-    let mut kernel = Kernel::of_inverse_dynamics(scene, equations, &mut lowering, next)?;
+    let mut kernel = Kernel::from_inverse_dynamics(scene, equations, &mut lowering, next)?;
     let roots: Vec<Signed> = kernel.values().copied().collect();
     let (own, roots) = share_pairs(&lowering.graph, &roots);
     let places = graph.absorb(&own);

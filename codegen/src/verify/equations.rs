@@ -75,7 +75,7 @@ impl<B: Differentiable> EquationsOfMotion<B> {
         let zero = B::from(0.0);
         let moving = State::along(scene, &sample.parameters, sample.t, &sample.q, &sample.qd, &vec![zero; n]);
         let positions: Vec<Dual2<B>> = rows.iter().map(|(row, _)| moving.value(row)).collect();
-        let jacobian: Vec<Vec<B>> = rows.iter().map(|(row, _)| gradients.of(row)).collect();
+        let jacobian: Vec<Vec<B>> = rows.iter().map(|(row, _)| gradients.gradient(row)).collect();
         let mut mass = vec![zero; n * n];
         let mut forces = sample.generalized_forces(gradients, plain);
         for (((_, inertia), row), bias) in rows.iter().zip(&jacobian).zip(&positions) {
@@ -94,7 +94,7 @@ impl<B: Differentiable> EquationsOfMotion<B> {
             mass,
             forces,
             residuals: constraints().map(|row| moving.value(row)).collect(),
-            constraint_jacobian: constraints().flat_map(|row| gradients.of(row)).collect(),
+            constraint_jacobian: constraints().flat_map(|row| gradients.gradient(row)).collect(),
         }
     }
 }

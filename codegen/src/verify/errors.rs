@@ -68,7 +68,7 @@ impl<'a> Errors<'a> {
     }
 
     /// The rounding errors of one number: those of doubles show how large the terms are that cancel in it.
-    pub(super) fn of_rounding(&self, place: usize, i: usize, expected: Wide, got: DoubleDouble) -> f64 {
+    pub(super) fn rounding_error(&self, place: usize, i: usize, expected: Wide, got: DoubleDouble) -> f64 {
         let samples = || [self.sample.clone(), self.sample.nearby()].map(|s| s.expected(self.scene, self.equations));
         let [here, near] = self.known.get_or_init(samples);
         let error = |rounded: &Option<Expected<f64>>, exact: Option<Wide>| match (rounded, exact) {
@@ -78,12 +78,12 @@ impl<'a> Errors<'a> {
         let of_expected = error(here, Some(expected)) + error(near, self.nearby().map(|n| n[place].1[i]));
         let of_got = self.rounded(place, i).map_or(0.0, |rounded| size(Wide::from(rounded) - Wide(got)));
         // Numbers in the text of a module have 16 digits: where terms cancel, no more of the sum is known.
-        let of_constants = if self.has_rounded_constants { CONSTANTS * of_expected } else { 0.0 };
-        (ROUNDING * (of_expected + of_got) + SMALLEST * self.terms(place, i)).max(of_constants)
+        let constant_error = if self.has_rounded_constants { CONSTANTS * of_expected } else { 0.0 };
+        (ROUNDING * (of_expected + of_got) + SMALLEST * self.terms(place, i)).max(constant_error)
     }
 
     /// The errors that rounded numbers of the module leave in another number: rounding errors of doubles tell them.
-    pub(super) fn of_constants(&self, name: &str, i: usize) -> f64 {
+    pub(super) fn constant_error(&self, name: &str, i: usize) -> f64 {
         if !self.has_rounded_constants {
             return 0.0;
         }

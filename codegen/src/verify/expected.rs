@@ -118,7 +118,7 @@ impl<B: Differentiable> Sample<B> {
                     forces.map(|(effort, _)| effort).sum()
                 };
                 let loads = loads.iter().map(|(load, factor)| plain.value(factor) * force(*load));
-                virtual_work.of_displacements(displacements) + multipliers.chain(loads).sum::<B>()
+                virtual_work.work(displacements) + multipliers.chain(loads).sum::<B>()
             }
             OutputKind::ShakingForce(along) => virtual_work.along_ground(along),
             OutputKind::ShakingMoment(point) => virtual_work.about_ground(*point),

@@ -21,7 +21,7 @@ impl<'s, B: Differentiable> Gradients<'s, B> {
         Self { scene, qd: &sample.qd, states }
     }
 
-    pub(super) fn of(&self, value: &Formula) -> Vec<B> {
+    pub(super) fn gradient(&self, value: &Formula) -> Vec<B> {
         let mut gradient = vec![B::from(0.0); self.states.len()];
         for i in self.scene.coordinates_of(value) {
             gradient[i] = self.states[i].value(value).eps;
@@ -41,7 +41,7 @@ impl<'s, B: Differentiable> Gradients<'s, B> {
 
     /// The rate of a displacement that the coordinates bring.
     pub(super) fn velocity(&self, displacement: &Formula) -> B {
-        self.of(displacement).iter().zip(self.qd).map(|(s, v)| *s * *v).sum()
+        self.gradient(displacement).iter().zip(self.qd).map(|(s, v)| *s * *v).sum()
     }
 }
 

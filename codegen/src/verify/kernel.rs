@@ -43,8 +43,8 @@ pub(super) fn agrees(
         let largest = expected.iter().map(|number| size(*number)).fold(0.0, f64::max);
         let allowed = (TOLERANCE * largest).max(sample.error_of_zeros(largest));
         compare_all(name, got, expected, |_| allowed).or_else(|_| {
-            let of_constants = |i: usize| errors.of_constants(&format!("loop_constraints.{name}"), i);
-            compare_all(name, got, expected, |i| allowed.max(of_constants(i)))
+            let constant_error = |i: usize| errors.constant_error(&format!("loop_constraints.{name}"), i);
+            compare_all(name, got, expected, |i| allowed.max(constant_error(i)))
         })
     };
     compare("residuals", &evaluation.results("residuals"), constraints)?;
@@ -90,17 +90,17 @@ pub(super) fn agrees(
         let (of_terms, _) = system.solve(&force_sizes, &bias_sizes)?;
         let rounding = ROUNDING * growth * of_terms.into_iter().map(size).fold(0.0, f64::max);
         // Numbers in the text of a module have 16 digits.
-        let of_constants = |x: &[Wide], right: [&[Wide]; 2]| -> Option<Vec<f64>> {
+        let constant_error = |x: &[Wide], right: [&[Wide]; 2]| -> Option<Vec<f64>> {
             let bound = here.error_bound(&terms, x, &right.concat())?;
             Some(bound.into_iter().map(|bound| CONSTANTS * f64::EPSILON * bound).collect())
         };
-        let spread = |moved: Vec<Wide>, from: &[Wide], of_constants: Vec<f64>| -> Vec<f64> {
-            let both = moved.iter().zip(from).zip(of_constants);
+        let spread = |moved: Vec<Wide>, from: &[Wide], constant_error: Vec<f64>| -> Vec<f64> {
+            let both = moved.iter().zip(from).zip(constant_error);
             both.map(|((moved, from), error)| SPREAD * size(*moved - *from) + error + rounding).collect()
         };
         Some([
-            spread(moved, &accelerations, of_constants(&accelerations, [&force_sizes, &bias_sizes])?),
-            spread(moved_correction, &correction, of_constants(&correction, [&none, &closing])?),
+            spread(moved, &accelerations, constant_error(&accelerations, [&force_sizes, &bias_sizes])?),
+            spread(moved_correction, &correction, constant_error(&correction, [&none, &closing])?),
         ])
     };
     let compare = |name: &str, got: &[DoubleDouble], expected: &[Wide], which: usize| {

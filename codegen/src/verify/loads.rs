@@ -63,7 +63,7 @@ impl<B: Differentiable> Sample<B> {
         let scene = gradients.scene;
         let mut forces = vec![B::from(0.0); self.q.len()];
         for (effort, displacement) in scene.loads.iter().flat_map(|load| self.load_forces(scene, plain, &load.kind)) {
-            for (force, derivative) in forces.iter_mut().zip(gradients.of(displacement)) {
+            for (force, derivative) in forces.iter_mut().zip(gradients.gradient(displacement)) {
                 *force += effort * derivative;
             }
         }
@@ -82,7 +82,7 @@ impl<B: Differentiable> Sample<B> {
         let levers = gradients.levers();
         let mut sizes = vec![zero; self.q.len()];
         for (effort, displacement) in inertial.chain(loads) {
-            for ((size, derivative), lever) in sizes.iter_mut().zip(gradients.of(displacement)).zip(&levers) {
+            for ((size, derivative), lever) in sizes.iter_mut().zip(gradients.gradient(displacement)).zip(&levers) {
                 // Inside a derivative terms cancel too: a spring from a pivot to its own link does no work.
                 *size += effort.abs() * (derivative.abs() + *lever);
             }

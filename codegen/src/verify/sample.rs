@@ -66,7 +66,7 @@ impl Sample {
     }
 
     /// Random numbers near one, parameters too, whatever their values in the scene: no term is small beside the others.
-    pub(super) fn of_order_one(scene: &Scene, random: &mut fastrand::Rng) -> Self {
+    pub(super) fn random_of_order_one(scene: &Scene, random: &mut fastrand::Rng) -> Self {
         let mut sample = Self::random(scene, 1, random);
         for (value, parameter) in sample.parameters.iter_mut().zip(&scene.parameters) {
             *value = if parameter.left_out { 0.0 } else { between(random, 0.5, 2.0) };

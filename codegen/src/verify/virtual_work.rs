@@ -15,7 +15,7 @@ struct Shift<B> {
 }
 
 impl<B: Differentiable> Shift<B> {
-    fn of(&self, [x, y]: [B; 2]) -> [B; 2] {
+    fn at(&self, [x, y]: [B; 2]) -> [B; 2] {
         [self.along[0] - self.turn * (y - self.about[1]), self.along[1] + self.turn * (x - self.about[0])]
     }
 }
@@ -39,14 +39,14 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
     }
 
     /// The work of inertia, less that of loads and constraints.
-    pub(super) fn of_displacements(&self, displacements: &[Displacement]) -> B {
+    pub(super) fn work(&self, displacements: &[Displacement]) -> B {
         let zero = B::from(0.0);
         let mut displaced = self.sample.state_at(self.scene, Dual::new(self.sample.t, zero));
         let mut work = zero;
         for own in displacements {
             let shift = self.shift(own);
             for &point in &own.points {
-                let by = shift.of(self.plain.point(point));
+                let by = shift.at(self.plain.point(point));
                 let at = displaced.point(point);
                 displaced = displaced.with_point(point, [0, 1].map(|axis| at[axis] + Dual::new(zero, by[axis])));
             }
@@ -94,7 +94,7 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
         }
         for load in &self.scene.loads {
             let LoadKind::Force { force, at, .. } = &load.kind else { continue };
-            let [force, by] = [self.pair(force), shift.of(self.pair(at))];
+            let [force, by] = [self.pair(force), shift.at(self.pair(at))];
             work += force[0] * by[0] + force[1] * by[1];
         }
         work
@@ -105,7 +105,7 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
         let mut work = B::from(0.0);
         if let (Some(mass), Some(com)) = (&body.mass, &body.com) {
             let place = [0, 1].map(|axis| self.moving.value(&com[axis]));
-            let by = shift.of(place.map(|x| x.re));
+            let by = shift.at(place.map(|x| x.re));
             for axis in [0, 1] {
                 let gravity = self.scene.loads.iter().filter_map(|load| match &load.kind {
                     LoadKind::Gravity(field) => Some(self.plain.value(&field[axis])),
@@ -126,7 +126,7 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
         for load in &self.scene.loads {
             match &load.kind {
                 LoadKind::Force { force, at, body } if *body == Some(number) => {
-                    let [force, by] = [self.pair(force), shift.of(self.pair(at))];
+                    let [force, by] = [self.pair(force), shift.at(self.pair(at))];
                     work += force[0] * by[0] + force[1] * by[1];
                 }
                 LoadKind::Torque { torque, body, .. } if *body == number => {

@@ -91,12 +91,12 @@ impl<R: Scalar, const C: usize> InterpretedKernel<R, C> {
     }
 
     /// The part of a padded vector that belongs to coordinates.
-    fn of_coordinates<'x>(&self, x: &'x [R; C]) -> &'x [R] {
+    fn coordinates<'x>(&self, x: &'x [R; C]) -> &'x [R] {
         &x[..self.tape.coordinates as usize]
     }
 
     /// The part of a padded vector that belongs to constraints.
-    fn of_constraints<'x>(&self, x: &'x [R; C]) -> &'x [R] {
+    fn constraints<'x>(&self, x: &'x [R; C]) -> &'x [R] {
         &x[..self.tape.constraints as usize]
     }
 }
@@ -149,8 +149,8 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
     fn position(&self, t: R, q: &[R; C], angles: &Angles<R, C>) -> PositionNumber {
         let (position, at) = (PositionNumber(self.count.get() + 1), &self.arguments);
         self.count.set(position.0);
-        let [sin, cos] = [&angles.sin, &angles.cos].map(|x| self.of_coordinates(x));
-        let arguments = [(at.t, &[t][..]), (at.q, self.of_coordinates(q)), (at.sin, sin), (at.cos, cos)];
+        let [sin, cos] = [&angles.sin, &angles.cos].map(|x| self.coordinates(x));
+        let arguments = [(at.t, &[t][..]), (at.q, self.coordinates(q)), (at.sin, sin), (at.cos, cos)];
         self.run(position, POSITION, &arguments, |_, _| ());
         position
     }
@@ -165,12 +165,12 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
     }
 
     fn velocity_residual(&self, position: &PositionNumber, qd: &[R; C]) -> [R; C] {
-        let arguments = [(self.arguments.qd, self.of_coordinates(qd))];
+        let arguments = [(self.arguments.qd, self.coordinates(qd))];
         self.run(*position, VELOCITY_RESIDUAL, &arguments, read)
     }
 
     fn correction(&self, position: &PositionNumber, residuals: &[R; C]) -> [R; C] {
-        let arguments = [(self.arguments.residuals, self.of_constraints(residuals))];
+        let arguments = [(self.arguments.residuals, self.constraints(residuals))];
         self.run(*position, CORRECTION, &arguments, read)
     }
 
@@ -194,7 +194,7 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
         qd: &[R; C],
         _angles: &Angles<R, C>,
     ) -> [R; C] {
-        self.run(*position, ACCELERATIONS, &[(self.arguments.qd, self.of_coordinates(qd))], read)
+        self.run(*position, ACCELERATIONS, &[(self.arguments.qd, self.coordinates(qd))], read)
     }
 
     fn outputs_at(
@@ -209,8 +209,8 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
         outputs: &mut [R],
     ) {
         let at = &self.arguments;
-        let [qd, qdd] = [qd, qdd].map(|x| self.of_coordinates(x));
-        let arguments = [(at.qd, qd), (at.qdd, qdd), (at.multipliers, self.of_constraints(multipliers))];
+        let [qd, qdd] = [qd, qdd].map(|x| self.coordinates(x));
+        let arguments = [(at.qd, qd), (at.qdd, qdd), (at.multipliers, self.constraints(multipliers))];
         self.run(*position, OUTPUTS, &arguments, |values, places| {
             outputs.iter_mut().zip(places).for_each(|(output, &place)| *output = values[place as usize]);
         });
@@ -218,15 +218,15 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
 
     fn power(&self, t: R, q: &[R; C], qd: &[R; C], qdd: &[R; C], multipliers: &[R; C]) -> R {
         let at = &self.arguments;
-        let [q, qd, qdd] = [q, qd, qdd].map(|x| self.of_coordinates(x));
-        let multipliers = (at.multipliers, self.of_constraints(multipliers));
+        let [q, qd, qdd] = [q, qd, qdd].map(|x| self.coordinates(x));
+        let multipliers = (at.multipliers, self.constraints(multipliers));
         self.evaluate(&self.tape.power, &[(at.t, &[t]), (at.q, q), (at.qd, qd), (at.qdd, qdd), multipliers])
     }
 
     fn event(&self, t: R, q: &[R; C], qd: &[R; C], qdd: &[R; C], multipliers: &[R; C]) -> Option<R> {
         let (event, at) = (self.tape.event.as_ref()?, &self.arguments);
-        let [q, qd, qdd] = [q, qd, qdd].map(|x| self.of_coordinates(x));
-        let multipliers = (at.multipliers, self.of_constraints(multipliers));
+        let [q, qd, qdd] = [q, qd, qdd].map(|x| self.coordinates(x));
+        let multipliers = (at.multipliers, self.constraints(multipliers));
         Some(self.evaluate(event, &[(at.t, &[t]), (at.q, q), (at.qd, qd), (at.qdd, qdd), multipliers]))
     }
 }

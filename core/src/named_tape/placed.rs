@@ -40,12 +40,12 @@ impl NamedTape {
         let multipliers = accelerations.split_off(self.coordinates.min(accelerations.len()));
 
         let mut places = Places::new(self);
-        let of_state = [&dynamics, &loop_constraints, &mass_matrix, &energy, &power, &outputs, &start, &schedule];
-        let of_kernel =
+        let from_state = [&dynamics, &loop_constraints, &mass_matrix, &energy, &power, &outputs, &start, &schedule];
+        let from_kernel =
             [&fields, &of_position, &velocity_residual, &correction, &accelerations, &multipliers, &outputs_at];
-        let all = of_state
+        let all = from_state
             .into_iter()
-            .chain(of_kernel)
+            .chain(from_kernel)
             .chain(&linearization)
             .chain(&event)
             .chain([&switching_functions, &tanh_arguments]);

@@ -11,7 +11,7 @@ use qrm_model::quick_return_driven::{DESCRIPTION, Parameters, QuickReturnDriven}
 use qrm_sim::analysis::{Derivatives, OutputValues, SensitivityRequest, sensitivity};
 
 /// The mechanism.
-const MODEL: Model = Model::of::<QuickReturnDriven, 3, 3>();
+const MODEL: Model = Model::from_generated::<QuickReturnDriven, 3, 3>();
 
 /// The lengths that may change.
 const LENGTHS: [&str; 5] = ["O2A", "O4O2", "O4B", "BC", "yC"];
@@ -28,7 +28,7 @@ struct Number(f64, Vec<f64>);
 
 impl Number {
     /// A function of others, with its derivatives by them.
-    fn of(value: f64, parts: &[(f64, &Derivatives)]) -> Self {
+    fn from_parts(value: f64, parts: &[(f64, &Derivatives)]) -> Self {
         let by = |i: usize| parts.iter().map(|(slope, part)| slope * part.by[i]).sum();
         Self(value, (0..LENGTHS.len()).map(by).collect())
     }
@@ -48,7 +48,7 @@ impl Design {
         let found = sensitivity(&MODEL, &replace, &request).map_err(|e| Error::msg(format!("{e:?}")))?;
         let output = |name| &found.outputs[DESCRIPTION.outputs.iter().position(|o| o.name == name).unwrap_or(0)];
         let OutputValues { minimum: [low, low_time], maximum: [high, high_time], .. } = output("x6");
-        let stroke = Number::of(high.value - low.value, &[(1.0, high), (-1.0, low)]);
+        let stroke = Number::from_parts(high.value - low.value, &[(1.0, high), (-1.0, low)]);
         // One stroke lies between the two, the other one takes the rest of the turn.
         let between = (high_time.value - low_time.value).abs();
         let (turn, sign) = (found.end_time.value, (high_time.value - low_time.value).signum());
@@ -57,12 +57,12 @@ impl Design {
         } else {
             ((turn - between) / between, -turn / between.powi(2))
         };
-        let time_ratio = Number::of(ratio, &[(sign * slope, high_time), (-sign * slope, low_time)]);
+        let time_ratio = Number::from_parts(ratio, &[(sign * slope, high_time), (-sign * slope, low_time)]);
         let OutputValues { minimum: [pull, _], maximum: [push, _], .. } = output("N3");
         let peak = if push.value > -pull.value {
-            Number::of(push.value, &[(1.0, push)])
+            Number::from_parts(push.value, &[(1.0, push)])
         } else {
-            Number::of(-pull.value, &[(-1.0, pull)])
+            Number::from_parts(-pull.value, &[(-1.0, pull)])
         };
         Ok(Self { stroke, time_ratio, peak })
     }

@@ -94,7 +94,7 @@ impl<'m> EnergyIntegral<'m> {
             phi2 = self.angle_after(phi2, t - t_before);
             t_before = t;
             let (q, qd) = self.state(phi2);
-            Row::of_state(self.mechanism, t, q, qd)
+            Row::from_state(self.mechanism, t, q, qd)
         };
         times.map(row).collect()
     }

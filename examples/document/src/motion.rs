@@ -26,7 +26,7 @@ pub struct Row {
 
 impl Row {
     /// The row whose quantities all follow from the state at `t`.
-    pub fn of_state(mechanism: &QuickReturn, t: f64, q: Vector3<f64>, qd: Vector3<f64>) -> Result<Self, String> {
+    pub fn from_state(mechanism: &QuickReturn, t: f64, q: Vector3<f64>, qd: Vector3<f64>) -> Result<Self, String> {
         let (qdd, multipliers) = accelerations(mechanism, t, &q, &qd)?;
         Ok(Self::new(mechanism, t, q, qd, qdd, multipliers))
     }
@@ -214,5 +214,5 @@ fn rk4_step(
 /// The rows of `qrm run`: every quantity belongs to the time of its row.
 pub fn command_rows(mechanism: &QuickReturn, step: f64) -> Result<Vec<Row>, String> {
     let states = integrate(mechanism, step, Projection::COMMAND)?;
-    states.iter().map(|state| Row::of_state(mechanism, state.t, state.q, state.qd)).collect()
+    states.iter().map(|state| Row::from_state(mechanism, state.t, state.q, state.qd)).collect()
 }

@@ -59,8 +59,8 @@ impl LoadedScene {
         }
         let mechanism = &*setup.mechanism();
         let Dynamics { mass_matrix, generalized_forces, constraint_jacobian, constraint_bias } =
-            Dynamics::of(mechanism, t, q, qd);
-        let LoopConstraints { residuals, constraint_rate, .. } = LoopConstraints::of(mechanism, t, q);
+            Dynamics::at(mechanism, t, q, qd);
+        let LoopConstraints { residuals, constraint_rate, .. } = LoopConstraints::at(mechanism, t, q);
         let (mut accelerations, mut multipliers) = (vec![0.0; count], vec![0.0; residuals.len()]);
         Solver::at(mechanism, t, q)
             .accelerations(mechanism, t, (q, qd), (&mut accelerations, &mut multipliers))

@@ -37,7 +37,7 @@ impl LoadedScene {
         let setup = self.setup(options)?;
         // Warnings about joints that open take the series of their multipliers.
         let has_one_sided = setup.scene.constraints.iter().any(|joint| joint.one_sided.is_some());
-        let recording = if has_one_sided { Recording::new } else { Recording::of_extremes };
+        let recording = if has_one_sided { Recording::new } else { Recording::for_extremes };
         let mut observer = (Table::new(every), recording(setup.description));
         let outcome = setup.simulate(estimate_error, &mut observer)?;
         let (table, recording) = observer;

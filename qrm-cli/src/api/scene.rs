@@ -28,7 +28,7 @@ impl LoadedScene {
             SceneSource::Model(model) => (model, path_of(model.description)),
             SceneSource::File(path) => (model_of_file_now(models, &path)?, name.to_owned()),
         };
-        Self::of(model, path)
+        Self::new(model, path)
     }
 
     /// The scene with this text, which was read from the file with this path, whatever is there now.
@@ -36,10 +36,10 @@ impl LoadedScene {
     /// # Errors
     /// The scene is wrong or cannot be derived.
     pub fn from_source(models: &'static [Model], path: &str, source: &str) -> Result<Self, Error> {
-        Self::of(model_of_source(models, Path::new(path), source.to_owned())?, path.to_owned())
+        Self::new(model_of_source(models, Path::new(path), source.to_owned())?, path.to_owned())
     }
 
-    fn of(model: &'static Model, path: String) -> Result<Self, Error> {
+    fn new(model: &'static Model, path: String) -> Result<Self, Error> {
         let (scene, _) = resolve::read(&path, model.description.source)?;
         Ok(Self { found: FoundScene { model, path, scene: Some(Arc::new(scene)) } })
     }
@@ -78,6 +78,6 @@ impl LoadedScene {
     /// The setup of a run.
     pub(crate) fn setup(&self, options: &RunOptions) -> Result<Setup, Error> {
         let (scene, start, method) = options.parsed()?;
-        Setup::of(self.found(), &scene, &method)?.starting_from(&start)
+        Setup::from_found(self.found(), &scene, &method)?.starting_from(&start)
     }
 }

@@ -73,7 +73,7 @@ impl LoadedScene {
         };
         let columns = designs.columns();
         check_memory(designs.count(), columns.len())?;
-        let mut values: Vec<Values> = columns.iter().map(|column| Values::of(column.kind, designs.count())).collect();
+        let mut values: Vec<Values> = columns.iter().map(|column| Values::new(column.kind, designs.count())).collect();
         designs.run(
             (0, designs.count()),
             threads,
@@ -109,7 +109,7 @@ fn check_memory(rows: usize, columns: usize) -> Result<(), Error> {
 
 impl Values {
     /// Room for the values of a column.
-    fn of(field: Field, count: usize) -> Self {
+    fn new(field: Field, count: usize) -> Self {
         match field {
             Field::Design | Field::Steps => Self::Whole(Vec::with_capacity(count)),
             Field::Status | Field::Reason => Self::Text(Vec::with_capacity(count)),

@@ -47,7 +47,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let deadline = begun + budget(&options.budget)?;
     let of = options.of.as_deref().map(|name| column(&setup, name)).transpose()?;
     let study = Study::new(&setup, &options.at, of, options.reference, deadline)?;
-    let out = options.out.of(&setup.path);
+    let out = options.out.folder(&setup.path);
     let (csv, svg) = (out.join("accuracy.csv"), out.join("accuracy.svg"));
     save(&csv, &study.csv()?)?;
     print(&study.table(&setup));

@@ -30,7 +30,7 @@ pub(crate) struct Options {
 /// Runs a scene and writes its animation.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?.starting_from(&options.start)?;
-    let out = options.out.of(&setup.path);
+    let out = options.out.folder(&setup.path);
     let (motion, report) = animation(&setup)?;
     print(&format!("{}: {}\n", setup.description.name, report.message));
     save_and_print(&out.join("animation.html"), qrm_view::animation::page(&motion).as_bytes())?;

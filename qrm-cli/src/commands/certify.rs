@@ -52,7 +52,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let t = reached.as_ref().map(|reached| reached.t.lo());
     if let Some(reached) = &reached {
         let report = Report::new(&setup, reached);
-        let file = options.out.of(&setup.path).join("certify.json");
+        let file = options.out.folder(&setup.path).join("certify.json");
         print(&report.text(begun.elapsed()));
         save_json(&file, &report)?;
         print(&written(&[file.display().to_string()]));

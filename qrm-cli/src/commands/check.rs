@@ -34,7 +34,7 @@ pub(crate) struct Options {
 
 /// Prints what can be known of a mechanism beyond one run of it.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let setup = Setup::of(options.scene.name.find(models)?, &options.scene, &options.method)?;
+    let setup = Setup::from_found(options.scene.name.find(models)?, &options.scene, &options.method)?;
     // The whole check has topics for them.
     if !options.at_rest.is_empty() || options.branches {
         setup.print_notes();
@@ -96,7 +96,7 @@ fn released(setup: &Setup, drives: &[usize]) -> Result<Box<dyn Mechanism>, Error
 /// The names of coordinates that the scene gives at its start, or drives prescribe.
 fn inputs(setup: &Setup) -> Result<Vec<QuantityDescription>, Error> {
     let mechanism = released(setup, &setup.scene.drives())?;
-    let coordinates = mechanism.description().coordinates.iter().zip(Start::of(&*mechanism).given);
+    let coordinates = mechanism.description().coordinates.iter().zip(Start::new(&*mechanism).given);
     Ok(coordinates.filter(|(_, given)| *given).map(|(coordinate, _)| *coordinate).collect())
 }
 

@@ -29,7 +29,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         return print_expanded(options.scene.source(models)?);
     }
     let FoundScene { model, path, .. } = options.scene.find(models)?;
-    let path = options.out.of(&path).join("derivation.md");
+    let path = options.out.folder(&path).join("derivation.md");
     save(&path, model.description.derivation.as_bytes())?;
     print(&format!("wrote {}", path.display()));
     Ok(())

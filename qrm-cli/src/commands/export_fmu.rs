@@ -70,7 +70,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         (format!("resources/{}.toml", setup.description.name), setup.description.source.as_bytes().to_vec()),
     ];
     let packed = pack(&files).map_err(|e| Error::run(format!("the unit cannot be packed: {e}")))?;
-    let path = options.out.of(&setup.path).join(format!("{identifier}.fmu"));
+    let path = options.out.folder(&setup.path).join(format!("{identifier}.fmu"));
     save(&path, &packed)?;
     print(&text(&setup, &roles, &path, outcome.end_time));
     Ok(())

@@ -65,7 +65,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let states = states(&setup, &start, &motions, options.rows)?;
     let actuators = Actuators::new(&setup, &start.given);
     let report = Report::new(&setup, &actuators, &states);
-    let folder = options.out.of(&setup.path);
+    let folder = options.out.folder(&setup.path);
     let [table, summary, picture] = ["inverse.csv", "inverse.json", "inverse.svg"].map(|file| folder.join(file));
     save(&table, &report.csv()?)?;
     save_json(&summary, &report)?;

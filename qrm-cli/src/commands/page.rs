@@ -42,7 +42,7 @@ pub(crate) fn page(found: &FoundScene, name: &str) -> Result<String, Error> {
         command: &shell_word(name),
         is_writable: false,
         module: &packing::module(),
-        scene: Some(&packing::packed(DerivedScene::of(model), scene)?),
+        scene: Some(&packing::packed(DerivedScene::from_model(model), scene)?),
     };
     simulator_page(&page, packing::compressed)
 }

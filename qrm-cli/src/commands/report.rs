@@ -39,7 +39,7 @@ pub(crate) struct Options {
 /// Runs a scene and writes everything that is known of it on one page.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?;
-    let path = options.out.of(&setup.path).join("report.html");
+    let path = options.out.folder(&setup.path).join("report.html");
     let plots = Plots::new(&setup, &options.plots)?;
     let mut observer = (Progress::new(), (Recording::new(setup.description), plots));
     let outcome = setup.simulate(true, &mut observer)?;

@@ -54,9 +54,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         parquet::require()?;
     }
     let setup =
-        Setup::of(options.scene.name.find(models)?, &options.scene, &options.method)?.starting_from(&options.start)?;
+        Setup::from_found(options.scene.name.find(models)?, &options.scene, &options.method)?.starting_from(&options.start)?;
     let plots = Plots::new(&setup, &options.plots)?;
-    let out = options.out.of(&setup.path);
+    let out = options.out.folder(&setup.path);
     for file in ["trajectory.csv", "trajectory.parquet", "trajectory.units.json", "summary.json"] {
         check_target(&out.join(file))?;
     }

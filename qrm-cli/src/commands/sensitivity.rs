@@ -51,7 +51,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let setup = Setup::new(models, &options.scene, &options.how)?;
     let vector = assignments("--hessian-vector", &options.hessian_vector)?;
     let asked = Asked::new(&setup, &options.by, &options.of, vector, !options.no_check)?;
-    let path = options.out.of(&setup.path).join("sensitivity.csv");
+    let path = options.out.folder(&setup.path).join("sensitivity.csv");
     check_target(&path)?;
     // An earlier table would pass for this one's. If it cannot be removed, writing will fail too.
     let _ = std::fs::remove_file(&path);

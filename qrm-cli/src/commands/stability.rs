@@ -50,7 +50,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         )
         .help("`qrm run` has its forces; leave out what drives it to see how it moves by itself"));
     }
-    let out = options.out.of(&setup.path);
+    let out = options.out.folder(&setup.path);
     let survey = Survey::until(&setup, None)?;
     let limit = Limit::find(&setup, &survey)?;
     print(&report_lines::text(&setup, &survey, &limit));

@@ -139,7 +139,7 @@ impl<'s> Plan<'s> {
             None => (0, axes.count()),
         };
         let out = options.out.clone().unwrap_or_else(|| default_folder(&setup.path).join("sweep.csv"));
-        let format = Format::of(&out)?;
+        let format = Format::from_path(&out)?;
         if options.shard.is_some() && format != Format::Csv {
             return Err(Error::usage("a part of a sweep is written as CSV")
                 .help("let `--out` end in `.csv`; `qrm merge OUT.parquet PART...` writes Parquet"));

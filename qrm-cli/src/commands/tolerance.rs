@@ -131,9 +131,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let mut scene = options.scene.clone();
     scene.set.extend(parameters.iter().filter_map(TolerancedParameter::assignment));
     parameter::check(&parameters, &setup)?;
-    let nominal = Setup::of(scene.name.find(models)?, &scene, &how)?;
+    let nominal = Setup::from_found(scene.name.find(models)?, &scene, &how)?;
     parameter::complete(&mut parameters, &nominal);
-    let folder = options.out.of(&setup.path);
+    let folder = options.out.folder(&setup.path);
     let [json, picture, csv] = ["tolerance.json", "tolerance.svg", "samples.csv"].map(|name| folder.join(name));
     [&json, &picture, &csv].into_iter().try_for_each(|path| check_target(path))?;
 
@@ -151,7 +151,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         nominal: nominal[i],
         slopes,
         worst: probes.worst_case(i),
-        statistics: Statistics::of(&samples.values[i], &samples.points),
+        statistics: Statistics::new(&samples.values[i], &samples.points),
         resolution: resolution * nominal[i].size,
         sample_error: samples.errors[i],
     };

@@ -16,7 +16,7 @@ pub(super) struct DerivationKey {
 
 impl DerivationKey {
     /// The key of a scene without mistakes.
-    pub(super) fn of(source: &str, scene: &Scene) -> Self {
+    pub(super) fn new(source: &str, scene: &Scene) -> Self {
         let left_out = scene.parameters.iter().map(|parameter| parameter.left_out).collect();
         let text = without_layout(source, |keys, _| is_parameter_value(keys));
         Self { text: text.unwrap_or_else(|| source.to_owned()), left_out }
@@ -52,7 +52,7 @@ end_time = 1
         let source = SCENE.replace(replaced, by);
         assert!(replaced == by || source != SCENE);
         let (scene, _) = resolve::read("block.toml", &source).expect("the scene is right");
-        DerivationKey::of(&source, &scene)
+        DerivationKey::new(&source, &scene)
     }
 
     #[test]

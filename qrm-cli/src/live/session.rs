@@ -120,7 +120,7 @@ impl Session {
                 return;
             }
         };
-        let key = DerivationKey::of(text, &scene);
+        let key = DerivationKey::new(text, &scene);
         if let Some(pending) = self.pending.as_mut().filter(|pending| pending.key == key) {
             pending.scene = scene;
             pending.is_shown = false;
@@ -147,7 +147,7 @@ impl Session {
                 self.pending = Some(PendingDerivation {
                     derivation: engine.derive(text),
                     key,
-                    entry: Entry::of(text),
+                    entry: Entry::new(text),
                     scene,
                     begun: Instant::now(),
                     is_shown: false,
@@ -165,8 +165,8 @@ impl Session {
     /// of the program, or one of the cache.
     fn known_scene(&self, text: &str, key: &DerivationKey) -> Option<DerivedScene> {
         let last = self.derived.as_ref().filter(|(own, _)| own == key).map(|(_, derived)| derived.clone());
-        let built_in = || model_of_text(self.models, text).map(DerivedScene::of);
-        last.or_else(built_in).or_else(|| Entry::of(text).read(text))
+        let built_in = || model_of_text(self.models, text).map(DerivedScene::from_model);
+        last.or_else(built_in).or_else(|| Entry::new(text).read(text))
     }
 
     /// Cancels the pending derivation. Pages that show it as going on are told.

@@ -29,7 +29,7 @@ impl Quantity {
     /// The quantity of this name: `x6`, `phi2_dot`, `C.y`.
     pub(super) fn new(setup: &Setup, columns: &[Column], name: &str) -> Result<Self, Error> {
         if let Some((point, component)) = name.split_once('.') {
-            return Self::of_point(setup, point, component);
+            return Self::from_point(setup, point, component);
         }
         if let Some((place, column)) = columns.iter().enumerate().find(|(_, column)| column.name == name) {
             let Column { name, unit, doc, kind } = column.clone();
@@ -43,7 +43,7 @@ impl Quantity {
         Err(Error::usage(format!("scene `{}` has no column `{name}`", setup.description.name)).help(help))
     }
 
-    fn of_point(setup: &Setup, point: &str, component: &str) -> Result<Self, Error> {
+    fn from_point(setup: &Setup, point: &str, component: &str) -> Result<Self, Error> {
         let points = &setup.scene.points;
         let names = || points.iter().map(|point| point.name.as_str());
         let Some(place) = names().position(|name| name == point) else {

@@ -22,7 +22,7 @@ pub(crate) struct Entry {
 
 impl Entry {
     /// The place for the scene of a text, by a hash of the text and of the version of this program.
-    pub(crate) fn of(source: &str) -> Self {
+    pub(crate) fn new(source: &str) -> Self {
         let version = env!("CARGO_PKG_VERSION").bytes();
         let hash = digest(version.chain([0]).chain(source.bytes()));
         Self { path: folder().join(format!("{hash:016x}.scene")) }

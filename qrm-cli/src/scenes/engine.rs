@@ -200,7 +200,7 @@ impl Derivation {
         let derived = self.read(file).ok_or_else(|| Error::run("the engine has written no derived scene"))?;
         if self.engine.is_current() {
             // Without room in the cache it is derived again next time.
-            let _ = std::fs::rename(file, &Entry::of(&self.source).path);
+            let _ = std::fs::rename(file, &Entry::new(&self.source).path);
             cache::prune();
         }
         Ok(derived)

@@ -142,7 +142,7 @@ impl<'m> Motion<'m> {
         let (tape, replace) = (model.tape(), |i: usize| replaced(model, values, i));
         let mut flow = Flow::new(tape, &replace, ORDER);
         let states = start::start(model, values, &mut flow.manifold)?;
-        let set = StateSet::of_box(&mut flow.manifold, 0.0, &states).ok_or(Reason::NotIsolated)?;
+        let set = StateSet::from_box(&mut flow.manifold, 0.0, &states).ok_or(Reason::NotIsolated)?;
         Ok(Self { model, flow, outputs: TapeSeries::new(tape, &tape.outputs, replace, [0, 0]), set, steps: 0 })
     }
 

@@ -56,7 +56,7 @@ impl<'m> EnergyIntegral<'m> {
         if mechanism.is_driven() {
             return Err(NoEnergyIntegral::Driven);
         }
-        let start = Start::of(mechanism);
+        let start = Start::new(mechanism);
         let mut places = (0..start.given.len()).filter(|&i| start.given[i]);
         let (Some(driven), None) = (places.next(), places.next()) else {
             return Err(NoEnergyIntegral::NotOneGiven);

@@ -51,7 +51,7 @@ pub fn static_equilibrium(
     if mechanism.is_driven() {
         return Err(NoEquilibrium::Driven);
     }
-    let start = Start::of(mechanism);
+    let start = Start::new(mechanism);
     let drive = LoopSolver::new(mechanism, start.given.clone()).ok_or(NoEquilibrium::Singular)?;
     let (q, _) = assembled(mechanism).map_err(NoEquilibrium::NotAssembled)?;
     let from = drive.solve_loops(q).ok_or(NoEquilibrium::Singular)?;

@@ -191,7 +191,7 @@ const ROUNDING: f64 = 1e-9;
 fn state(drive: &LoopSolver, position: &Position, prescribed: Prescribed) -> Option<PrescribedState> {
     let (t, q) = (drive.t, position.q.clone());
     let qd = drive.rates(position, |i| prescribed(i, t)[1]);
-    let dynamics = Dynamics::of(drive.mechanism, t, &q, &qd);
+    let dynamics = Dynamics::at(drive.mechanism, t, &q, &qd);
     let qdd = drive.accelerations(position, |i| prescribed(i, t)[2], &dynamics.constraint_bias);
     let (multipliers, forces) = drive.inverse_dynamics(&dynamics, &qdd);
     let mut outputs = vec![0.0; drive.mechanism.description().outputs.len()];

@@ -246,7 +246,7 @@ impl<'m> LoopSolver<'m> {
     /// Multipliers, and the generalized forces on the given coordinates, that hold a position in static equilibrium.
     pub fn balance(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let rest = vec![0.0; q.len()];
-        self.inverse_dynamics(&Dynamics::of(self.mechanism, self.t, q, &rest), &rest)
+        self.inverse_dynamics(&Dynamics::at(self.mechanism, self.t, q, &rest), &rest)
     }
 
     /// Inverse dynamics: the multipliers, and the generalized forces on the given coordinates, that accelerations take
@@ -264,7 +264,7 @@ impl<'m> LoopSolver<'m> {
         } else {
             let block = Matrix::from_fn(m, rank, |r, c| jacobian[r][self.partition.dependent[c]]);
             let mut multipliers: Vec<f64> = block.iter().map(|row| dot(row, &right)).collect();
-            PivotedLdl::of_rank(&row_products(&block), rank).solve(&mut multipliers);
+            PivotedLdl::with_rank(&row_products(&block), rank).solve(&mut multipliers);
             multipliers
         };
         let held = |i: usize| (0..m).map(|r| jacobian[r][i] * multipliers[r]).sum::<f64>() - forces[i];
@@ -283,13 +283,13 @@ impl<'m> LoopSolver<'m> {
 
 /// Constraints that these coordinates follow from at the start; `None` if there are not as many independent ones.
 fn independent(mechanism: &dyn Mechanism, dependent: &[usize]) -> Option<Vec<usize>> {
-    let (q, _) = assemble(mechanism, &Start::of(mechanism)).ok()?;
+    let (q, _) = assemble(mechanism, &Start::new(mechanism)).ok()?;
     if constraint_rank(mechanism, 0.0, &q) != dependent.len() {
         return None;
     }
-    let jacobian = LoopConstraints::of(mechanism, 0.0, &q).constraint_jacobian;
+    let jacobian = LoopConstraints::at(mechanism, 0.0, &q).constraint_jacobian;
     let block = Matrix::from_fn(jacobian.rows(), dependent.len(), |r, c| jacobian[r][dependent[c]]);
-    let factors = PivotedLdl::of_rank(&row_products(&block), dependent.len());
+    let factors = PivotedLdl::with_rank(&row_products(&block), dependent.len());
     let mut independent = factors.independent().to_vec();
     independent.sort_unstable();
     (independent.len() == dependent.len()).then_some(independent)

@@ -95,7 +95,7 @@ pub fn measure(
     times: &[f64],
     repetitions: Repetitions,
 ) -> Result<Measurement, StartError> {
-    let first = first_state(mechanism, &AssemblyBranch::of(mechanism), Start::of(mechanism))?;
+    let first = first_state(mechanism, &AssemblyBranch::new(mechanism), Start::new(mechanism))?;
     let mut states = Vec::with_capacity(times.len());
     let mut seconds = Vec::new();
     let mut counts = Counts::default();
@@ -183,7 +183,7 @@ fn described(mechanism: &dyn Mechanism, at: &State) -> StateAt {
         qdd: at.qdd.clone(),
         multipliers: at.multipliers.clone(),
         outputs,
-        residual: largest(&LoopConstraints::of(mechanism, at.t, &at.q).residuals).1,
+        residual: largest(&LoopConstraints::at(mechanism, at.t, &at.q).residuals).1,
         energy: at.energy(mechanism),
         power: at.power(mechanism),
     }

@@ -45,7 +45,7 @@ impl MechanismWithoutDrive {
         description: Option<&'static Description>,
     ) -> Result<Self, NotAssembled> {
         let (q, qd) = assembled(&*mechanism)?;
-        let constraints = LoopConstraints::of(&*mechanism, 0.0, &q);
+        let constraints = LoopConstraints::at(&*mechanism, 0.0, &q);
         let row = &constraints.constraint_jacobian[constraint];
         let mut moved = (0..q.len()).filter(|&i| row[i] != 0.0);
         let coordinate = moved.next().filter(|&i| row[i] == 1.0 && moved.next().is_none());
@@ -56,7 +56,7 @@ impl MechanismWithoutDrive {
             Box::leak(Box::new(Description { coordinates: coordinates.leak(), ..*own }))
         });
         let value = coordinate.map_or(0.0, |i| q[i]);
-        let mut start = Start { q, qd, ..Start::of(&*mechanism) };
+        let mut start = Start { q, qd, ..Start::new(&*mechanism) };
         start.q.push(value);
         start.qd.push(-constraints.constraint_rate[constraint]);
         start.given.push(true);
@@ -129,7 +129,7 @@ impl Mechanism for MechanismWithoutDrive {
     }
 
     fn dynamics(&self, _: f64, q: &[f64], qd: &[f64], to: DynamicsMut) {
-        let own = Dynamics::of(&*self.mechanism, 0.0, self.inner(q), self.inner(qd));
+        let own = Dynamics::at(&*self.mechanism, 0.0, self.inner(q), self.inner(qd));
         self.write_mass_matrix(own.mass_matrix.entries(), to.mass_matrix);
         to.generalized_forces[..q.len() - 1].copy_from_slice(&own.generalized_forces);
         to.generalized_forces[q.len() - 1] = 0.0;
@@ -138,7 +138,7 @@ impl Mechanism for MechanismWithoutDrive {
     }
 
     fn loop_constraints(&self, _: f64, q: &[f64], to: LoopConstraintsMut) {
-        let own = LoopConstraints::of(&*self.mechanism, 0.0, self.inner(q));
+        let own = LoopConstraints::at(&*self.mechanism, 0.0, self.inner(q));
         to.residuals.copy_from_slice(&own.residuals);
         to.residuals[self.constraint] -= q[q.len() - 1] + self.offset;
         self.write_jacobian(own.constraint_jacobian.entries(), to.constraint_jacobian);

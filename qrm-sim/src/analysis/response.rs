@@ -19,13 +19,13 @@ impl Response {
         let mut linearization = Linearization::zero(at.q.len(), at.multipliers.len());
         linearization
             .evaluate(mechanism, at)
-            .then(|| Self { dynamics: Dynamics::of(mechanism, at.t, &at.q, &at.qd), linearization })
+            .then(|| Self { dynamics: Dynamics::at(mechanism, at.t, &at.q, &at.qd), linearization })
     }
 
     /// The reaction by the generated derivatives, or by differences if there are none.
     pub(crate) fn new(mechanism: &dyn Mechanism, at: &State) -> Self {
         Self::generated(mechanism, at).unwrap_or_else(|| Self {
-            dynamics: Dynamics::of(mechanism, at.t, &at.q, &at.qd),
+            dynamics: Dynamics::at(mechanism, at.t, &at.q, &at.qd),
             linearization: differences(mechanism, at),
         })
     }
@@ -57,7 +57,7 @@ const STEP: f64 = 6e-6;
 fn differences(mechanism: &dyn Mechanism, at: &State) -> Linearization {
     let (n, m) = (at.q.len(), at.multipliers.len());
     let residuals = |q: &[f64], qd: &[f64]| -> (Vec<f64>, Vec<f64>) {
-        let d = Dynamics::of(mechanism, at.t, q, qd);
+        let d = Dynamics::at(mechanism, at.t, q, qd);
         let force = |i: usize| (0..m).map(|k| d.constraint_jacobian[k][i] * at.multipliers[k]).sum::<f64>();
         let of_motion = |i: usize| dot(&d.mass_matrix[i], &at.qdd) + force(i) - d.generalized_forces[i];
         let of_constraints = |k: usize| dot(&d.constraint_jacobian[k], &at.qdd) + d.constraint_bias[k];

@@ -206,7 +206,7 @@ impl<'m> Round<'m> {
         if mechanism.is_driven() {
             return Err(NoRevolution::Driven);
         }
-        let start = Start::of(mechanism);
+        let start = Start::new(mechanism);
         let (q, qd) = assembled(mechanism).map_err(NoRevolution::NotAssembled)?;
         let degrees_of_freedom = q.len() - constraint_rank(mechanism, 0.0, &q);
         if degrees_of_freedom != 1 {

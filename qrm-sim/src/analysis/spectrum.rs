@@ -66,7 +66,7 @@ pub fn spectrum(mechanism: &dyn Mechanism, t: f64, q: &[f64], qd: &[f64]) -> Opt
         longest_step: eigenvalues.iter().map(|s| longest_step(*s)).fold(f64::INFINITY, f64::min),
         condition_mass,
         condition_loops,
-        smallest_singular_value: SmallestSingularValue::of_rank(m, n, solver.rank())
+        smallest_singular_value: SmallestSingularValue::with_rank(m, n, solver.rank())
             .find(jacobian)
             .unwrap_or(f64::INFINITY),
     })

@@ -115,8 +115,8 @@ impl<'a> LaneSweep<'a> {
             near: State::default(),
             size,
             event: EventFunction::new(&**designs.first()?, request.end),
-            branch: AssemblyBranch::of(&**designs.first()?),
-            solver: Solver::of_rank(&**designs.first()?, size.1),
+            branch: AssemblyBranch::new(&**designs.first()?),
+            solver: Solver::with_rank(&**designs.first()?, size.1),
             batch,
         })
     }
@@ -190,7 +190,7 @@ impl<'a> LaneSweep<'a> {
     fn first_state(&mut self, design: usize) -> Result<Option<State>, StartError> {
         let mechanism = &*self.designs[design];
         check_step(self.request.step.unwrap_or(mechanism.schedule().step), self.end_time(design))?;
-        let mut first = first_position(mechanism, &self.branch, Start::of(mechanism))?;
+        let mut first = first_position(mechanism, &self.branch, Start::new(mechanism))?;
         if self.solver.complete(mechanism, &mut first).is_err() {
             return Ok(None);
         }

@@ -116,10 +116,10 @@ impl Adaptive {
         Ok(Self {
             formula,
             task,
-            corners: Corners::of(mechanism),
+            corners: Corners::new(mechanism),
             most_attempts: u64::MAX,
             corner: None,
-            transitions: Transitions::of(mechanism),
+            transitions: Transitions::new(mechanism),
             dense_output: DenseOutput::new(first.clone(), first.clone()),
             next: first.clone(),
             control: StepControl::new(h),

@@ -94,7 +94,7 @@ fn equal(t: f64) -> f64 {
 
 impl Corners {
     /// The switching functions; `None` if there are none.
-    pub(crate) fn of(mechanism: &dyn Mechanism) -> Option<Self> {
+    pub(crate) fn new(mechanism: &dyn Mechanism) -> Option<Self> {
         let ends_steps = ENDS_STEPS?;
         let tape = mechanism.model()?.tape();
         let count = tape.switching_functions.results.len();

@@ -68,7 +68,7 @@ impl Fixed {
         let width = RowLayout { n: first.q.len(), m: first.multipliers.len() }.width();
         Self {
             formula: Explicit::new(&CLASSICAL, first.q.len()),
-            corners: Corners::of(mechanism),
+            corners: Corners::new(mechanism),
             steps_behind_corners: STEPS_BEHIND_CORNERS,
             rows: vec![0.0; 2 * width],
             now: first.clone(),

@@ -18,7 +18,7 @@ pub(crate) enum Formula {
 
 impl Formula {
     /// The formula of an accepted step of a method.
-    pub(super) fn of(method: &Method, step: &Accepted) -> Self {
+    pub(super) fn new(method: &Method, step: &Accepted) -> Self {
         match method.tableau {
             _ if method == GAUSS && !step.is_fallback => Self::Gauss,
             Some(tableau) if !step.is_implicit => Self::Explicit(tableau),
@@ -28,6 +28,6 @@ impl Formula {
 
     /// The formula of steps of a fixed length.
     pub(crate) fn fixed() -> Self {
-        Self::of(RK4, &Accepted::default())
+        Self::new(RK4, &Accepted::default())
     }
 }

@@ -36,7 +36,7 @@ impl StepFormula for Implicit {
         if !linearization.evaluate(mechanism, from) {
             return Err(StepError::NoLinearization);
         }
-        let dynamics = Dynamics::of(mechanism, from.t, &from.q, &from.qd);
+        let dynamics = Dynamics::at(mechanism, from.t, &from.q, &from.qd);
         let system =
             System::new(&dynamics, &linearization, h * GAMMA, evaluator.solver.rank()).ok_or(StepError::NotFinite)?;
         let mut increments: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(6);
@@ -125,7 +125,7 @@ impl<'a> System<'a> {
     fn new(dynamics: &'a Dynamics, linearization: &'a Linearization, g: f64, rank: usize) -> Option<Self> {
         let Linearization { stiffness, damping, constraint_stiffness, constraint_damping, .. } = linearization;
         let rows = if rank < dynamics.constraint_bias.len() {
-            PivotedLdl::of_rank(&row_products(&dynamics.constraint_jacobian), rank).independent().to_vec()
+            PivotedLdl::with_rank(&row_products(&dynamics.constraint_jacobian), rank).independent().to_vec()
         } else {
             (0..rank).collect()
         };

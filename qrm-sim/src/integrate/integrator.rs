@@ -99,7 +99,7 @@ impl Integrator {
     /// End and formula of each step since the last call, where they are chosen by a tolerance.
     pub(crate) fn take_steps(&mut self) -> Vec<(f64, Formula)> {
         let Steps::Adaptive(adaptive) = &mut self.steps else { return Vec::new() };
-        let formula = |kind| Formula::of(self.settings.method, kind);
+        let formula = |kind| Formula::new(self.settings.method, kind);
         let steps = adaptive.steps().iter().zip(adaptive.kinds()).map(|([_, end], kind)| (*end, formula(kind)));
         let steps = steps.collect();
         adaptive.forget_steps();

@@ -38,7 +38,7 @@ impl SceneStart {
         let model = mechanism.model()?;
         let parameters = parameters.unwrap_or_else(|| model.parameter_values(&|_| None));
         let own = model.mechanism_with(parameters.clone());
-        let start = Start::of(&*own);
+        let start = Start::new(&*own);
         let drive = LoopSolver::new(&*own, start.given.clone())?;
         let position = drive.solve_loops(assemble(&*own, &start).ok()?.0)?;
         let partition = drive.into_partition();
@@ -48,7 +48,7 @@ impl SceneStart {
 
 impl AssemblyBranch {
     /// The branch of the scene of a mechanism.
-    pub(crate) fn of(mechanism: &dyn Mechanism) -> Self {
+    pub(crate) fn new(mechanism: &dyn Mechanism) -> Self {
         Self::with_parameters(mechanism, None)
     }
 
@@ -145,7 +145,7 @@ impl SceneStart {
 /// # Errors
 /// Some constraint cannot be met, or only on another branch.
 pub fn assembled(mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
-    assembled_from(mechanism, Start::of(mechanism))
+    assembled_from(mechanism, Start::new(mechanism))
 }
 
 /// Coordinates and rates of a mechanism at another start, on the branch of its scene's own parameters.
@@ -153,5 +153,5 @@ pub fn assembled(mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotA
 /// # Errors
 /// Some constraint cannot be met, or only on another branch.
 pub fn assembled_from(mechanism: &dyn Mechanism, start: Start) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
-    AssemblyBranch::of(mechanism).assemble(mechanism, start)
+    AssemblyBranch::new(mechanism).assemble(mechanism, start)
 }

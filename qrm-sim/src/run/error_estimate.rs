@@ -30,25 +30,25 @@ pub struct ErrorEstimate {
 
 impl ErrorEstimates {
     /// The error of a quantity; `None` for times, parameters and residuals.
-    pub fn of(&self, kind: Kind) -> Option<ErrorEstimate> {
+    pub fn column(&self, kind: Kind) -> Option<ErrorEstimate> {
         let place = self.quantities.place(kind)?;
         Some(ErrorEstimate { largest: self.largest[place], at_end: self.at_end[place] })
     }
 
     /// The errors of the smallest and of the largest value of a quantity; zero in the first row.
-    pub fn of_extremes(&self, kind: Kind, extremes: &Extremes) -> Option<[f64; 2]> {
+    pub fn extremes(&self, kind: Kind, extremes: &Extremes) -> Option<[f64; 2]> {
         let place = self.quantities.place(kind)?;
         let times = [extremes.minimum.1, extremes.maximum.1];
         Some([0, 1].map(|end| if times[end] == self.start { 0.0 } else { self.at_extremes[end][place] }))
     }
 
     /// The error of the time at which a condition ended the run, in s; `None` where a time ended it.
-    pub fn of_end_time(&self) -> Option<f64> {
+    pub fn end_time(&self) -> Option<f64> {
         self.of_end_time
     }
 
     /// The largest error of each coordinate in any row.
-    pub fn of_coordinates(&self) -> &[f64] {
+    pub fn coordinates(&self) -> &[f64] {
         &self.largest[..self.quantities.n]
     }
 }

@@ -112,7 +112,7 @@ impl Outcome {
             ranges: &self.ranges,
             tolerance: self.tolerance,
             steps: self.counts.accepted,
-            estimated_errors: self.errors.as_ref().map(ErrorEstimates::of_coordinates),
+            estimated_errors: self.errors.as_ref().map(ErrorEstimates::coordinates),
             companion_failed: self.companion_failed,
             corrections: &self.corrections,
             residual: self.stats.residual_before_correction,

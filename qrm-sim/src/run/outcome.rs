@@ -60,7 +60,7 @@ pub struct Outcome {
 impl Outcome {
     /// Estimated largest error of a coordinate in any row.
     pub fn estimated_error(&self) -> Option<f64> {
-        self.errors.as_ref().map(|errors| largest(errors.of_coordinates()).1)
+        self.errors.as_ref().map(|errors| largest(errors.coordinates()).1)
     }
 }
 

@@ -27,9 +27,9 @@ impl Redundancy {
         if rank == count {
             return None;
         }
-        let jacobian = LoopConstraints::of(mechanism, at.t, &at.q).constraint_jacobian;
+        let jacobian = LoopConstraints::at(mechanism, at.t, &at.q).constraint_jacobian;
         let products = row_products(&jacobian);
-        let factors = PivotedLdl::of_rank(&products, rank);
+        let factors = PivotedLdl::with_rank(&products, rank);
         // The part of each multiplier that moves nothing: `C_q'` times it is zero.
         let null_direction = |k: usize| {
             let mut part: Vec<f64> = products.iter().map(|row| row[k]).collect();

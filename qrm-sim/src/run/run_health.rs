@@ -128,7 +128,7 @@ impl RunHealth {
             ranges: &monitor.ranges,
             tolerance: integrator.settings.tolerance(),
             steps,
-            estimated_errors: errors.as_ref().map(ErrorEstimates::of_coordinates),
+            estimated_errors: errors.as_ref().map(ErrorEstimates::coordinates),
             companion_failed: companion.is_some_and(Companion::failed),
             corrections: &corrections,
             residual: before.residual.max(integrator.stats().residual_before_correction),

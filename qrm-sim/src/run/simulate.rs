@@ -42,7 +42,7 @@ pub fn simulate(
         _ => schedule.end_time,
     };
     check_step(step, end_time)?;
-    let start = request.start.clone().unwrap_or_else(|| Start::of(mechanism));
+    let start = request.start.clone().unwrap_or_else(|| Start::new(mechanism));
     let branch = AssemblyBranch::with_parameters(mechanism, request.scene_parameters.clone());
     let first = first_state(mechanism, &branch, start)?;
     let settings = request.settings;

@@ -91,7 +91,7 @@ impl Simulation {
         if !(step > 0.0) {
             return Err(StartError::StepTooShort { step, end_time: f64::INFINITY });
         }
-        let first = first_state(&*mechanism, &AssemblyBranch::of(&*mechanism), Start::of(&*mechanism))?;
+        let first = first_state(&*mechanism, &AssemblyBranch::new(&*mechanism), Start::new(&*mechanism))?;
         Self::from_state(model, mechanism, settings, step, first).map_err(StartError::Step)
     }
 
@@ -157,7 +157,7 @@ impl Simulation {
 
     /// The largest residual of a constraint there, in m or rad, and the largest rate of a residual, in m/s or rad/s.
     pub fn residuals(&self) -> [f64; 2] {
-        let constraints = LoopConstraints::of(&*self.mechanism, self.now.t, &self.now.q);
+        let constraints = LoopConstraints::at(&*self.mechanism, self.now.t, &self.now.q);
         [&constraints.residuals, &constraints.velocity_residual(&self.now.qd)].map(|residuals| largest(residuals).1)
     }
 
@@ -263,7 +263,7 @@ impl Simulation {
     fn changed(&self, mechanism: Arc<dyn Mechanism>) -> Result<Self, StepError> {
         let settings = self.integrator.settings;
         let mut first = self.now.clone();
-        Solver::of_rank(&*mechanism, self.integrator.rank()).make_consistent(&*mechanism, &settings, &mut first)?;
+        Solver::with_rank(&*mechanism, self.integrator.rank()).make_consistent(&*mechanism, &settings, &mut first)?;
         let mut watch = self.watch.clone();
         if let Some(watch) = &mut watch {
             let mechanisms = [&*self.mechanism, &*mechanism];
@@ -281,7 +281,7 @@ impl Simulation {
         let mut first = State::zero(q.len(), self.now.multipliers.len());
         (first.t, first.q, first.qd) = (t, q.to_vec(), qd.to_vec());
         let mechanism = Arc::clone(&self.mechanism);
-        let made = Solver::of_rank(&*mechanism, self.integrator.rank())
+        let made = Solver::with_rank(&*mechanism, self.integrator.rank())
             .complete(&*mechanism, &mut first)
             .and_then(|()| Self::from_state(&self.model, mechanism, self.integrator.settings, self.step, first));
         *self = made.map_err(|reason| error(&self.model, Reason::Failed { t, error: reason }))?;

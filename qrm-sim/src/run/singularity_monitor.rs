@@ -47,7 +47,7 @@ impl SingularityMonitor {
     pub(crate) fn new(constraints: usize, coordinates: usize, rank: usize) -> Self {
         Self {
             nearest: None,
-            smallest: SmallestSingularValue::of_rank(constraints, coordinates, rank),
+            smallest: SmallestSingularValue::with_rank(constraints, coordinates, rank),
             jacobian: Matrix::zero(constraints, coordinates),
             value: 0.0,
         }

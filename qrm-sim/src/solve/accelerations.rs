@@ -160,7 +160,7 @@ impl SaddlePoint {
         mass.solve(qdd);
         minv_ct(mass, jacobian, pull);
         schur_complement(jacobian, pull, schur);
-        let factors = PivotedLdl::of_rank(schur, *rank);
+        let factors = PivotedLdl::with_rank(schur, *rank);
         let is_regular = if is_redundant {
             PivotedLdl::regular(schur, *rank).rank == *rank
         } else {
@@ -253,11 +253,11 @@ impl Solver {
     /// Room for a mechanism that moves from a closed position on: where constraints repeat others, multipliers are
     /// those of least norm.
     pub fn at(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> Self {
-        Self::of_rank(mechanism, constraint_rank(mechanism, t, q))
+        Self::with_rank(mechanism, constraint_rank(mechanism, t, q))
     }
 
     /// Room for a mechanism of which so many constraints are independent.
-    pub fn of_rank(mechanism: &dyn Mechanism, rank: usize) -> Self {
+    pub fn with_rank(mechanism: &dyn Mechanism, rank: usize) -> Self {
         let mut solver = Self::new(mechanism);
         solver.saddle.rank = rank;
         solver
@@ -311,7 +311,7 @@ impl Solver {
         self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
         if self.stats.suspicious_constraints != before {
             let rank = self.saddle.rank;
-            let solver = self.beside.get_or_insert_with(|| Box::new(Self::of_rank(mechanism, rank)));
+            let solver = self.beside.get_or_insert_with(|| Box::new(Self::with_rank(mechanism, rank)));
             singular_position::interpolate(mechanism, solver, t, (q, qd), (qdd, multipliers));
         }
         Ok(())

@@ -29,7 +29,7 @@ impl Dynamics {
     }
 
     /// The equations of motion of a mechanism at a state.
-    pub fn of(mechanism: &dyn Mechanism, t: f64, q: &[f64], qd: &[f64]) -> Self {
+    pub fn at(mechanism: &dyn Mechanism, t: f64, q: &[f64], qd: &[f64]) -> Self {
         let mut dynamics = Self::zero(q.len(), mechanism.description().constraints.len());
         dynamics.evaluate(mechanism, t, q, qd);
         dynamics
@@ -65,7 +65,7 @@ impl LoopConstraints {
     }
 
     /// The constraints of a mechanism at a position.
-    pub fn of(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> Self {
+    pub fn at(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> Self {
         let mut constraints = Self::zero(q.len(), mechanism.description().constraints.len());
         constraints.evaluate(mechanism, t, q);
         constraints

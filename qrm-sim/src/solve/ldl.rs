@@ -118,11 +118,11 @@ impl PivotedLdl {
 
     /// Factors `a`.
     pub fn new(a: &Matrix) -> Self {
-        Self::of_rank(a, a.columns())
+        Self::with_rank(a, a.columns())
     }
 
     /// Factors `a` with this number of pivots at most: others are taken for zero.
-    pub fn of_rank(a: &Matrix, rank: usize) -> Self {
+    pub fn with_rank(a: &Matrix, rank: usize) -> Self {
         Self::above(a, rank, [Self::CUTOFF, Self::NOTHING])
     }
 
@@ -261,7 +261,7 @@ mod tests {
         assert!(residual.iter().zip(b).all(|(r, b)| (r - b).abs() < 1e-13));
         // The first two rows add up to the third: the solution of least norm has no part along [1, 1, -1].
         assert!((x[0] + x[1] - x[2]).abs() < 1e-14, "{x:?}");
-        assert_eq!(PivotedLdl::of_rank(&a, 1).rank, 1);
+        assert_eq!(PivotedLdl::with_rank(&a, 1).rank, 1);
     }
 
     #[test]

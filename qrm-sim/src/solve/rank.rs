@@ -97,7 +97,7 @@ fn closed(mechanism: &dyn Mechanism, t: f64, guess: &[f64], rank: usize) -> Opti
             return Some((q, constraints.constraint_jacobian));
         }
         let jacobian = &constraints.constraint_jacobian;
-        PivotedLdl::of_rank(&row_products(jacobian), rank).solve(&mut constraints.residuals);
+        PivotedLdl::with_rank(&row_products(jacobian), rank).solve(&mut constraints.residuals);
         subtract_combination(&mut q, jacobian, &constraints.residuals);
     }
     None

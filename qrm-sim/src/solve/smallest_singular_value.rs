@@ -44,7 +44,7 @@ impl SmallestSingularValue {
     }
 
     /// Room for matrices of this size and rank; singular values that are zero for the rank do not count.
-    pub fn of_rank(rows: usize, columns: usize, rank: usize) -> Self {
+    pub fn with_rank(rows: usize, columns: usize, rank: usize) -> Self {
         let room = Self::new(rows, columns);
         Self { is_tracking: room.is_tracking && rank == rows, redundant: rows - rank, ..room }
     }

@@ -7,7 +7,7 @@ pub(super) struct Places(Vec<usize>);
 
 impl Places {
     /// For a string that means `text` and is written as `raw`, with its quotes, from byte `start` of the file on.
-    pub(super) fn of_string(raw: &str, start: usize, text: &str) -> Self {
+    pub(super) fn from_string(raw: &str, start: usize, text: &str) -> Self {
         let bytes = raw.as_bytes();
         let mut at = 1;
         if raw.starts_with("'''") || raw.starts_with("\"\"\"") {
@@ -39,7 +39,7 @@ impl Places {
     }
 
     /// For a number that is written as `raw`, and its text without underscores.
-    pub(super) fn of_number(raw: &str, start: usize) -> (String, Self) {
+    pub(super) fn from_number(raw: &str, start: usize) -> (String, Self) {
         let kept = raw.char_indices().filter(|(_, character)| *character != '_');
         let (mut places, text): (Vec<usize>, String) = kept.map(|(at, character)| (start + at, character)).unzip();
         places.push(start + raw.len());

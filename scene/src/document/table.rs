@@ -291,7 +291,7 @@ impl<'s> Reader<'s> {
     }
 
     fn places(&self, value: Value, text: &str) -> Places {
-        Places::of_string(&self.source[value.span()], value.span().start, text)
+        Places::from_string(&self.source[value.span()], value.span().start, text)
     }
 
     pub(super) fn formula(&mut self, value: Value) -> Formula {
@@ -329,7 +329,7 @@ impl<'s> Reader<'s> {
         let raw = &self.source[value.span()];
         let (text, places) = match value.0.get_ref() {
             DeValue::String(text) => (text.to_string(), self.places(value, text)),
-            DeValue::Integer(_) | DeValue::Float(_) if is_decimal(raw) => Places::of_number(raw, value.span().start),
+            DeValue::Integer(_) | DeValue::Float(_) if is_decimal(raw) => Places::from_number(raw, value.span().start),
             DeValue::Integer(_) | DeValue::Float(_) => {
                 let error = Diagnostic::error(format!("`{raw}` cannot be used"), value.span(), "not a finite decimal");
                 self.findings.push(error.help("write a decimal like `0.5` or `1.5e-3`"));

@@ -48,7 +48,7 @@ impl Angles {
     /// Warns of joints that hold angles which other joints hold too, at another value as far as formulae tell.
     pub(super) fn check(&self, graph: &Graph, findings: &mut Vec<Diagnostic>) {
         for joint in graph.joints.iter().filter(|joint| joint.syntax.kind.holds_angle()) {
-            let [first, second] = [0, 1].map(|end| self.of(joint.ends[end].link).offset.clone());
+            let [first, second] = [0, 1].map(|end| self.angle(joint.ends[end].link).offset.clone());
             let rotation = joint.syntax.rotation.clone().unwrap_or_else(|| whole(0));
             let is_held = |a: &Formula, b: &Formula, turn: Formula| add(a.clone(), turn).nodes() == b.nodes();
             if !is_held(&second, &first, rotation.clone()) && !is_held(&first, &second, negate(rotation)) {
@@ -63,7 +63,7 @@ impl Angles {
     }
 
     /// The angle of a link as a coordinate with an offset.
-    pub(super) fn of(&self, link: usize) -> &Angle {
+    pub(super) fn angle(&self, link: usize) -> &Angle {
         &self.of_links[link]
     }
 

@@ -25,7 +25,7 @@ pub(super) fn body(
         Mass::ByDensity(density) => multiply(density.clone(), syntax.shape.as_ref().map_or_else(|| whole(1), extent)),
     });
     let com = com(graph, tree, angles, places, link, findings).filter(|_| mass.is_some());
-    let turns = angles.of(link).class > 0;
+    let turns = angles.angle(link).class > 0;
     let inertia = syntax.inertia.clone().or_else(|| inertia_of_shape(syntax, mass.as_ref()?)).filter(|_| turns);
     let angle = turns.then(|| angles.formula(link, &graph.span(link)));
     let identifier = syntax.identifier.clone();
@@ -72,7 +72,7 @@ fn com(
     }
     Some(match id {
         Some(id) => Position::Point(Identifier { name: places.name(id).to_owned(), span: graph.span(link) }),
-        None => Position::Pair(places.of_local(graph, tree, angles, link, local)),
+        None => Position::Pair(places.local_position(graph, tree, angles, link, local)),
     })
 }
 

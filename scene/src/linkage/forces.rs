@@ -94,7 +94,7 @@ impl Linkage<'_> {
     pub(super) fn bodies_and_points(&self, links: &[usize]) -> (Vec<Identifier>, Vec<Identifier>) {
         let identifier = |link: usize, name: &str| Identifier { name: name.to_owned(), span: self.graph.span(link) };
         let has_mass = |link: usize| self.graph.links[link].is_some_and(|link| link.mass.is_some());
-        let is_body = |link: &&usize| has_mass(**link) || self.angles.of(**link).class > 0;
+        let is_body = |link: &&usize| has_mass(**link) || self.angles.angle(**link).class > 0;
         let bodies = links.iter().filter(is_body).map(|link| identifier(*link, self.graph.name(*link)));
         let points = self.graph.all_points().filter(|id| links.contains(&id.link));
         (bodies.collect(), points.map(|id| identifier(id.link, self.places.name(id))).collect())

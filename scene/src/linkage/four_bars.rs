@@ -19,7 +19,7 @@ pub(super) fn four_bars(graph: &Graph, angles: &Angles, places: &Places) -> Vec<
                 for last in from(third.to.link).filter(|pin| pin.to.link == GROUND) {
                     let links = [GROUND, first.to.link, second.to.link, third.to.link];
                     let joints = [first, second, third, last].map(|pin| pin.joint);
-                    let classes = links.map(|link| angles.of(link).class);
+                    let classes = links.map(|link| angles.angle(link).class);
                     // Each loop is found in both directions.
                     if links[1] > links[3] || has_twice(&joints) || has_twice(&classes) {
                         continue;

@@ -24,9 +24,11 @@ pub(super) fn moment(
         JointKind::Gear => {
             let slopes = gear_slopes(joint);
             let slope = slopes.into_iter().find(|(link, _)| *link == on.link).map_or_else(|| whole(0), |(_, own)| own);
-            Ok(of_multiplier(linkage, number, "", negate(slope)))
+            Ok(multiplier_moment(linkage, number, "", negate(slope)))
         }
-        JointKind::Revolute if syntax.drive.is_some() || syntax.friction.is_some() => Ok(of_pin(linkage, number, on)),
+        JointKind::Revolute if syntax.drive.is_some() || syntax.friction.is_some() => {
+            Ok(pin_moment(linkage, number, on))
+        }
         kind if kind.holds_angle() => held(linkage, number, on, asked),
         _ => {
             let title = format!("joint `{}` carries no moment", asked.name);
@@ -38,7 +40,7 @@ pub(super) fn moment(
 }
 
 /// The moment of a pin: that of its drive, and that of its friction.
-fn of_pin(linkage: &Linkage, number: usize, on: PointId) -> OutputValue {
+fn pin_moment(linkage: &Linkage, number: usize, on: PointId) -> OutputValue {
     let joint = &linkage.graph.joints[number];
     let Identifier { name, span } = &joint.syntax.identifier;
     let identifier = |name: String| Identifier { name, span: span.clone() };
@@ -66,11 +68,11 @@ pub(super) fn drive(
         let error = Diagnostic::error(title, asked.span.clone(), "nothing drives it");
         return Err(error.help("give it `drive = 'FORMULA of t'`, or ask for the power of a load"));
     }
-    Ok(of_multiplier(linkage, number, DRIVE, whole(if on == joint.ends[0] { -1 } else { 1 })))
+    Ok(multiplier_moment(linkage, number, DRIVE, whole(if on == joint.ends[0] { -1 } else { 1 })))
 }
 
 /// A multiple of the multiplier of one of the constraints of a joint.
-fn of_multiplier(linkage: &Linkage, number: usize, suffix: &str, factor: Formula) -> OutputValue {
+fn multiplier_moment(linkage: &Linkage, number: usize, suffix: &str, factor: Formula) -> OutputValue {
     let Identifier { name, span } = &linkage.graph.joints[number].syntax.identifier;
     let constraint = Identifier { name: format!("{name}{suffix}"), span: span.clone() };
     OutputValue::FreeBody { displacements: Vec::new(), multipliers: vec![(constraint, factor)], loads: Vec::new() }
@@ -91,13 +93,13 @@ fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Re
     }
     // The ground does not turn: what is on the other side does, the other way.
     let (turned, turn) = if turned.contains(&0) { (held_together(linkage, number, other), -1) } else { (turned, 1) };
-    let class = angles.of(on.link).class;
+    let class = angles.angle(on.link).class;
     // Formulae name the coordinate of the link that it is called after.
     let owner = if class > 0 { Some(angles.coordinates[class - 1].1) } else { None };
     let is_turned_in_formulae = owner.is_some_and(|owner| turned.contains(&owner));
     let missing = |slopes: &[(usize, Formula)]| {
         slopes.iter().fold(whole(0), |sum, (link, slope)| {
-            match (turned.contains(link), is_turned_in_formulae && angles.of(*link).class == class) {
+            match (turned.contains(link), is_turned_in_formulae && angles.angle(*link).class == class) {
                 (true, false) => add(sum, slope.clone()),
                 (false, true) => add(sum, negate(slope.clone())),
                 _ => sum,
@@ -176,7 +178,7 @@ fn displacements(
         }
         let (bodies, points) = linkage.bodies_and_points(&[link]);
         let identifier = |name: &str| Identifier { name: name.to_owned(), span: span.clone() };
-        let angle = (owner == Some(link)).then(|| &angles.coordinates[angles.of(link).class - 1].0);
+        let angle = (owner == Some(link)).then(|| &angles.coordinates[angles.angle(link).class - 1].0);
         let turn = (whole(turn), identifier(places.name(base(link))), angle.map(|name| identifier(name)));
         displacements.push(DisplacementSyntax {
             bodies,

@@ -30,7 +30,7 @@ pub(super) fn outputs(
     findings: &mut Vec<Diagnostic>,
 ) -> Vec<Option<Vec<OutputSyntax>>> {
     let of = |output: &OutputSyntax| match &output.value {
-        OutputValue::Joint { joint, part, on } => match of_joint(linkage, output, joint, *part, on.as_ref()) {
+        OutputValue::Joint { joint, part, on } => match joint_outputs(linkage, output, joint, *part, on.as_ref()) {
             Ok(outputs) => Some(outputs),
             Err(error) => {
                 findings.push(error);
@@ -66,7 +66,7 @@ fn power(
     }])
 }
 
-fn of_joint(
+fn joint_outputs(
     linkage: &Linkage,
     output: &OutputSyntax,
     asked: &Identifier,

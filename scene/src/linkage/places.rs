@@ -124,7 +124,7 @@ impl Places {
     }
 
     /// The place of a vector in the frame of a link.
-    pub(super) fn of_local(
+    pub(super) fn local_position(
         &self,
         graph: &Graph,
         tree: &Tree,

@@ -147,14 +147,14 @@ impl<'g, 'd> Rough<'g, 'd> {
     }
 
     fn set_angle(&mut self, link: usize, angle: Formula) {
-        let own = self.angles.of(link);
+        let own = self.angles.angle(link);
         if self.of_classes[own.class].is_none() {
             self.of_classes[own.class] = Some(subtract(angle, own.offset.clone()));
         }
     }
 
     fn angle(&self, link: usize) -> Option<Formula> {
-        let own = self.angles.of(link);
+        let own = self.angles.angle(link);
         Some(add(self.of_classes[own.class].clone()?, own.offset.clone()))
     }
 
@@ -162,7 +162,7 @@ impl<'g, 'd> Rough<'g, 'd> {
     pub(super) fn values(&self) -> Vec<StartValue> {
         let mut values = Vec::new();
         for (place, (name, _)) in self.angles.coordinates.iter().enumerate() {
-            let members = (1..self.graph.links.len()).filter(|link| self.angles.of(*link).class == place + 1);
+            let members = (1..self.graph.links.len()).filter(|link| self.angles.angle(*link).class == place + 1);
             let rate = members.filter_map(|link| self.graph.links[link]?.rate.clone()).next();
             values.push(StartValue { name: name.clone(), value: self.of_classes[place + 1].clone(), rate });
         }

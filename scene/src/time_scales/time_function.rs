@@ -92,7 +92,8 @@ impl<'a> TimeFunctions<'a> {
             courses.drive(&constraint.residual);
         }
         for point in &scene.points {
-            let position = point.position.each_ref().map(|value| courses.of(value).last().copied().flatten());
+            let position =
+                point.position.each_ref().map(|value| courses.time_functions(value).last().copied().flatten());
             courses.points.push(position);
         }
         courses
@@ -102,7 +103,7 @@ impl<'a> TimeFunctions<'a> {
     fn drive(&mut self, residual: &Value) {
         let nodes = residual.nodes();
         let Some(Node::Subtract(a, b)) = nodes.last() else { return };
-        let courses = self.of(residual);
+        let courses = self.time_functions(residual);
         for (driven, by) in [(a, b), (b, a)] {
             if let (Node::Name(Quantity::Coordinate(i)), Some(course)) = (&nodes[*driven], courses[*by]) {
                 self.coordinates[*i] = Some(course);
@@ -111,15 +112,15 @@ impl<'a> TimeFunctions<'a> {
     }
 
     /// The functions of time of the nodes of a formula.
-    pub(super) fn of(&self, value: &Value) -> Vec<Option<TimeFunction>> {
+    pub(super) fn time_functions(&self, value: &Value) -> Vec<Option<TimeFunction>> {
         let mut courses = Vec::new();
         for node in value.nodes() {
-            courses.push(self.of_node(node, &courses));
+            courses.push(self.time_function(node, &courses));
         }
         courses
     }
 
-    fn of_node(&self, node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Option<TimeFunction> {
+    fn time_function(&self, node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Option<TimeFunction> {
         let course = |id: &NodeId| courses[*id];
         let fixed = |id: &NodeId| course(id).and_then(TimeFunction::fixed);
         let constant = |value: f64| Some(TimeFunction::Line { at_zero: value, rate: 0.0 });

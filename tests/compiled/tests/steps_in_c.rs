@@ -54,7 +54,7 @@ fn through<K: Generated<N, M> + Kernel<f64, N, M> + Default, const N: usize, con
     steps: usize,
 ) {
     let rows = rows(compiler, name, &MOTION.replace("STEPS", &steps.to_string()));
-    let model = Model::of::<K, N, M>();
+    let model = Model::from_generated::<K, N, M>();
     let mechanism = model.mechanism(&|_| None);
     let end = mechanism.schedule().step * steps as f64;
     let request = Request { end: Some(End::Time(end)), ..Request::default() };

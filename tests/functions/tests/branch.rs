@@ -17,7 +17,7 @@ fn with(parameters: &[(&str, f64)]) -> Box<dyn Mechanism> {
 /// those of the scene.
 fn followed(parameters: &[(&str, f64)]) -> Vec<f64> {
     let own = with(&[]);
-    let mut start = Start::of(&*own);
+    let mut start = Start::new(&*own);
     let steps = 1000;
     for i in 0..=steps {
         let now: Vec<(&str, f64)> = parameters
@@ -42,7 +42,7 @@ fn a_start_stays_on_its_branch() {
         let near = |q: &[f64]| q.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9);
         let found = assembled(&*mechanism).expect("it can be assembled").0;
         assert!(near(&found), "{length}: {found:?} instead of {expected:?}");
-        let direct = assemble(&*mechanism, &Start::of(&*mechanism));
+        let direct = assemble(&*mechanism, &Start::new(&*mechanism));
         mirrored += usize::from(!direct.is_ok_and(|(q, _)| near(&q)));
         // The branch ends at a length of 1.6, where links are in line.
         let replace = |name: &str| (name == "l3").then_some(length);
@@ -68,7 +68,7 @@ fn two_mirrored_loops_are_another_branch() {
     let expected = followed(&parameters);
     let mechanism = with(&parameters);
     let near = |q: &[f64]| q.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9);
-    let direct = assemble(&*mechanism, &Start::of(&*mechanism)).expect("it can be assembled").0;
+    let direct = assemble(&*mechanism, &Start::new(&*mechanism)).expect("it can be assembled").0;
     assert!(!near(&direct), "the guesses lead to the branch by themselves");
     let found = assembled(&*mechanism).expect("it can be assembled").0;
     assert!(near(&found), "{found:?} instead of {expected:?}");

@@ -336,7 +336,7 @@ fn positions(model: &Model, lines: &mut String) {
     if let Ok((q, qd)) = assembled(&*mechanism) {
         add(lines, "spectrum", &spectrum(&*mechanism, 0.0, &q, &qd));
     }
-    let start = Start::of(&*mechanism);
+    let start = Start::new(&*mechanism);
     if let Some(first) = start.given.iter().position(|given| *given) {
         for way in [0.0, 0.2, -0.7, 3.0, -20.0] {
             let wanted = [(first, start.q[first] + way)];

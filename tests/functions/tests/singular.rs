@@ -51,7 +51,7 @@ fn accelerations_at_a_singular_position_are_those_beside_it() {
     let solve = |past: f64| {
         let (q, qd) = state(past);
         let (mut qdd, mut multipliers) = ([0.0; 3], [0.0; 2]);
-        let mut solver = Solver::of_rank(&*mechanism, 2);
+        let mut solver = Solver::with_rank(&*mechanism, 2);
         let unknowns = (&mut qdd[..], &mut multipliers[..]);
         solver.robust_accelerations(&*mechanism, 0.0, (&q, &qd), unknowns).unwrap_or_else(|e| panic!("{past}: {e:?}"));
         (qdd, multipliers, solver.stats)

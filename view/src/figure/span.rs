@@ -15,7 +15,7 @@ pub(super) fn time_axis(figure: &Figure) -> Result<Axis, NoPicture> {
     }
     let Abscissa { quantity, scale, .. } = &figure.abscissa;
     let times = curves().flat_map(|curve| curve.points.iter().map(|point| point.0));
-    let times = of(times.filter(|t| is_shown(*scale, *t))).ok_or(NoPicture::Empty)?;
+    let times = range(times.filter(|t| is_shown(*scale, *t))).ok_or(NoPicture::Empty)?;
     if *scale == Scale::Logarithmic {
         return Ok(Axis::logarithmic(times.0.log10(), times.1.log10(), 9));
     }
@@ -32,7 +32,7 @@ pub(super) fn value_axis(panel: &Panel, height: f64) -> Result<Option<Axis>, NoP
     let below = if panel.scale == Scale::Logarithmic { 0.1 } else { 1.0 };
     let floor = panel.floor.iter().map(|(value, _)| below * *value);
     let shown = panel.curves.iter().flat_map(values).chain(floor).filter(|value| is_shown(panel.scale, *value));
-    let Some((low, high)) = of(shown) else { return Ok(None) };
+    let Some((low, high)) = range(shown) else { return Ok(None) };
     // A line of text fits above and below the curves.
     let room = if panel.curves.iter().any(|curve| curve.extremes.is_some()) { 24.0 } else { 6.0 };
     if panel.scale == Scale::Logarithmic {
@@ -58,7 +58,7 @@ pub(super) fn equalize(axes: [&mut Axis; 2], sizes: [f64; 2], with_zero: bool) {
 }
 
 /// The smallest and the largest of some values.
-fn of(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.fold(None, |found: Option<(f64, f64)>, v| match found {
         Some((low, high)) => Some((low.min(v), high.max(v))),
         None => Some((v, v)),

@@ -27,7 +27,7 @@ pub(super) struct Label {
 /// The names of all nodes that have one.
 pub(super) fn placed(motion: &Motion, stage: &Stage) -> Vec<Label> {
     let frames = motion.times.len();
-    let moments: Vec<Moment> = (0..LOOKS).map(|i| Moment::of_frame(i * (frames - 1) / (LOOKS - 1))).collect();
+    let moments: Vec<Moment> = (0..LOOKS).map(|i| Moment::from_frame(i * (frames - 1) / (LOOKS - 1))).collect();
     let mut labels: Vec<Label> = Vec::new();
     for (node, named) in motion.nodes.iter().enumerate().filter(|(_, n)| !n.name.is_empty()) {
         let text = plain(&named.name);

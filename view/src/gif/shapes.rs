@@ -16,7 +16,7 @@ const EDGE: f32 = 1.6;
 /// Draws the paths of traced nodes.
 pub(super) fn draw_traces(canvas: &mut Canvas, motion: &Motion, stage: &Stage) {
     for node in motion.nodes.iter().filter(|node| node.is_traced) {
-        let path: Vec<Point> = (0..motion.times.len()).map(|i| stage.seen(node, Moment::of_frame(i))).collect();
+        let path: Vec<Point> = (0..motion.times.len()).map(|i| stage.seen(node, Moment::from_frame(i))).collect();
         canvas.line(&path, 1.1, TRACE);
     }
 }
@@ -129,7 +129,7 @@ fn colours(motion: &Motion) -> Vec<(Rgb, Rgb)> {
 /// The least and the largest distance of two nodes.
 fn distances(motion: &Motion, stage: &Stage, from: usize, to: usize) -> [f32; 2] {
     let apart = |frame: usize| {
-        let [(ax, ay), (bx, by)] = [from, to].map(|node| stage.seen(&motion.nodes[node], Moment::of_frame(frame)));
+        let [(ax, ay), (bx, by)] = [from, to].map(|node| stage.seen(&motion.nodes[node], Moment::from_frame(frame)));
         (bx - ax).hypot(by - ay)
     };
     let grown = |[low, high]: [f32; 2], length: f32| [low.min(length), high.max(length)];

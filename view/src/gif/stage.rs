@@ -99,7 +99,7 @@ impl Stage {
 }
 
 fn frames(motion: &Motion) -> impl Iterator<Item = Moment> + Clone {
-    (0..motion.times.len()).map(Moment::of_frame)
+    (0..motion.times.len()).map(Moment::from_frame)
 }
 
 fn place(node: &Node, moment: Moment) -> (f64, f64) {

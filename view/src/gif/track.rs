@@ -22,7 +22,7 @@ impl Moment {
     }
 
     /// A recorded one.
-    pub(super) fn of_frame(frame: usize) -> Self {
+    pub(super) fn from_frame(frame: usize) -> Self {
         Self { frame, fraction: 0.0 }
     }
 }

@@ -254,7 +254,7 @@ fn estimate(setup: &Setup, of: Option<Kind>, trial: &Trial, end: f64) -> Option<
     let outcome = simulate(&*setup.mechanism(), &request, &mut ()).ok()?;
     match of {
         None => outcome.estimated_error(),
-        Some(kind) => Some(outcome.errors?.of(kind)?.largest),
+        Some(kind) => Some(outcome.errors?.column(kind)?.largest),
     }
 }
 

@@ -35,7 +35,7 @@ pub(super) fn positions(mechanism: &dyn Mechanism, texts: &[String]) -> Result<V
 }
 
 fn value(mechanism: &dyn Mechanism, text: &str, part: &str) -> Result<(usize, f64), Error> {
-    let is_given = Start::of(mechanism).given;
+    let is_given = Start::new(mechanism).given;
     let coordinates = mechanism.description().coordinates;
     let given: Vec<&str> = (0..coordinates.len()).filter(|&i| is_given[i]).map(|i| coordinates[i].name).collect();
     let wrong = |why: String, help: String| Error::usage(format!("`--static {text}`: {why}")).help(help);
@@ -84,7 +84,7 @@ pub(super) fn when(setup: &Setup) -> &'static str {
 pub(super) fn text(setup: &Setup, mechanism: &dyn Mechanism, wanted: &[(usize, f64)]) -> Result<String, Error> {
     let description = mechanism.description();
     let rest = static_equilibrium(mechanism, wanted).map_err(|reason| no_equilibrium(setup, mechanism, &reason))?;
-    let is_given = Start::of(mechanism).given;
+    let is_given = Start::new(mechanism).given;
     let beside = if setup.mechanism().is_driven() { "instead of the drive" } else { "beside the loads of the scene" };
     let mut text = format!("{} at rest{}\n\n", description.name, when(setup));
     let mut line = |name: &str, value: f64, unit: &str, more: &str| {

@@ -17,15 +17,15 @@ use crate::setup::Setup;
 pub(super) fn report_lines(setup: &Setup) -> Result<Vec<Topic>, Error> {
     let drives = setup.scene.drives();
     if drives.is_empty() {
-        return of_input(setup, None);
+        return input_topics(setup, None);
     }
     let topics: Vec<Vec<Topic>> =
-        drives.into_iter().map(|drive| of_input(setup, Some(drive))).collect::<Result<_, _>>()?;
+        drives.into_iter().map(|drive| input_topics(setup, Some(drive))).collect::<Result<_, _>>()?;
     Ok(topics.into_iter().flatten().collect())
 }
 
 /// The lines about the coordinate that the scene gives, or that a drive prescribes.
-fn of_input(setup: &Setup, drive: Option<usize>) -> Result<Vec<Topic>, Error> {
+fn input_topics(setup: &Setup, drive: Option<usize>) -> Result<Vec<Topic>, Error> {
     let not_looked_at = |why: String| Ok(vec![Topic::new("turn", [format!("not looked at: {why}")])]);
     let mechanism = released(setup, drive.as_slice())?;
     let coordinates = mechanism.description().coordinates;

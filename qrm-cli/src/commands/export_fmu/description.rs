@@ -205,7 +205,7 @@ mod tests {
             friction: &[],
             until: "",
         };
-        let roles = Roles::of(vec![("m", Role::Tunable)], vec!["m"]);
+        let roles = Roles::new(vec![("m", Role::Tunable)], vec!["m"]);
         let token = InstantiationToken::new(&description, MethodSettings::default(), 1e-3);
         xml(&description, "ugly", &token, &roles, &[1.0], 1.0).expect("a text")
     }

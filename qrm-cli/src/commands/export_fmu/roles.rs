@@ -32,7 +32,7 @@ pub(super) struct Roles {
 
 impl Roles {
     /// Parameters with these roles, and which of them are masses.
-    pub(super) fn of(roles: Vec<(&'static str, Role)>, masses: Vec<&'static str>) -> Self {
+    pub(super) fn new(roles: Vec<(&'static str, Role)>, masses: Vec<&'static str>) -> Self {
         Self { roles, masses }
     }
 
@@ -93,7 +93,7 @@ pub(super) fn roles(setup: &Setup, inputs: &[String]) -> Result<Roles, Error> {
             _ => false,
         })
     };
-    let mut roles = Roles::of(
+    let mut roles = Roles::new(
         parameters.iter().map(|p| (p.name, role(p.name))).collect(),
         parameters.iter().map(|p| p.name).filter(|name| is_mass(name)).collect(),
     );

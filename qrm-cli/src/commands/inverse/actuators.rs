@@ -64,7 +64,7 @@ impl Actuators {
             Source::Coordinate(i) => state.forces[i] * state.qd[i],
             Source::Constraint(_) => 0.0,
         };
-        let constraints = LoopConstraints::of(mechanism, state.t, &state.q);
+        let constraints = LoopConstraints::at(mechanism, state.t, &state.q);
         let of_drives = state.multipliers.iter().zip(&constraints.constraint_rate).map(|(lambda, rate)| lambda * rate);
         self.all.iter().map(along).sum::<f64>() + of_drives.sum::<f64>()
     }

@@ -95,7 +95,7 @@ fn case(
         spinner.show(format!("{} by {}", extreme.name, method.name));
         let tolerance = method.is_adaptive().then(|| TOLERANCE.to_owned());
         let how = MethodOptions { method: Some(method), tolerance, ..MethodOptions::default() };
-        let variant = Setup::of(varied.name.find(models)?, &varied, &how)?;
+        let variant = Setup::from_found(varied.name.find(models)?, &varied, &how)?;
         let exact = exact.get_or_insert_with(|| Exact::find(&variant, extreme, &parameters, setup.is_changed()));
         case.results.push(run_case(&variant, exact.as_ref().ok()));
     }

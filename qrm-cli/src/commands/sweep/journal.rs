@@ -103,7 +103,7 @@ impl Journal {
 
     /// Makes the table from the rows, and removes them.
     pub(super) fn finish(self, out: &Path) -> Result<(), Error> {
-        let format = Format::of(out)?;
+        let format = Format::from_path(out)?;
         let written = File::open(&self.path).and_then(|file| {
             format.write(&mut Rows { lines: BufReader::new(file), line: Vec::new(), place: 0 }, out)?;
             std::fs::remove_file(&self.path)

@@ -45,7 +45,7 @@ impl Part {
         columns: &[Column<Field>],
         table: &Path,
     ) -> Result<(), Error> {
-        let columns = columns.iter().map(|column| (column.name.clone(), Meaning::of(column))).collect();
+        let columns = columns.iter().map(|column| (column.name.clone(), Meaning::new(column))).collect();
         let digest = digest_of(table).map_err(|e| Error::unreadable(table, &e).while_running())?;
         let part = Self { sweep: sweep.to_owned(), designs, first, count: end - first, digest, columns };
         save_json(&table.with_extension("part.json"), &part).map_err(Error::while_running)
@@ -71,7 +71,7 @@ fn digest_of(path: &Path) -> io::Result<String> {
 
 /// Joins the parts of a sweep to one table, and returns how many rows it has and where its units are.
 pub(crate) fn join(parts: &[PathBuf], out: &Path) -> Result<(usize, PathBuf), Error> {
-    let format = Format::of(out)?;
+    let format = Format::from_path(out)?;
     format.require()?;
     if let Some(part) = parts.iter().find(|part| is_same_file(part, out)) {
         return Err(Error::usage(format!("{} is both a part and the table to write", part.display()))

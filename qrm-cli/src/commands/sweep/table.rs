@@ -18,7 +18,7 @@ pub(super) enum Format {
 
 impl Format {
     /// The format that the name of a file asks for.
-    pub(super) fn of(path: &Path) -> Result<Self, Error> {
+    pub(super) fn from_path(path: &Path) -> Result<Self, Error> {
         let name = path.display();
         if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::is_separator) {
             return Err(Error::usage(format!("`{name}` is a folder")).help(

@@ -25,7 +25,7 @@ pub(super) struct Nominal {
 /// # Errors
 /// The motion does not come to its end, or its numbers are not to be trusted.
 pub(super) fn run(setup: &Setup, fields: &[Field]) -> Result<Vec<Nominal>, Error> {
-    let mut observer = (Progress::new(), Recording::of_extremes(setup.description));
+    let mut observer = (Progress::new(), Recording::for_extremes(setup.description));
     let outcome = setup.simulate(true, &mut observer)?;
     let (_, recording) = observer;
     if let Some(problem) = RunReport::new(setup, &outcome, &recording).problem() {
@@ -40,13 +40,13 @@ fn nominal(field: Field, outcome: &Outcome, recording: &Recording) -> Nominal {
     let size = |range: &Extremes| range.minimum.0.abs().max(range.maximum.0.abs());
     let at_end = |kind: Kind, value: f64| Nominal {
         value,
-        error: errors.and_then(|errors| errors.of(kind)).map(|error| error.at_end),
+        error: errors.and_then(|errors| errors.column(kind)).map(|error| error.at_end),
         size: range(kind).map_or(value.abs(), |range| size(&range)),
     };
     let extreme = |i: usize, end: usize| {
         let kind = Kind::Output(i);
         let Some(range) = range(kind) else { return Nominal { value: f64::NAN, error: None, size: f64::NAN } };
-        let error = errors.and_then(|errors| errors.of_extremes(kind, &range)).map(|errors| errors[end]);
+        let error = errors.and_then(|errors| errors.extremes(kind, &range)).map(|errors| errors[end]);
         Nominal { value: [range.minimum.0, range.maximum.0][end], error, size: size(&range) }
     };
     match field {
@@ -56,7 +56,7 @@ fn nominal(field: Field, outcome: &Outcome, recording: &Recording) -> Nominal {
         Field::Rate(i) => at_end(Kind::Rate(i), outcome.qd[i]),
         _ => Nominal {
             value: outcome.end_time,
-            error: errors.and_then(ErrorEstimates::of_end_time),
+            error: errors.and_then(ErrorEstimates::end_time),
             size: outcome.end_time.abs(),
         },
     }

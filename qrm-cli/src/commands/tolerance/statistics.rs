@@ -19,7 +19,7 @@ const PROBABILITIES: [f64; 3] = [0.001_349_898, 0.5, 0.998_650_102];
 
 impl Statistics {
     /// Statistics of the finite values; `inputs` holds the values of each parameter in the same samples.
-    pub(super) fn of(values: &[f64], inputs: &[Vec<f64>]) -> Self {
+    pub(super) fn new(values: &[f64], inputs: &[Vec<f64>]) -> Self {
         let known: Vec<usize> = (0..values.len()).filter(|&i| values[i].is_finite()).collect();
         if known.is_empty() {
             let correlations = vec![0.0; inputs.len()];
@@ -70,19 +70,19 @@ mod tests {
         let grid: Vec<[f64; 2]> = (0..20).flat_map(|i| (0..20).map(move |j| [f64::from(i), f64::from(j)])).collect();
         let inputs = [0, 1].map(|k| grid.iter().map(|point| point[k]).collect::<Vec<f64>>());
         let mut values: Vec<f64> = grid.iter().map(|[x, y]| 3.0 * x + 4.0 * y).collect();
-        let exact = Statistics::of(&values, &inputs);
+        let exact = Statistics::new(&values, &inputs);
         assert!((exact.mean - 66.5).abs() < 1e-12);
         // The variance of 0 to 19 is 33.25.
         assert!((exact.deviation.powi(2) * 399.0 / 400.0 - 25.0 * 33.25).abs() < 1e-9, "{exact:?}");
         assert!((exact.correlations[0] - 0.36).abs() < 1e-12 && (exact.correlations[1] - 0.64).abs() < 1e-12);
         assert_eq!([exact.quantiles[0], exact.quantiles[2], exact.quantiles[4]], [0.0, 66.5, 133.0]);
         values[7] = f64::NAN;
-        assert_eq!(Statistics::of(&values, &inputs).count, 399);
+        assert_eq!(Statistics::new(&values, &inputs).count, 399);
     }
 
     #[test]
     fn samples_that_all_fail_have_none() {
-        let none = Statistics::of(&[f64::NAN; 3], &[vec![1.0, 2.0, 3.0]]);
+        let none = Statistics::new(&[f64::NAN; 3], &[vec![1.0, 2.0, 3.0]]);
         assert!(none.count == 0 && none.mean.is_nan());
     }
 }

@@ -31,7 +31,7 @@ impl Linear {
         if !matrix.is_finite() {
             return None;
         }
-        let inverse = IntervalMatrix::of(&matrix.mid().try_inverse()?);
+        let inverse = IntervalMatrix::from_matrix(&matrix.mid().try_inverse()?);
         let product = inverse.times(matrix);
         let size = matrix.rows();
         let deviation = IntervalMatrix::from_fn(size, size, |i, j| {

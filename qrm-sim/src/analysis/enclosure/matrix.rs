@@ -21,7 +21,7 @@ impl IntervalMatrix {
     }
 
     /// The doubles of a matrix.
-    pub(super) fn of(matrix: &DMatrix<f64>) -> Self {
+    pub(super) fn from_matrix(matrix: &DMatrix<f64>) -> Self {
         Self::from_fn(matrix.nrows(), matrix.ncols(), |i, j| Interval::point(matrix[(i, j)]))
     }
 

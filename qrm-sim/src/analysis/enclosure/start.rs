@@ -24,7 +24,7 @@ const ATTEMPTS: u32 = 12;
 /// The given values do not determine the others, or this was not proved.
 pub(super) fn start(model: &Model, values: Values, manifold: &mut Manifold) -> Result<Vec<Interval>, Reason> {
     let mechanism = model.mechanism(values);
-    let Start { given, given_rates, .. } = Start::of(&*mechanism);
+    let Start { given, given_rates, .. } = Start::new(&*mechanism);
     let (q, _) = assembled(&*mechanism).map_err(Reason::NotAssembled)?;
     let [n, m] = manifold.sizes();
     let free = |given: &[bool]| -> Vec<usize> { (0..n).filter(|&i| !given[i]).collect() };

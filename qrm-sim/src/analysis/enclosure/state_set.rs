@@ -26,7 +26,7 @@ pub(super) struct StateSet {
 
 impl StateSet {
     /// The states of a box that meet the constraints; `None` if these do not determine their part of a state.
-    pub(super) fn of_box(manifold: &mut Manifold, t: f64, states: &[Interval]) -> Option<Self> {
+    pub(super) fn from_box(manifold: &mut Manifold, t: f64, states: &[Interval]) -> Option<Self> {
         let zero = vec![Interval::ZERO; states.len()];
         Self::moved(manifold, t, states, &IntervalMatrix::identity(states.len()), &zero)
     }
@@ -78,5 +78,5 @@ fn basis(constraint_jacobian: &IntervalMatrix, derivatives: &IntervalMatrix, r: 
     let columns = DMatrix::from_fn(directions.nrows(), count + r.len(), |i, j| {
         if j < count { normals[(i, j)] } else { directions[(i, order[j - count])] }
     });
-    IntervalMatrix::of(&columns.qr().q())
+    IntervalMatrix::from_matrix(&columns.qr().q())
 }

@@ -190,7 +190,7 @@ mod tests {
     }
 
     fn start(flow: &mut Flow) -> StateSet {
-        StateSet::of_box(&mut flow.manifold, 0.0, &[Interval::ONE, Interval::point(2.0)]).expect("no constraints")
+        StateSet::from_box(&mut flow.manifold, 0.0, &[Interval::ONE, Interval::point(2.0)]).expect("no constraints")
     }
 
     #[test]

@@ -66,8 +66,8 @@ impl<'t> Equations<'t> {
         if rank == self.independent.len() {
             return self;
         }
-        let jacobian = LoopConstraints::of(mechanism, 0.0, &q).constraint_jacobian;
-        let mut independent = PivotedLdl::of_rank(&row_products(&jacobian), rank).independent().to_vec();
+        let jacobian = LoopConstraints::at(mechanism, 0.0, &q).constraint_jacobian;
+        let mut independent = PivotedLdl::with_rank(&row_products(&jacobian), rank).independent().to_vec();
         independent.sort_unstable();
         self.with_constraints(independent)
     }
@@ -83,7 +83,7 @@ impl<'t> Equations<'t> {
     /// # Errors
     /// The constraints cannot be met.
     pub(super) fn start(&mut self, mechanism: &dyn Mechanism) -> Result<Vec<Number>, NotAssembled> {
-        let start = Start::of(mechanism);
+        let start = Start::new(mechanism);
         let (q, qd) = assembled(mechanism)?;
         let n = q.len();
         let mut y = vec![Number::zero(); 2 * n];
@@ -96,7 +96,7 @@ impl<'t> Equations<'t> {
             }
         }
         // The Jacobian in doubles is good enough for corrections of the last digits.
-        let jacobian = LoopConstraints::of(mechanism, 0.0, &q).constraint_jacobian;
+        let jacobian = LoopConstraints::at(mechanism, 0.0, &q).constraint_jacobian;
         for (rates, given) in [(false, &start.given), (true, &start.given_rates)] {
             let dependents = DependentCoordinates::new(&jacobian, given);
             for _ in 0..PASSES {

@@ -99,7 +99,7 @@ fn relative_change<T: Inner>(parts: usize, new: &[Number<T>], old: &[Number<T>])
         let size = new.iter().map(|x| get(x).abs()).fold(f64::MIN_POSITIVE, f64::max);
         new.iter().zip(old).map(|(a, b)| (get(a) - get(b)).abs()).fold(0.0, f64::max) / size
     };
-    let derivatives = Place::all::<T>(parts).map(|place| of_place(&|x| place.of(x)));
+    let derivatives = Place::all::<T>(parts).map(|place| of_place(&|x| place.get(x)));
     derivatives.fold(of_place(&|x| x.to_f64()), f64::max)
 }
 

@@ -23,7 +23,7 @@ pub(super) fn crossing<T: Inner>(
         if !has_derivatives(&value) {
             return Err(SensitivityError::NotSmooth { t });
         }
-        Place::all::<T>(parts).for_each(|place| place.add(&mut time, -place.of(&value) / by_time));
+        Place::all::<T>(parts).for_each(|place| place.add(&mut time, -place.get(&value) / by_time));
     }
     at(time).map(|(state, _)| state)
 }

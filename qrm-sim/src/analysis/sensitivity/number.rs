@@ -66,7 +66,7 @@ impl Place {
     }
 
     /// The derivative of a number.
-    pub(super) fn of<T: Inner>(self, number: &Number<T>) -> f64 {
+    pub(super) fn get<T: Inner>(self, number: &Number<T>) -> f64 {
         let inner = self.part.map_or(number.0.re, |part| derivative(number, part));
         if self.is_along { inner.along() } else { inner.re() }
     }
@@ -101,7 +101,7 @@ fn derivatives<T: Inner>(number: &Number<T>) -> [T; PARTS] {
 }
 
 /// A number with its derivatives by one of the parameters and along the direction.
-pub(super) fn of_part<T: Inner>(number: &Number<T>, part: usize) -> HyperDual64 {
+pub(super) fn with_part<T: Inner>(number: &Number<T>, part: usize) -> HyperDual64 {
     let (value, by) = (number.0.re, derivative(number, part));
     HyperDual64::new(value.re(), by.re(), value.along(), by.along())
 }
@@ -118,7 +118,7 @@ pub(super) fn constants<T: Inner>(values: &[f64]) -> Vec<Number<T>> {
 
 /// Whether all derivatives are finite.
 pub(super) fn has_derivatives<T: Inner>(number: &Number<T>) -> bool {
-    Place::all::<T>(PARTS).all(|place| place.of(number).is_finite())
+    Place::all::<T>(PARTS).all(|place| place.get(number).is_finite())
 }
 
 /// Completes the solution of equations by its derivatives, where its values are known.
@@ -138,7 +138,7 @@ pub(super) fn complete<T: Inner, E>(
     for _ in 0..T::ORDER {
         let right = open(x)?;
         for place in Place::all::<T>(parts) {
-            let change = solve(right.iter().map(|number| place.of(number)).collect())?;
+            let change = solve(right.iter().map(|number| place.get(number)).collect())?;
             x.iter_mut().zip(change).for_each(|(x, change)| place.add(x, change));
         }
     }

@@ -2,7 +2,7 @@
 
 use qrm_core::Dual;
 
-use super::number::{Derived, Inner, Number, of_part};
+use super::number::{Derived, Inner, Number, with_part};
 use crate::run::{Extremes, rounding};
 
 /// The end of a motion and its outputs, with derivatives by parameters.
@@ -118,7 +118,7 @@ impl OutputValues {
 impl Derivatives {
     fn push<T: Inner>(&mut self, number: &Number<T>, count: usize) {
         for part in 0..count {
-            let found = of_part(number, part);
+            let found = with_part(number, part);
             self.value = found.re;
             self.by.push(found.eps1);
             if T::ORDER > 1 {

@@ -90,7 +90,7 @@ fn copy_values<T: Inner>(numbers: &[Number<T>], values: &mut [f64]) {
 mod tests {
     use num_dual::Dual64;
 
-    use super::super::number::{Number, number, of_part};
+    use super::super::number::{Number, number, with_part};
     use super::*;
 
     /// A number with derivatives by `p` and `f`, and along `p` where there is a direction.
@@ -116,7 +116,7 @@ mod tests {
     fn derivatives_of_a_rod() {
         let x = rod::<f64>();
         let near = |number: &Number<f64>, place: usize, expected: [f64; 2]| {
-            let found = of_part(number, place);
+            let found = with_part(number, place);
             assert!((found.re - expected[0]).abs() < 1e-15 && (found.eps1 - expected[1]).abs() < 1e-15, "{found:?}");
         };
         for x in &x[..2] {
@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     fn second_derivatives_of_a_rod() {
-        let found = [0, 1].map(|part| of_part(&rod::<Dual64>()[0], part));
+        let found = [0, 1].map(|part| with_part(&rod::<Dual64>()[0], part));
         assert!((found[0].eps2 + 4.0 / 9.0).abs() < 1e-15, "{found:?}");
         assert!((found[0].eps1eps2 - 8.0 / 27.0).abs() < 1e-15, "{found:?}");
         assert!((found[1].eps1eps2 + 1.0 / 9.0).abs() < 1e-15, "{found:?}");

@@ -18,10 +18,10 @@ use crate::start::Start;
 /// # Errors
 /// The mechanism cannot be assembled, or the start has no derivatives.
 pub(super) fn start<T: Inner>(equations: &mut DualEquations<T>) -> Result<DualState<T>, SensitivityError> {
-    let given = Start::of(equations.mechanism);
+    let given = Start::new(equations.mechanism);
     let assembled = assembled(equations.mechanism);
     let (real_q, real_qd) = assembled.map_err(|e| SensitivityError::Start(StartError::NotAssembled(e)))?;
-    let jacobian = LoopConstraints::of(equations.mechanism, 0.0, &real_q).constraint_jacobian;
+    let jacobian = LoopConstraints::at(equations.mechanism, 0.0, &real_q).constraint_jacobian;
     let (mut q, mut qd) = (constants(&real_q), constants(&real_qd));
     equations.evaluator.start(&mut q, &mut qd);
     take_assembled(&mut q, &real_q, &given.given);

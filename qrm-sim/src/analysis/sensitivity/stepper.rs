@@ -28,7 +28,7 @@ impl<'m, T: Inner> DualStepper<'m, T> {
     pub(super) fn new(mechanism: &'m dyn Mechanism, tape: &'m Tape, parts: usize, settings: MethodSettings) -> Self {
         Self {
             equations: DualEquations::new(mechanism, tape, parts, settings),
-            corners: Corners::of(mechanism),
+            corners: Corners::new(mechanism),
             switching: vec![Number::zero(); tape.switching_functions.results.len()],
         }
     }

@@ -153,7 +153,7 @@ fn tape<R: Number, const N: usize, const M: usize>(
 }
 
 fn plain<const N: usize, const M: usize>(x: &dyn Mechanism, s: &State<N, M>) -> Values<DoubleDouble> {
-    let (dynamics, closed) = (Dynamics::of(x, s.t, &s.q, &s.qd), LoopConstraints::of(x, s.t, &s.q));
+    let (dynamics, closed) = (Dynamics::at(x, s.t, &s.q, &s.qd), LoopConstraints::at(x, s.t, &s.q));
     let mut mass_matrix = vec![0.0; N * N];
     x.mass_matrix(&s.q, &mut mass_matrix);
     let mut outputs = vec![0.0; x.description().outputs.len()];
@@ -230,7 +230,7 @@ impl Mechanism for Held<'_> {
 }
 
 fn solver<const N: usize, const M: usize>(x: &dyn Mechanism, s: &State<N, M>) -> Option<Values<DoubleDouble>> {
-    let dynamics = Dynamics::of(x, s.t, &s.q, &s.qd);
+    let dynamics = Dynamics::at(x, s.t, &s.q, &s.qd);
     Ldl::new(&dynamics.mass_matrix)?;
     let held = Held { mechanism: x, dynamics, residuals: &s.residuals };
     let mut solver = Solver::new(&held);
