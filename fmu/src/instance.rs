@@ -120,7 +120,7 @@ impl Instance {
                 (None, None) => Ok(self.state.origin),
             },
             _ => {
-                let value = kind.in_simulation(self.simulation()?);
+                let value = self.simulation()?.value(kind);
                 let name = &self.variables[reference as usize].name;
                 if value.is_finite() {
                     return Ok(value);

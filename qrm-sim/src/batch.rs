@@ -1,6 +1,8 @@
 //! Sweeps: many designs of one mechanism, several of them at once in the lanes of vectors.
 
+mod design;
 mod lanes;
 mod sweep;
 
-pub use sweep::{DesignResult, LaneCount, SweepRequest, sweep};
+pub use design::{DesignResult, SweepRequest};
+pub use sweep::{LaneCount, sweep};

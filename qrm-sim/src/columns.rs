@@ -2,7 +2,6 @@
 
 use qrm_core::{Description, Mechanism};
 
-use crate::run::Simulation;
 use crate::solve::{LoopConstraints, largest};
 use crate::state::State;
 
@@ -35,25 +34,6 @@ impl Kind {
     /// Whether the number checks a row instead of describing the motion.
     pub fn is_check(self) -> bool {
         matches!(self, Self::Residual | Self::ResidualRate | Self::Energy)
-    }
-
-    /// The number in the present state of a simulation; not a number if its mechanism has no such entry.
-    pub fn in_simulation(self, simulation: &Simulation) -> f64 {
-        let State { t, q, qd, qdd, multipliers, .. } = simulation.now();
-        let mechanism = simulation.mechanism();
-        let entry = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(f64::NAN);
-        match self {
-            Self::Time => *t,
-            Self::Parameter(i) => entry(mechanism.parameters(), i),
-            Self::Coordinate(i) => entry(q, i),
-            Self::Rate(i) => entry(qd, i),
-            Self::Acceleration(i) => entry(qdd, i),
-            Self::Multiplier(i) => entry(multipliers, i),
-            Self::Output(i) => entry(&simulation.outputs(), i),
-            Self::Residual => simulation.residuals()[0],
-            Self::ResidualRate => simulation.residuals()[1],
-            Self::Energy => mechanism.energy(q, qd).iter().sum(),
-        }
     }
 }
 

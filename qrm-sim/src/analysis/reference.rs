@@ -5,11 +5,13 @@ mod elimination;
 mod equations;
 mod extrapolation;
 mod least_norm;
+mod number;
 
 use qrm_core::{DoubleDouble, Model, ParameterOverrides, Scalar};
 
 use self::equations::Equations;
 use self::extrapolation::{ORDER, extrapolated};
+use self::number::Number;
 use super::measure::StateAt;
 use crate::integrate::StepError;
 use crate::run::StartError;
@@ -74,9 +76,6 @@ fn follow(
         (at, equations.budget) = (motion.at, motion.equations.budget);
     }
 }
-
-/// A number of 32 digits.
-type Number = DoubleDouble;
 
 /// The least factor between the lengths of consecutive steps, and the largest one.
 const FACTORS: [f64; 2] = [0.1, 4.0];

@@ -5,6 +5,7 @@ mod columns;
 mod crossing;
 mod dual_run;
 mod equations;
+mod error;
 mod event;
 mod explicit;
 mod mesh;
@@ -19,14 +20,14 @@ mod stepper;
 mod tests;
 mod values;
 
+pub use error::SensitivityError;
 pub use result::{DerivativeErrors, Derivatives, OutputValues, Sensitivity};
 
 use num_dual::Dual64;
 use qrm_core::{Mechanism, Model, ParameterOverrides, Tape};
 
 use crate::event::End;
-use crate::integrate::{MethodSettings, StepError};
-use crate::run::StartError;
+use crate::integrate::MethodSettings;
 use dual_run::DualRun;
 use number::{Inner, PARTS};
 
@@ -138,49 +139,4 @@ impl SensitivityRequest<'_> {
     pub fn motions(parameters: usize) -> usize {
         parameters.div_ceil(PARTS).max(1)
     }
-}
-
-/// Why there are no derivatives.
-#[derive(Clone, Debug, PartialEq)]
-pub enum SensitivityError {
-    /// The motion cannot begin.
-    Start(StartError),
-    /// A step could not be made.
-    Step {
-        /// The time at its beginning.
-        t: f64,
-        /// The reason.
-        error: StepError,
-    },
-    /// The constraint Jacobian loses rank, or nearly so, in the step after this time. The motion is continued there by
-    /// means that have no derivatives.
-    Singular {
-        /// The time at the beginning of the step.
-        t: f64,
-    },
-    /// At or after this time some formula has no finite value, or no finite derivative, as a root at zero.
-    NotSmooth {
-        /// The time.
-        t: f64,
-    },
-    /// The stop condition did not become true.
-    EventNotReached {
-        /// The latest end.
-        end_time: f64,
-    },
-    /// The condition touches zero without crossing it: a small change of a parameter may move the end far.
-    GrazingEvent {
-        /// The time.
-        t: f64,
-    },
-    /// The caller wanted no more.
-    Interrupted {
-        /// The time of the motion under way.
-        t: f64,
-    },
-    /// There is no parameter of this name.
-    NoParameter {
-        /// The name.
-        name: String,
-    },
 }

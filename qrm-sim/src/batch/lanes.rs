@@ -6,7 +6,7 @@ mod landing;
 
 use qrm_core::{BatchRequest, LaneSchedule, Mechanism, Model, SimdBatch, Width};
 
-use super::sweep::{DesignResult, SweepRequest, run_alone};
+use super::design::{DesignResult, SweepRequest, run_alone};
 use crate::event::{End, EventFunction};
 use crate::integrate::{AUTO, DOP853, StepBounds};
 use crate::run::{

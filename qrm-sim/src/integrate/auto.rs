@@ -6,7 +6,7 @@ use super::dense_output::DenseOutput;
 use super::dop853::{self, Dop853};
 use super::implicit::Implicit;
 use super::method::Method;
-use super::method::StepError;
+use super::step_error::StepError;
 use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use crate::analysis::Response;
 use crate::solve::dot;

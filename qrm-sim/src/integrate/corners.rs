@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use qrm_core::{Mechanism, StateRef, TapeEvaluator};
 
-use super::method::StepError;
+use super::step_error::StepError;
 use crate::root_finding::{locate, touched};
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;

@@ -5,7 +5,8 @@ use qrm_core::{Mechanism, StateMut, StepEstimate, StepMut, StepRequest};
 
 use super::dense_output::DenseOutput;
 use super::explicit::Explicit;
-use super::method::{Method, StepError};
+use super::method::Method;
+use super::step_error::StepError;
 use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use super::tableau::Tableau;
 use crate::state::State;

@@ -6,7 +6,7 @@ use qrm_core::Mechanism;
 use qrm_core::dop853::Row;
 
 use super::dense_output::{DenseOutput, Stages};
-use super::method::StepError;
+use super::step_error::StepError;
 use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use super::tableau::Tableau;
 use crate::solve::{Projection, ProjectionTolerance, Solver};

@@ -2,7 +2,7 @@
 
 use qrm_core::Mechanism;
 
-use super::method::StepError;
+use super::step_error::StepError;
 use super::step_formula::{Evaluator, Task};
 use crate::state::State;
 

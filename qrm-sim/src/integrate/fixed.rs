@@ -7,7 +7,8 @@ use super::adaptive::KeepState;
 use super::classical::CLASSICAL;
 use super::corners::{Corner, Corners, LEFT, MOST_PARTS};
 use super::explicit::Explicit;
-use super::method::{MethodSettings, StepError};
+use super::methods::MethodSettings;
+use super::step_error::StepError;
 use crate::solve::{Projection, ProjectionTolerance, Solver, largest};
 use crate::state::State;
 

@@ -6,7 +6,8 @@ use super::adaptive::Adaptive;
 use super::auto::Auto;
 use super::dense_output::DenseOutput;
 use super::dop853;
-use super::method::{Method, StepError};
+use super::method::Method;
+use super::step_error::StepError;
 use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use crate::state::State;
 

@@ -2,8 +2,8 @@
 
 use qrm_core::Mechanism;
 
-use super::method::StepError;
 use super::rodas::{ARGUMENTS, BY_TIME, GAMMA, INCREMENTS, NODES};
+use super::step_error::StepError;
 use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use crate::solve::{Dynamics, Linearization, Lu, Matrix, PivotedLdl, dot, row_products};
 use crate::state::State;

@@ -6,8 +6,8 @@ use super::adaptive::{Adaptive, Counts, IntermediateRows};
 use super::corners::{Corner, Corners};
 use super::fixed::{Fixed, StepBy};
 use super::formula::Formula;
-use super::method::{MethodSettings, StepError};
-use super::step_formula::Task;
+use super::methods::MethodSettings;
+use super::step_error::StepError;
 use crate::solve::{Projection, ProjectionTolerance, Solver, SolverStats};
 use crate::state::{State, state_in};
 
@@ -68,7 +68,7 @@ impl Integrator {
             }
             Some(formula) => {
                 let formula = formula(mechanism);
-                let adaptive = Adaptive::new(mechanism, formula, Task::new(&settings, end_time), first, &mut solver)?;
+                let adaptive = Adaptive::new(mechanism, formula, settings.task(end_time), first, &mut solver)?;
                 Steps::Adaptive(Box::new(adaptive))
             }
         };

@@ -3,8 +3,8 @@
 use qrm_core::Mechanism;
 
 use super::dense_output::DenseOutput;
-use super::method::{MethodSettings, StepError};
 use super::step_bounds::StepBounds;
+use super::step_error::StepError;
 use crate::quadrature::GAUSS_3;
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
@@ -148,17 +148,6 @@ pub(super) struct Task {
 }
 
 impl Task {
-    /// Steps up to a time.
-    pub(super) fn new(settings: &MethodSettings, end_time: f64) -> Self {
-        Self {
-            tolerance: settings.tolerance,
-            end_time,
-            dense_from: end_time,
-            projection: (settings.projection, settings.projection_tolerance),
-            bounds: settings.step_bounds,
-        }
-    }
-
     /// The end of a step that begins at `t`.
     pub(super) fn end_of_step(&self, t: f64, h: f64) -> f64 {
         if t + h >= self.end_time { self.end_time } else { t + h }

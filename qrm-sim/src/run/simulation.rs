@@ -10,6 +10,7 @@ use super::first_state::first_state;
 use super::judgement::RejectionReason;
 use super::outcome::StartError;
 use super::run_health::RunHealth;
+use crate::columns::Kind;
 use crate::integrate::{Integrator, MethodSettings, StepError};
 use crate::solve::{LoopConstraints, Matrix, Solver, is_positive, largest};
 use crate::start::Start;
@@ -145,6 +146,25 @@ impl Simulation {
     /// The state that was asked for last.
     pub fn now(&self) -> &State {
         &self.now
+    }
+
+    /// A number of the present state; not a number if the mechanism has no such entry.
+    pub fn value(&self, kind: Kind) -> f64 {
+        let State { t, q, qd, qdd, multipliers, .. } = self.now();
+        let mechanism = self.mechanism();
+        let entry = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(f64::NAN);
+        match kind {
+            Kind::Time => *t,
+            Kind::Parameter(i) => entry(mechanism.parameters(), i),
+            Kind::Coordinate(i) => entry(q, i),
+            Kind::Rate(i) => entry(qd, i),
+            Kind::Acceleration(i) => entry(qdd, i),
+            Kind::Multiplier(i) => entry(multipliers, i),
+            Kind::Output(i) => entry(&self.outputs(), i),
+            Kind::Residual => self.residuals()[0],
+            Kind::ResidualRate => self.residuals()[1],
+            Kind::Energy => mechanism.energy(q, qd).iter().sum(),
+        }
     }
 
     /// The outputs there, in the order of the description.

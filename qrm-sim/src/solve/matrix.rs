@@ -101,6 +101,15 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
     sum
 }
 
+/// `x -= rows' weights`
+pub(crate) fn subtract_combination(x: &mut [f64], rows: &Matrix, weights: &[f64]) {
+    for (row, weight) in rows.iter().zip(weights) {
+        for (x, entry) in x.iter_mut().zip(row) {
+            *x -= weight * entry;
+        }
+    }
+}
+
 /// The largest absolute value, and where it is; not a number if any entry is not.
 pub fn largest(x: &[f64]) -> (usize, f64) {
     let mut found = (0, 0.0);

@@ -1,59 +1,13 @@
 //! Gauss-Newton projection of coordinates and rates onto the constraints.
 
-use qrm_core::{MAX_CORRECTIONS, Mechanism, StateMut};
+use qrm_core::{Mechanism, StateMut};
 
-use super::accelerations::{SaddlePoint, Solver, minv_ct, schur_complement, subtract_combination};
-use super::matrix::largest;
+use super::matrix::{largest, subtract_combination};
+use super::projection_settings::{NotConverged, Projection, ProjectionTolerance};
+use super::saddle_point::{SaddlePoint, minv_ct, schur_complement};
+use super::solver::Solver;
 use super::stats::SolverStats;
 use crate::state::State;
-
-/// The metric in which a correction is smallest.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Projection {
-    /// No correction.
-    None,
-    /// Least change of the coordinates.
-    Euclidean,
-    /// Least change of the mass-weighted coordinates.
-    #[default]
-    Mass,
-}
-
-impl Projection {
-    /// Every projection under its name.
-    pub const ALL: [(&'static str, Self); 3] =
-        [("none", Self::None), ("euclidean", Self::Euclidean), ("mass", Self::Mass)];
-
-    /// The projection of this name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|(other, _)| *other == name).map(|(_, projection)| projection)
-    }
-
-    /// Whether generated kernels make this projection.
-    pub(crate) fn is_by_kernel(self, tolerance: &ProjectionTolerance) -> bool {
-        self == Self::Mass && tolerance.iterations >= MAX_CORRECTIONS
-    }
-
-    /// The name of the projection.
-    pub fn name(self) -> &'static str {
-        Self::ALL.into_iter().find(|(_, projection)| *projection == self).map_or("", |(name, _)| name)
-    }
-}
-
-/// The goal of a projection of coordinates.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ProjectionTolerance {
-    /// Largest residual of a constraint, in its unit.
-    pub residual: f64,
-    /// Most iterations.
-    pub iterations: u32,
-}
-
-impl Default for ProjectionTolerance {
-    fn default() -> Self {
-        Self { residual: 1e-12, iterations: 10 }
-    }
-}
 
 /// Residuals up to this size, in m or rad, are rounding errors: near a singular position a correction would magnify
 /// them.
@@ -61,17 +15,6 @@ const ROUNDING: f64 = 4e-16;
 /// Residuals up to this size, in m or rad, may be rounding errors: near a singular position they are magnified. A run
 /// reports where it had to accept one.
 const SETTLED: f64 = 1e-9;
-
-/// The projection of coordinates did not converge.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NotConverged {
-    /// The constraint with the largest residual.
-    pub constraint: usize,
-    /// The residual of this constraint.
-    pub residual: f64,
-    /// The number of iterations that were made.
-    pub iterations: u32,
-}
 
 impl Solver {
     /// Projects `q` onto the constraints at time `t` and `qd` onto their tangent space, and returns the number of

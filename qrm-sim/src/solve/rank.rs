@@ -2,11 +2,10 @@
 
 use qrm_core::Mechanism;
 
-use super::accelerations::subtract_combination;
 use super::buffers::LoopConstraints;
 use super::ldl::{Ldl, PivotedLdl};
-use super::matrix::{Matrix, dot, largest};
-use super::projection::ProjectionTolerance;
+use super::matrix::{Matrix, dot, largest, subtract_combination};
+use super::projection_settings::ProjectionTolerance;
 
 /// How far positions beside a singular one are, in rad, and in the largest length among the coordinates.
 const BESIDE: f64 = 1e-2;

@@ -2,9 +2,9 @@
 
 use qrm_core::Mechanism;
 
-use super::accelerations::Solver;
 use super::matrix::largest;
-use super::projection::{Projection, ProjectionTolerance};
+use super::projection_settings::{Projection, ProjectionTolerance};
+use super::solver::Solver;
 use super::stats::SolverStats;
 
 /// Distances of positions from each other, in rad or m: rounding errors grow with the square of their inverse, and

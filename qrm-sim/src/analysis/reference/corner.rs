@@ -3,7 +3,8 @@
 use qrm_core::{Scalar, Tape};
 
 use super::equations::Equations;
-use super::{At, Motion, Number};
+use super::number::Number;
+use super::{At, Motion};
 use crate::integrate::StepError;
 
 /// The signs of switching functions are those after this part of a step: behind the corner that it begins at.

@@ -2,7 +2,7 @@
 
 use qrm_core::Scalar;
 
-use super::Number;
+use super::number::Number;
 
 /// The factors of a square matrix by Gaussian elimination, rows exchanged.
 pub(super) struct Elimination {

@@ -4,7 +4,8 @@ use qrm_core::{Mechanism, Scalar, Tape, TapeEvaluator};
 
 use super::elimination::Elimination;
 use super::least_norm::least_norm;
-use super::{Number, StateAt};
+use super::number::Number;
+use crate::analysis::measure::StateAt;
 use crate::integrate::StepError;
 use crate::run::{DependentCoordinates, NotAssembled, assembled};
 use crate::solve::{LoopConstraints, PivotedLdl, constraint_rank, row_products};

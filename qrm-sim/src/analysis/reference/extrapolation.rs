@@ -2,7 +2,7 @@
 
 use qrm_core::Scalar;
 
-use super::Number;
+use super::number::Number;
 use crate::integrate::StepError;
 
 /// The value after one step from `(t, y, y')`, and an estimate of its error: the largest of `|error| / (1 + |y|)`.

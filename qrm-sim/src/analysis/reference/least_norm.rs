@@ -2,8 +2,8 @@
 
 use qrm_core::Scalar;
 
-use super::Number;
 use super::elimination::Elimination;
+use super::number::Number;
 
 /// The multipliers of all constraints that have the least norm and the same force as some multipliers of independent
 /// constraints; `None` if those are not independent.

@@ -3,8 +3,8 @@
 use num_dual::DualStruct;
 use qrm_core::Scalar;
 
-use super::SensitivityError;
 use super::equations::{DualEquations, DualState};
+use super::error::SensitivityError;
 use super::number::{Derived, Inner, Number, has_derivatives};
 use super::result::Output;
 use crate::run::{Extremes, ExtremesTracker, Integral, Vertex};

@@ -2,8 +2,8 @@
 
 use qrm_core::Scalar;
 
-use super::SensitivityError;
 use super::equations::DualState;
+use super::error::SensitivityError;
 use super::number::{Inner, Number, Place, has_derivatives};
 
 /// The state near the time `t` at which a function keeps its value while parameters change: `dt/dp = -(dg/dp) / (dg/dt)`.

@@ -4,15 +4,16 @@ use std::collections::VecDeque;
 
 use qrm_core::{Mechanism, ParameterOverrides, RowRequest, Scalar, Tape};
 
+use super::SensitivityRequest;
 use super::columns::Columns;
 use super::equations::DualState;
+use super::error::SensitivityError;
 use super::event::DualEvent;
 use super::mesh::{Mesh, MeshStep};
 use super::number::{Inner, Number, number};
 use super::result::Motion;
 use super::start::start;
 use super::stepper::DualStepper;
-use super::{SensitivityError, SensitivityRequest};
 use crate::event::End;
 use crate::integrate::Formula;
 use crate::run::{StartError, check_condition, check_step};

@@ -3,7 +3,7 @@
 use num_dual::Dual64;
 use qrm_core::{Dual, Mechanism, Scalar, Tape, TapeEvaluator};
 
-use super::SensitivityError;
+use super::error::SensitivityError;
 use super::number::{Inner, Number, has_derivatives, values};
 use super::saddle::{DualSaddlePoint, Equations, less_product};
 use super::slope::Slope;

@@ -3,9 +3,9 @@
 use num_dual::Dual64;
 use qrm_core::{Dual, Scalar, TapeEvaluator};
 
-use super::SensitivityError;
 use super::crossing::crossing;
 use super::equations::{DualState, Moving, moving};
+use super::error::SensitivityError;
 use super::number::{Inner, Number};
 use super::stepper::DualStepper;
 use crate::event::{End, EventFunction};

@@ -4,8 +4,8 @@ use std::convert::Infallible;
 
 use qrm_core::Scalar;
 
-use super::SensitivityError;
 use super::equations::{DualEquations, DualState};
+use super::error::SensitivityError;
 use super::number::{Inner, Number, complete, constants};
 use super::saddle::less_product;
 use crate::run::{DependentCoordinates, StartError, assembled};

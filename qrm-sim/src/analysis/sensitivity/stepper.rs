@@ -4,8 +4,9 @@ use qrm_core::{Mechanism, Scalar, Tape};
 
 use super::crossing::crossing;
 use super::equations::{DualEquations, DualState};
+use super::error::SensitivityError;
 use super::number::{Inner, Number};
-use super::{SensitivityError, collocation, explicit, rosenbrock};
+use super::{collocation, explicit, rosenbrock};
 use crate::integrate::{Corner, Corners, Formula, LEFT, MOST_PARTS, MethodSettings, StepError};
 
 /// A corner is crossed where it is as near as this part of the step.

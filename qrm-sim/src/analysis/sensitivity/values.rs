@@ -4,8 +4,9 @@ use std::io;
 
 use qrm_core::Mechanism;
 
+use super::SensitivityRequest;
+use super::error::SensitivityError;
 use super::result::{Derivatives, OutputValues, Sensitivity};
-use super::{SensitivityError, SensitivityRequest};
 use crate::run::{Extremes, ExtremesTracker, Integral, Observer, Request, Row, Status, simulate};
 
 /// The values whose derivatives are not asked for, by the steps of the kernel.

@@ -3,7 +3,7 @@
 
 use qrm_core::{CHECKPOINTS, Description};
 
-use super::super::sweep::DesignResult;
+use super::super::design::DesignResult;
 use super::{Lane, LaneSweep};
 use crate::run::{accepted_errors, rounding, worst};
 use crate::solve::largest;

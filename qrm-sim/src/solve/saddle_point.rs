@@ -1,12 +1,8 @@
-//! Accelerations and multipliers at any position, singular ones included.
+//! The saddle-point system of accelerations and multipliers at any position, singular ones included.
 
-use qrm_core::Mechanism;
-
-use super::buffers::{Dynamics, LoopConstraints};
+use super::buffers::Dynamics;
 use super::ldl::{Ldl, PivotedLdl};
-use super::matrix::{Matrix, dot};
-use super::rank::constraint_rank;
-use super::singular_position;
+use super::matrix::{Matrix, dot, subtract_combination};
 use super::stats::SolverStats;
 
 /// Derivatives are lost where a pivot of the Schur complement is smaller.
@@ -34,7 +30,7 @@ pub(crate) struct SaddlePoint {
     /// The equations to solve.
     pub(crate) dynamics: Dynamics,
     /// The factors of `Mbar`.
-    mass: Ldl,
+    pub(super) mass: Ldl,
     pub(super) minv_ct: Matrix,
     pub(super) schur: Matrix,
     pub(super) schur_factors: Ldl,
@@ -199,140 +195,6 @@ fn excess(dynamics: &Dynamics, free: &[f64], result: &mut [f64]) {
     let rows = dynamics.constraint_jacobian.iter().zip(&dynamics.constraint_bias);
     for (excess, (row, bias)) in result.iter_mut().zip(rows) {
         *excess = dot(row, free) + bias;
-    }
-}
-
-/// `x -= rows' weights`
-pub(crate) fn subtract_combination(x: &mut [f64], rows: &Matrix, weights: &[f64]) {
-    for (row, weight) in rows.iter().zip(weights) {
-        for (x, entry) in x.iter_mut().zip(row) {
-            *x -= weight * entry;
-        }
-    }
-}
-
-/// Solves the equations of one state of a mechanism after another, without allocations.
-#[derive(Clone, Debug)]
-pub struct Solver {
-    /// Statistics of the solves so far.
-    pub stats: SolverStats,
-    /// The largest correction of each coordinate so far.
-    pub corrections: Vec<f64>,
-    pub(super) saddle: SaddlePoint,
-    pub(super) constraints: LoopConstraints,
-    /// The factors of `Mbar` that a projection takes for its metric.
-    pub(super) metric: Ldl,
-    pub(super) has_metric: bool,
-    /// Whether the last robust accelerations factored `Mbar`.
-    has_mass: bool,
-    pub(super) weights: Vec<f64>,
-    pub(super) start: Vec<f64>,
-    /// Solves beside singular positions, where the motion came to one.
-    beside: Option<Box<Solver>>,
-}
-
-impl Solver {
-    /// Room for a mechanism.
-    pub fn new(mechanism: &dyn Mechanism) -> Self {
-        let description = mechanism.description();
-        let (n, m) = (description.coordinates.len(), description.constraints.len());
-        Self {
-            stats: SolverStats::default(),
-            corrections: vec![0.0; n],
-            saddle: SaddlePoint::zero(n, m),
-            constraints: LoopConstraints::zero(n, m),
-            metric: Ldl::with_size(n),
-            has_metric: false,
-            has_mass: false,
-            weights: vec![0.0; m],
-            start: vec![0.0; n],
-            beside: None,
-        }
-    }
-
-    /// Room for a mechanism that moves from a closed position on: where constraints repeat others, multipliers are
-    /// those of least norm.
-    pub fn at(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> Self {
-        Self::with_rank(mechanism, constraint_rank(mechanism, t, q))
-    }
-
-    /// Room for a mechanism of which so many constraints are independent.
-    pub fn with_rank(mechanism: &dyn Mechanism, rank: usize) -> Self {
-        let mut solver = Self::new(mechanism);
-        solver.saddle.rank = rank;
-        solver
-    }
-
-    /// Whether constraints repeat others wherever the motion goes; kernels do not know that.
-    pub fn is_redundant(&self) -> bool {
-        self.saddle.is_redundant()
-    }
-
-    /// The number of constraints that are independent where the motion is not singular.
-    pub fn rank(&self) -> usize {
-        self.saddle.rank
-    }
-
-    /// Accelerations and multipliers, by the kernel where it suits the position.
-    ///
-    /// # Errors
-    /// The accelerations are not determined.
-    pub fn accelerations(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        t: f64,
-        (q, qd): (&[f64], &[f64]),
-        (qdd, multipliers): (&mut [f64], &mut [f64]),
-    ) -> Result<(), Undetermined> {
-        if !self.is_redundant() && mechanism.accelerations(t, q, qd, qdd, multipliers) {
-            return Ok(());
-        }
-        self.robust_accelerations(mechanism, t, (q, qd), (qdd, multipliers))
-    }
-
-    /// Accelerations and multipliers by the plain functions; the factors of `Mbar` become the metric of the next
-    /// projection.
-    ///
-    /// Where constraints depend on each other at one position alone, or one of them vanishes, they say too little there
-    /// and next to it, but not farther away: the accelerations a little before and a little after, along the motion,
-    /// are interpolated.
-    ///
-    /// # Errors
-    /// The accelerations are not determined.
-    pub fn robust_accelerations(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        t: f64,
-        (q, qd): (&[f64], &[f64]),
-        (qdd, multipliers): (&mut [f64], &mut [f64]),
-    ) -> Result<(), Undetermined> {
-        let before = self.stats.suspicious_constraints;
-        self.saddle.dynamics.evaluate(mechanism, t, q, qd);
-        self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
-        if self.stats.suspicious_constraints != before {
-            let rank = self.saddle.rank;
-            let solver = self.beside.get_or_insert_with(|| Box::new(Self::with_rank(mechanism, rank)));
-            singular_position::interpolate(mechanism, solver, t, (q, qd), (qdd, multipliers));
-        }
-        Ok(())
-    }
-
-    /// Factors `Mbar` at a position, as the metric of the next projection.
-    pub fn factor_mass(&mut self, mechanism: &dyn Mechanism, q: &[f64]) {
-        mechanism.mass_matrix(q, self.saddle.dynamics.mass_matrix.entries_mut());
-        self.has_metric = self.metric.factor(&self.saddle.dynamics.mass_matrix);
-    }
-
-    /// Whether `Mbar` is regular at the position of the last projection, or of the last
-    /// [`factor_mass`](Self::factor_mass).
-    pub(crate) fn has_metric(&self) -> bool {
-        self.has_metric
-    }
-
-    /// Takes the factors of `Mbar` of the last robust accelerations as the metric of the next projection.
-    pub fn take_metric(&mut self) {
-        self.has_metric = self.has_mass;
-        std::mem::swap(&mut self.metric, &mut self.saddle.mass);
     }
 }
 

@@ -1,0 +1,148 @@
+//! A design of a sweep: its request, its result, and its run by itself.
+
+use std::io;
+use std::ops::Range;
+
+use qrm_core::{Description, Mechanism};
+
+use crate::columns::{Kind, columns};
+use crate::integrate::{DOP853, MethodSettings, StepBounds};
+use crate::run::{End, Extremes, Observer, RejectionReason, Request, Row, StartError, Status, simulate};
+
+/// The settings of every design of a sweep.
+pub struct SweepRequest<'a> {
+    /// The method. Lanes make the steps of `dop853`, and of `auto` while nothing is stiff; by others designs are run
+    /// one by one.
+    pub settings: MethodSettings,
+    /// The bounds of the steps that a method chooses for a design, by its number; those of the settings if `None`.
+    pub step_bounds: Option<&'a (dyn Fn(usize) -> StepBounds + Sync)>,
+    /// Length of the steps, or of the rows if the method chooses its steps; the scene's if `None`.
+    pub step: Option<f64>,
+    /// The end; the scene's if `None`.
+    pub end: Option<End<'a>>,
+    /// Whether smallest and largest values of the outputs are wanted; without them outputs are not computed.
+    pub extremes: bool,
+    /// Whether a companion motion estimates the error.
+    pub estimate_error: bool,
+}
+
+impl Default for SweepRequest<'_> {
+    /// By `dop853` to the end of the scene, with extremes and estimates.
+    fn default() -> Self {
+        let settings = MethodSettings { method: DOP853, ..MethodSettings::default() };
+        Self { settings, step_bounds: None, step: None, end: None, extremes: true, estimate_error: true }
+    }
+}
+
+impl SweepRequest<'_> {
+    /// The bounds of the steps of a design.
+    pub(super) fn bounds_of(&self, design: usize) -> StepBounds {
+        self.step_bounds.map_or(self.settings.step_bounds, |of| of(design))
+    }
+}
+
+/// The end of a design.
+#[derive(Debug)]
+pub struct DesignResult {
+    /// Why it ended, or why it could not begin.
+    pub status: Result<Status, StartError>,
+    /// Steps made.
+    pub steps: u64,
+    /// Time of the end.
+    pub end_time: f64,
+    /// Coordinates there.
+    pub q: Vec<f64>,
+    /// Rates there.
+    pub qd: Vec<f64>,
+    /// Smallest and largest value of each output during the motion, if they are wanted.
+    pub extremes: Vec<[f64; 2]>,
+    /// Estimated largest error of a coordinate: in lanes at the end and at two times before, alone in any row.
+    pub estimated_error: Option<f64>,
+    /// The reasons not to trust these numbers.
+    pub rejection_reasons: Vec<RejectionReason>,
+    /// Whether it was run by itself: no lanes, or something in its lane asked for a closer look.
+    pub is_alone: bool,
+}
+
+/// Runs a design by itself.
+pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &SweepRequest) -> DesignResult {
+    let mut ranges = Ranges::new(mechanism.description(), request.extremes);
+    let request = Request {
+        settings: MethodSettings { step_bounds: request.bounds_of(design), ..request.settings },
+        step: request.step,
+        end: request.end,
+        estimate_error: request.estimate_error,
+        is_single_threaded: true,
+        ..Request::default()
+    };
+    match simulate(mechanism, &request, &mut ranges) {
+        Err(reason) => DesignResult::not_started(reason),
+        Ok(outcome) => DesignResult {
+            rejection_reasons: if outcome.status.is_done() {
+                outcome.rejection_reasons(mechanism.description())
+            } else {
+                Vec::new()
+            },
+            estimated_error: outcome.estimated_error(),
+            status: Ok(outcome.status),
+            steps: outcome.counts.accepted,
+            end_time: outcome.end_time,
+            q: outcome.q,
+            qd: outcome.qd,
+            extremes: ranges.found,
+            is_alone: true,
+        },
+    }
+}
+
+/// The smallest and the largest value of each output, between rows too.
+struct Ranges {
+    is_wanted: bool,
+    /// The places of the outputs in the columns.
+    places: Range<usize>,
+    found: Vec<[f64; 2]>,
+}
+
+impl Ranges {
+    fn new(description: &Description, is_wanted: bool) -> Self {
+        let begin = columns(description).iter().position(|column| matches!(column.kind, Kind::Output(_))).unwrap_or(0);
+        let places = begin..begin + description.outputs.len();
+        Self { is_wanted, places, found: Vec::new() }
+    }
+}
+
+impl Observer for Ranges {
+    fn row(&mut self, _: &Row) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn needs_outputs(&self) -> bool {
+        self.is_wanted
+    }
+
+    fn wants_extremes(&self) -> bool {
+        self.is_wanted
+    }
+
+    fn extremes(&mut self, extremes: &[Extremes]) {
+        let outputs = extremes.get(self.places.clone()).unwrap_or_default();
+        self.found = outputs.iter().map(|found| [found.minimum.0, found.maximum.0]).collect();
+    }
+}
+
+impl DesignResult {
+    /// The end of a design that did not begin.
+    pub(super) fn not_started(reason: StartError) -> Self {
+        Self {
+            status: Err(reason),
+            steps: 0,
+            end_time: 0.0,
+            q: Vec::new(),
+            qd: Vec::new(),
+            extremes: Vec::new(),
+            estimated_error: None,
+            rejection_reasons: Vec::new(),
+            is_alone: true,
+        }
+    }
+}
