@@ -8,9 +8,10 @@ use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
 use symbolica::symbol;
 
 use super::Place;
-use super::differentiate::{Entry, swells};
-use super::functions::{Switch, exact};
-use super::splines::{ORDERS, spline_name, splines_of};
+use super::entry::{Entry, swells};
+use super::number::exact;
+use super::spline_names::{ORDERS, spline_name, splines_of};
+use super::switch::Switch;
 use super::translate::term;
 use qrm_codegen::term::{Symbol, Term};
 use qrm_scene::expression::Node;

@@ -1,12 +1,11 @@
 //! A scene's equations of motion by the TMT method.
 
-use num_rational::BigRational;
 use symbolica::atom::Atom;
 
 use super::algebra::Algebra;
-use super::loads::{Effort, Loads};
+use super::loads::Effort;
 use super::normal_forces::{Sizes, normal_forces};
-use super::rows::Rows;
+use super::system::{System, norm};
 use super::virtual_work::{self, VirtualDisplacement};
 use super::{Place, kernel, linearization};
 use qrm_codegen::term::{Equations, Symbol, Term};
@@ -81,57 +80,6 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     equations
 }
 
-/// The parts of the equations of motion.
-pub(super) struct System<'s> {
-    pub(super) algebra: Algebra<'s>,
-    pub(super) rows: Rows,
-    pub(super) loads: Loads,
-    /// T' M T
-    pub(super) mass: Vec<Vec<Atom>>,
-    /// C
-    pub(super) constraints: Vec<Atom>,
-    /// C_q
-    pub(super) constraint_jacobian: Vec<Vec<Atom>>,
-    /// The bias of the constraints, `-C_q qdd`.
-    pub(super) constraint_bias: Vec<Atom>,
-    /// C_t
-    pub(super) constraint_rates: Vec<Atom>,
-}
-
-impl<'s> System<'s> {
-    pub(super) fn new(algebra: Algebra<'s>) -> Self {
-        let scene = algebra.scene;
-        let rows = Rows::new(scene, &algebra);
-        let simple = |atom: &Atom| algebra.simplify(atom);
-        let constraints: Vec<Atom> = scene.constraints.iter().map(|c| simple(&algebra.atom(&c.residual))).collect();
-        let gradient = |row: &Atom| algebra.gradient(row).iter().map(simple).collect();
-        Self {
-            constraint_jacobian: constraints.iter().map(gradient).collect(),
-            constraint_rates: constraints.iter().map(|row| algebra.time_derivative(row)).collect(),
-            constraint_bias: constraints.iter().map(|row| simple(&algebra.bias(row))).collect(),
-            mass: rows.mass_matrix(scene, &algebra),
-            loads: Loads::new(scene, &algebra, &rows),
-            constraints,
-            rows,
-            algebra,
-        }
-    }
-
-    /// Half of each inertia times the square of a rate where rates have names, else half of `qd' Mbar qd`.
-    fn kinetic_energy(&self) -> Atom {
-        let (algebra, rows) = (&self.algebra, &self.rows);
-        let sum = |terms: &mut dyn Iterator<Item = Atom>| terms.fold(Atom::num(0), |sum, term| sum + term);
-        let twice = if algebra.names_formulae {
-            let rates = rows.x.iter().map(|x| algebra.rate(x));
-            sum(&mut rates.zip(&rows.inertia).map(|(rate, m)| m * &rate * &rate))
-        } else {
-            let momenta: Vec<Atom> = self.mass.iter().map(|row| algebra.contract(row, Symbol::Rate)).collect();
-            algebra.contract(&momenta, Symbol::Rate)
-        };
-        twice / Atom::num(2)
-    }
-}
-
 /// An output; zero for a norm, which is not made of one expression.
 fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
     let algebra = &system.algebra;
@@ -185,13 +133,6 @@ fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
             )
         }
     }
-}
-
-/// The root of the sum of the squares.
-pub(super) fn norm(parts: [&Term; 2]) -> Term {
-    let [one, two] = [1, 2].map(|n: i32| BigRational::from_integer(n.into()));
-    let squares = parts.map(|part| Term::Power(Box::new(part.clone()), two.clone()));
-    Term::Power(Box::new(Term::Sum(squares.to_vec())), one / two)
 }
 
 /// The force of a constraint along a virtual displacement of what it acts on: -lambda dC/ds.

@@ -5,55 +5,9 @@ use std::collections::HashSet;
 use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
 
 use super::algebra::Algebra;
+use super::entry::{COORDINATES, Entry};
 use qrm_codegen::term::{Formula, Named, NamedKind, Root, Symbol};
-use qrm_scene::expression::Node;
-use qrm_scene::function::Function;
-use qrm_scene::resolve::all_values;
-use qrm_scene::scene::{Quantity, Scene, Value};
-
-/// The largest number of coordinates in a function's argument that is differentiated as it stands. In longer ones each
-/// coordinate brings a derivative of its own, and each pair of coordinates a second derivative.
-const COORDINATES: usize = 3;
-
-/// A quantity under a name.
-pub(super) struct Entry {
-    name: String,
-    is_root: bool,
-    /// The formula, or what stands under the root.
-    inside: Atom,
-    /// The derivatives of that.
-    gradient: Vec<Atom>,
-    /// The derivatives of the quantity: symbols where they are not numbers.
-    slopes: Vec<Atom>,
-}
-
-/// Whether the argument of a function other than a root depends on more than [`COORDINATES`] coordinates.
-pub(super) fn swells(scene: &Scene) -> bool {
-    all_values(scene).into_iter().any(has_long_argument)
-}
-
-fn has_long_argument(value: &Value) -> bool {
-    let mut coordinates: Vec<HashSet<usize>> = Vec::new();
-    for node in value.nodes() {
-        let union = |places: &[usize]| places.iter().flat_map(|&place| coordinates[place].iter().copied()).collect();
-        let own: HashSet<usize> = match node {
-            Node::Number(_) => HashSet::new(),
-            Node::Name(Quantity::Coordinate(i)) => HashSet::from([*i]),
-            Node::Name(_) => HashSet::new(),
-            Node::Negate(a) | Node::Spline(_, a) => union(&[*a]),
-            Node::Add(a, b) | Node::Subtract(a, b) | Node::Multiply(a, b) | Node::Divide(a, b) | Node::Power(a, b) => {
-                union(&[*a, *b])
-            }
-            Node::Call(_, arguments) => union(arguments),
-        };
-        let is_root = matches!(node, Node::Call(Function::Sqrt | Function::Hypot, _));
-        if matches!(node, Node::Call(..) | Node::Spline(..)) && !is_root && own.len() > COORDINATES {
-            return true;
-        }
-        coordinates.push(own);
-    }
-    false
-}
+use qrm_scene::scene::Scene;
 
 impl Algebra<'_> {
     /// The symbol of a quantity, which gets a name unless it has one; those of roots are given in the end.

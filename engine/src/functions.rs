@@ -2,38 +2,14 @@
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
-use num_traits::ToPrimitive;
 use symbolica::atom::{Atom, AtomCore};
-use symbolica::{function, parse, symbol};
+use symbolica::{function, symbol};
 
 use super::algebra::Algebra;
+use super::number::rational;
+use super::switch::Switch;
 use qrm_codegen::term::{Symbol, Term};
-use qrm_scene::expression::Number;
 use qrm_scene::function::Function;
-
-/// A function of the sign of its argument, constant on either side of zero.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Switch {
-    /// 1 where the argument is positive, -1 where it is negative, 0 at zero.
-    Sign,
-    /// 1 where the argument is positive, 0 where it is negative, 1/2 at zero.
-    Above,
-    /// 0 where the argument is positive, 1 where it is negative, 1/2 at zero.
-    Below,
-}
-
-impl Switch {
-    /// The value of the function where its argument has this sign.
-    pub(super) fn on_side(self, sign: Term) -> Term {
-        let half = BigRational::new(1.into(), 2.into());
-        let part = match self {
-            Self::Sign => return sign,
-            Self::Above => half.clone(),
-            Self::Below => -half.clone(),
-        };
-        Term::Sum(vec![Term::Number(half), Term::Product(vec![Term::Number(part), sign])])
-    }
-}
 
 impl Algebra<'_> {
     pub(super) fn call(&self, f: Function, arguments: &[Atom]) -> Atom {
@@ -109,17 +85,4 @@ impl Algebra<'_> {
     pub(super) fn switch_argument(&self, k: usize) -> Atom {
         self.switches.borrow()[k].1.clone()
     }
-}
-
-/// A number of the scene, without rounding.
-pub(super) fn exact(number: &Number) -> Atom {
-    rational(&number.exact)
-}
-
-fn rational(value: &BigRational) -> Atom {
-    let whole = |part: &BigInt| match part.to_i64() {
-        Some(small) => Atom::num(small),
-        None => parse!(part.to_string()),
-    };
-    whole(value.numer()) / whole(value.denom())
 }

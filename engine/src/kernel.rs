@@ -4,8 +4,8 @@ use symbolica::atom::Atom;
 
 use super::Place;
 use super::algebra::Algebra;
-use super::derive::System;
 use super::loads::Effort;
+use super::system::System;
 use qrm_codegen::term::{Equations, KernelEquations, Push};
 
 /// The equations of a kernel that computes the outputs of the plain functions too.

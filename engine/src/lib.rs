@@ -7,6 +7,7 @@
 mod algebra;
 mod derive;
 mod differentiate;
+mod entry;
 mod functions;
 pub mod generate;
 pub mod interpretable;
@@ -14,9 +15,13 @@ mod kernel;
 mod linearization;
 mod loads;
 mod normal_forces;
+mod number;
 mod rows;
 mod simplify;
+mod spline_names;
 mod splines;
+mod switch;
+mod system;
 mod translate;
 mod virtual_work;
 

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use symbolica::atom::{Atom, AtomCore};
 
-use super::derive::{System, norm};
+use super::system::{System, norm};
 use qrm_codegen::term::{AffineForce, NormalForce, Symbol, Term};
 use qrm_scene::function::Function;
 use qrm_scene::scene::{OutputKind, Scene};

@@ -9,7 +9,7 @@ use num_traits::Zero;
 use symbolica::atom::{AtomView, Symbol as EngineSymbol};
 use symbolica::coefficient::CoefficientView;
 
-use super::splines::parse_name;
+use super::spline_names::parse_name;
 use qrm_codegen::term::{Symbol, Term};
 use qrm_scene::expression::to_f64;
 use qrm_scene::function::Function;

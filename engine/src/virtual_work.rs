@@ -2,7 +2,7 @@
 
 use symbolica::atom::Atom;
 
-use super::derive::System;
+use super::system::System;
 use qrm_codegen::term::Symbol;
 use qrm_scene::scene::{Displacement, LoadKind, Turn, Value};
 

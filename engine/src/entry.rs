@@ -1,0 +1,54 @@
+//! Quantities with a name, and which scenes need them.
+
+use std::collections::HashSet;
+
+use symbolica::atom::Atom;
+
+use qrm_scene::expression::Node;
+use qrm_scene::function::Function;
+use qrm_scene::resolve::all_values;
+use qrm_scene::scene::{Quantity, Scene, Value};
+
+/// The largest number of coordinates in a function's argument that is differentiated as it stands. In longer ones each
+/// coordinate brings a derivative of its own, and each pair of coordinates a second derivative.
+pub(super) const COORDINATES: usize = 3;
+
+/// A quantity under a name.
+pub(super) struct Entry {
+    pub(super) name: String,
+    pub(super) is_root: bool,
+    /// The formula, or what stands under the root.
+    pub(super) inside: Atom,
+    /// The derivatives of that.
+    pub(super) gradient: Vec<Atom>,
+    /// The derivatives of the quantity: symbols where they are not numbers.
+    pub(super) slopes: Vec<Atom>,
+}
+
+/// Whether the argument of a function other than a root depends on more than [`COORDINATES`] coordinates.
+pub(super) fn swells(scene: &Scene) -> bool {
+    all_values(scene).into_iter().any(has_long_argument)
+}
+
+fn has_long_argument(value: &Value) -> bool {
+    let mut coordinates: Vec<HashSet<usize>> = Vec::new();
+    for node in value.nodes() {
+        let union = |places: &[usize]| places.iter().flat_map(|&place| coordinates[place].iter().copied()).collect();
+        let own: HashSet<usize> = match node {
+            Node::Number(_) => HashSet::new(),
+            Node::Name(Quantity::Coordinate(i)) => HashSet::from([*i]),
+            Node::Name(_) => HashSet::new(),
+            Node::Negate(a) | Node::Spline(_, a) => union(&[*a]),
+            Node::Add(a, b) | Node::Subtract(a, b) | Node::Multiply(a, b) | Node::Divide(a, b) | Node::Power(a, b) => {
+                union(&[*a, *b])
+            }
+            Node::Call(_, arguments) => union(arguments),
+        };
+        let is_root = matches!(node, Node::Call(Function::Sqrt | Function::Hypot, _));
+        if matches!(node, Node::Call(..) | Node::Spline(..)) && !is_root && own.len() > COORDINATES {
+            return true;
+        }
+        coordinates.push(own);
+    }
+    false
+}
