@@ -2,6 +2,8 @@
 //! used more than once.
 
 mod algebra;
+mod block;
+mod builder;
 mod elimination;
 mod inverse;
 mod normal_forces;
@@ -13,6 +15,9 @@ use crate::graph::{Id, Signed};
 use crate::lower::Lowering;
 use crate::term::{Equations, KernelEquations, Named, NamedKind, NormalForce, Push, Root, Symbol, Term};
 use algebra::{Matrix, Value};
+pub use block::Block;
+use builder::Builder;
+pub use builder::Local;
 use elimination::Elimination;
 use qrm_scene::scene::Scene;
 use range_space::RangeSpace;
@@ -42,99 +47,6 @@ pub struct Kernel {
     pub is_valid_everywhere: bool,
     /// Whether what follows from a position depends on time too: closures do, or a length.
     pub is_timed: bool,
-}
-
-/// A value with a name.
-#[derive(Clone, Debug)]
-pub struct Local {
-    /// The name of the value.
-    pub name: String,
-    /// How it is computed.
-    pub value: Signed,
-    /// The input that stands for the value in later operations.
-    pub input: Signed,
-    /// The part of the computation that the value belongs to.
-    pub block: Block,
-}
-
-/// The parts of the computation, in their order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Block {
-    /// Named roots and their slopes.
-    Roots,
-    /// Other named quantities and their slopes.
-    Names,
-    /// C
-    Constraints,
-    /// C_q
-    Jacobian,
-    /// Mbar
-    Mass,
-    /// The tangents T, with C_q T = 0.
-    Tangents,
-    /// T' Mbar T
-    Inertia,
-    /// Mbar^-1 C_q'
-    Pull,
-    /// C_q Mbar^-1 C_q'
-    Loops,
-    /// Rates of named roots.
-    Rates,
-    /// Rates of other named quantities.
-    NamedRates,
-    /// (C_q qd)_q qd
-    Bias,
-    /// fbar
-    Forces,
-    /// qdd
-    Accelerations,
-    /// lambda
-    Multipliers,
-    /// N, and what friction adds to accelerations and multipliers.
-    Friction,
-    /// The correction of the coordinates.
-    Correction,
-    /// Mbar qdd + C_q' lambda - fbar
-    Inverse,
-}
-
-impl Block {
-    /// Whether it follows from the position alone.
-    pub fn is_position(self) -> bool {
-        self <= Self::Loops
-    }
-
-    /// Whether it belongs to the linear equations rather than to what is in them.
-    fn is_solution(self) -> bool {
-        use Block::{Accelerations, Correction, Friction, Inertia, Loops, Multipliers, Pull, Tangents};
-        matches!(self, Tangents | Inertia | Pull | Loops | Accelerations | Multipliers | Friction | Correction)
-    }
-
-    /// The title of the block, for a comment.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Roots => "Lengths, and their derivatives.",
-            Self::Names => "Points and angles, and their derivatives.",
-            Self::Constraints => "The residuals of the constraints: C.",
-            Self::Jacobian => "The constraint Jacobian C_q.",
-            Self::Mass => "The reduced mass matrix Mbar.",
-            Self::Tangents => "How dependent coordinates follow the others: C_q T = 0.",
-            Self::Inertia => "What moves with the others: Mbar T, and T' Mbar T.",
-            Self::Pull => "What the forces of the loops do: Mbar = L D L', Mbar^-1 C_q'.",
-            Self::Loops => "How the loops resist: C_q Mbar^-1 C_q' = L D L'.",
-            Self::Rates => "Rates of the lengths.",
-            Self::NamedRates => {
-                "Rates of points and angles, and what their second rates have beside the accelerations."
-            }
-            Self::Bias => "Convective terms of the loops: (C_q qd)_q qd.",
-            Self::Forces => "The reduced forces fbar.",
-            Self::Accelerations => "Accelerations.",
-            Self::Multipliers => "Multipliers.",
-            Self::Friction => "Normal forces of friction, and what friction adds.",
-            Self::Inverse => "Forces and torques along the coordinates that move freely.",
-            Self::Correction => "The correction: no motion that the loops allow is part of it.",
-        }
-    }
 }
 
 impl Kernel {
@@ -183,21 +95,6 @@ impl Kernel {
     }
 }
 
-/// A kernel under construction.
-struct Builder<'s> {
-    scene: &'s Scene,
-    lowering: &'s mut Lowering,
-    locals: Vec<Local>,
-    /// The place of the local that is computed as a value.
-    by_value: HashMap<Id, usize>,
-    /// The value that a local's input stands for.
-    definitions: HashMap<Id, Id>,
-    /// The number of the next local.
-    next: usize,
-    /// Whether values stand for themselves in later operations.
-    is_inline: bool,
-}
-
 /// The linear equations of a kernel, solved in one way.
 struct Solved {
     locals: Vec<Local>,
@@ -210,12 +107,7 @@ struct Solved {
 /// For mechanisms of more coordinates another way of solving is tried.
 const MANY: usize = 12;
 
-impl<'s> Builder<'s> {
-    fn new(scene: &'s Scene, lowering: &'s mut Lowering, next: usize, is_inline: bool) -> Self {
-        let (by_value, definitions) = (HashMap::new(), HashMap::new());
-        Self { scene, lowering, locals: Vec::new(), by_value, definitions, next, is_inline }
-    }
-
+impl Builder<'_> {
     fn build(mut self, equations: &Equations) -> Kernel {
         let e = &equations.kernel;
         let (n, m) = (self.scene.coordinates.len(), self.scene.constraints.len());

@@ -12,12 +12,12 @@ mod kernel;
 mod linearization;
 mod loads;
 mod sample;
+mod size;
 mod system;
 mod tape;
 mod virtual_work;
 mod wide;
 
-use num_traits::Signed;
 use qrm_core::{DoubleDouble, NamedTape, Tape};
 
 use crate::term::Equations;
@@ -32,6 +32,7 @@ use qrm_scene::expression::Node;
 use qrm_scene::resolve::all_values;
 use qrm_scene::scene::{Coordinate, Quantity, Scene, Start, Value as Formula};
 use sample::Sample;
+use size::{SMALLEST, TINY, size};
 use wide::Wide;
 
 /// How many random states are compared; fewer of large mechanisms, whose matrices are mostly zeros.
@@ -45,10 +46,6 @@ const FRICTION_PATIENCE: usize = 3;
 /// Largest difference of a number, relative to itself or to a thousandth of its largest value at any state. Both sides
 /// are computed with 32 digits, and numbers in the text of a module have 16.
 const TOLERANCE: f64 = 1e-12;
-/// Rounding errors of 32 digits, relative to the largest number of any function at any state, and in any formula.
-const SMALLEST: f64 = 1e-28;
-/// Numbers of this size have lost the second half of their digits.
-const TINY: f64 = 1e-290;
 /// Why a module must not be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unverified {
@@ -148,10 +145,6 @@ fn largest(expected: &Expected<Wide>, scales: &[Vec<f64>]) -> f64 {
 fn largest_constant(scene: &Scene) -> f64 {
     let of_node = |node: &Node<Quantity>| if let Node::Number(number) = node { number.value.abs() } else { 0.0 };
     all_values(scene).iter().flat_map(|value| value.nodes().iter().map(of_node)).fold(0.0, f64::max)
-}
-
-fn size(number: Wide) -> f64 {
-    number.abs().0.hi()
 }
 
 /// Whether every function gives what is expected; `false` where the numbers of the state are not known well enough to
@@ -258,9 +251,4 @@ fn verify_plain(scene: &Scene, tape: &NamedTape) -> Result<(), String> {
         }
     }
     Ok(())
-}
-
-/// A random number between two others.
-fn between(random: &mut fastrand::Rng, low: f64, high: f64) -> f64 {
-    low + (high - low) * random.f64()
 }

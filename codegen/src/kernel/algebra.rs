@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::{Block, Builder, Local};
+use super::block::Block;
+use super::builder::{Builder, Local};
 use crate::graph::{Id, Op, Signed};
 use crate::term::{Symbol, Term};
 use qrm_scene::function::Function;

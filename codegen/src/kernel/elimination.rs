@@ -4,7 +4,8 @@
 use std::collections::{HashMap, HashSet};
 
 use super::algebra::{Matrix, Value};
-use super::{Block, Builder};
+use super::block::Block;
+use super::builder::Builder;
 use crate::graph::{Op, Signed};
 use crate::term::{Equations, Symbol, Term};
 use qrm_scene::evaluate::{constant, parameter_values};

@@ -1,8 +1,10 @@
 //! Inverse dynamics: the forces and torques that accelerations take.
 
+use super::Kernel;
 use super::algebra::Value;
+use super::block::Block;
+use super::builder::Builder;
 use super::elimination::Elimination;
-use super::{Block, Builder, Kernel};
 use crate::graph::Signed;
 use crate::term::{Equations, Symbol};
 

@@ -9,7 +9,8 @@
 mod any_position;
 
 use super::algebra::{Matrix, Value};
-use super::{Block, Builder};
+use super::block::Block;
+use super::builder::Builder;
 use crate::graph::{Op, Signed};
 use crate::term::{AffineForce, NormalForce, Symbol, Term};
 use qrm_scene::function::Function;

@@ -3,7 +3,8 @@
 //! what is left of freedoms does not matter.
 
 use super::algebra::{Matrix, Value};
-use super::{Block, Builder};
+use super::block::Block;
+use super::builder::Builder;
 use crate::graph::Signed;
 
 /// A factorised system.

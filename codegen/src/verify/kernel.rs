@@ -7,7 +7,7 @@ use super::errors::{CONSTANTS, Errors};
 use super::evaluation::Evaluation;
 use super::expected::Expected;
 use super::sample::Sample;
-use super::size;
+use super::size::{TINY, size};
 use super::system::System;
 use super::wide::Wide;
 use crate::term::Equations;
@@ -135,7 +135,7 @@ fn inverse_dynamics(
         let own = tape.actuated.iter().position(|place| *place == i).map(|place| -Wide(forces[place]));
         let terms: Vec<Wide> = inertia.chain(loops).chain(own).chain([-loads[i]]).collect();
         let rest = size(terms.iter().copied().sum());
-        let largest = terms.iter().fold(super::TINY, |most, term| most.max(size(*term)));
+        let largest = terms.iter().fold(TINY, |most, term| most.max(size(*term)));
         // Written so that a rest that is not a number counts as a difference.
         if !(rest <= (TOLERANCE * largest).max(sample.error_of_zeros(largest))) {
             return Err(format!("generated `inverse_dynamics` is wrong: row {i} does not balance, by {rest:e}"));
@@ -155,6 +155,6 @@ fn compare_all(
     expected: &[Wide],
     allowed: impl Fn(usize) -> f64,
 ) -> Result<(), String> {
-    let allowed = |i: usize| allowed(i).max(super::TINY);
+    let allowed = |i: usize| allowed(i).max(TINY);
     super::compare(name, got, expected, allowed).map_err(|(_, what)| format!("generated `{name}` is wrong: {what}"))
 }

@@ -1,7 +1,7 @@
 //! Random states at which generated functions are compared.
 
 use super::evaluation::{Evaluation, Number};
-use super::{SMALLEST, between};
+use super::size::SMALLEST;
 use qrm_core::NamedTape;
 use qrm_core::named_tape::Argument;
 use qrm_scene::evaluate::constant;
@@ -128,4 +128,9 @@ impl Sample {
         ];
         Evaluation::new(tape, &kept, &arguments.each_ref().map(|(argument, values)| (*argument, &values[..])))
     }
+}
+
+/// A random number between two others.
+fn between(random: &mut fastrand::Rng, low: f64, high: f64) -> f64 {
+    low + (high - low) * random.f64()
 }

@@ -1,0 +1,81 @@
+//! The parts of the computation of a kernel.
+
+/// The parts of the computation, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Block {
+    /// Named roots and their slopes.
+    Roots,
+    /// Other named quantities and their slopes.
+    Names,
+    /// C
+    Constraints,
+    /// C_q
+    Jacobian,
+    /// Mbar
+    Mass,
+    /// The tangents T, with C_q T = 0.
+    Tangents,
+    /// T' Mbar T
+    Inertia,
+    /// Mbar^-1 C_q'
+    Pull,
+    /// C_q Mbar^-1 C_q'
+    Loops,
+    /// Rates of named roots.
+    Rates,
+    /// Rates of other named quantities.
+    NamedRates,
+    /// (C_q qd)_q qd
+    Bias,
+    /// fbar
+    Forces,
+    /// qdd
+    Accelerations,
+    /// lambda
+    Multipliers,
+    /// N, and what friction adds to accelerations and multipliers.
+    Friction,
+    /// The correction of the coordinates.
+    Correction,
+    /// Mbar qdd + C_q' lambda - fbar
+    Inverse,
+}
+
+impl Block {
+    /// Whether it follows from the position alone.
+    pub fn is_position(self) -> bool {
+        self <= Self::Loops
+    }
+
+    /// Whether it belongs to the linear equations rather than to what is in them.
+    pub(super) fn is_solution(self) -> bool {
+        use Block::{Accelerations, Correction, Friction, Inertia, Loops, Multipliers, Pull, Tangents};
+        matches!(self, Tangents | Inertia | Pull | Loops | Accelerations | Multipliers | Friction | Correction)
+    }
+
+    /// The title of the block, for a comment.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Roots => "Lengths, and their derivatives.",
+            Self::Names => "Points and angles, and their derivatives.",
+            Self::Constraints => "The residuals of the constraints: C.",
+            Self::Jacobian => "The constraint Jacobian C_q.",
+            Self::Mass => "The reduced mass matrix Mbar.",
+            Self::Tangents => "How dependent coordinates follow the others: C_q T = 0.",
+            Self::Inertia => "What moves with the others: Mbar T, and T' Mbar T.",
+            Self::Pull => "What the forces of the loops do: Mbar = L D L', Mbar^-1 C_q'.",
+            Self::Loops => "How the loops resist: C_q Mbar^-1 C_q' = L D L'.",
+            Self::Rates => "Rates of the lengths.",
+            Self::NamedRates => {
+                "Rates of points and angles, and what their second rates have beside the accelerations."
+            }
+            Self::Bias => "Convective terms of the loops: (C_q qd)_q qd.",
+            Self::Forces => "The reduced forces fbar.",
+            Self::Accelerations => "Accelerations.",
+            Self::Multipliers => "Multipliers.",
+            Self::Friction => "Normal forces of friction, and what friction adds.",
+            Self::Inverse => "Forces and torques along the coordinates that move freely.",
+            Self::Correction => "The correction: no motion that the loops allow is part of it.",
+        }
+    }
+}
