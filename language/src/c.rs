@@ -7,10 +7,11 @@ mod function;
 mod structs;
 mod templates;
 
+use super::File;
 use super::ir::{Function, Program, StructKind};
 use super::lines::summary;
 use super::names::Names;
-use super::{File, Untranslated};
+use crate::untranslated::Untranslated;
 use builtins::{is_header, is_keyword};
 use comment::comment;
 

@@ -4,8 +4,8 @@ mod expression;
 
 use std::collections::BTreeSet;
 
-use super::Untranslated;
 use super::names::Names;
+use crate::untranslated::Untranslated;
 pub use expression::{Builtin, Expression, Operator};
 
 /// A module: structs of numbers, and functions.

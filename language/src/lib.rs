@@ -15,6 +15,7 @@ mod precedence;
 pub mod rust;
 pub mod source_excerpts;
 mod texts;
+mod untranslated;
 
 use qrm_core::NamedTape;
 use qrm_core::named_tape;
@@ -22,6 +23,7 @@ use qrm_scene::names::module_name;
 use qrm_scene::scene::Scene;
 
 use ir::{Function, Program};
+pub use untranslated::Untranslated;
 
 /// The functions of a scene, as printers need them.
 #[derive(Clone, Copy, Debug)]
@@ -135,8 +137,3 @@ pub fn c(program: &Program) -> Result<Vec<File>, Untranslated> {
 pub fn matlab(program: &Program) -> Result<Vec<File>, Untranslated> {
     matlab::write(program)
 }
-
-/// The error for something that has no translation.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("no translation of {0}")]
-pub struct Untranslated(String);

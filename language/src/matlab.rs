@@ -6,9 +6,10 @@ mod function;
 mod run;
 mod templates;
 
+use super::File;
 use super::ir::{Function, Program, StructKind};
 use super::names::Names;
-use super::{File, Untranslated};
+use crate::untranslated::Untranslated;
 use builtins::is_reserved;
 
 /// The files of a program: its functions, steps of its motion, and a script.

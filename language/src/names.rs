@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::Untranslated;
+use crate::untranslated::Untranslated;
 
 /// The names of the intermediate representation in a language.
 #[derive(Debug, Default)]

@@ -12,6 +12,7 @@ mod outputs;
 mod places;
 mod sections;
 mod table;
+mod values;
 
 use crate::diagnostic::{Diagnostic, Span};
 use crate::parser::{Condition, Formula};

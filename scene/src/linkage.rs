@@ -20,6 +20,7 @@ mod loads;
 mod moments;
 mod outputs;
 mod places;
+mod resolved;
 mod start;
 pub(crate) mod terms;
 mod tree;
@@ -27,24 +28,14 @@ mod tree;
 use crate::diagnostic::{Diagnostic, errors};
 use crate::document::{CoordinateSyntax, Document, Identifier};
 use angles::Angles;
-use closures::JointConstraint;
 use constants::Constants;
 use friction::Frictions;
 pub(crate) use friction::load_of_joint;
 use graph::Graph;
 use places::{Places, origin_names, slide};
+use resolved::Linkage;
 use start::Rough;
 use tree::{Placement, Tree};
-
-/// All that is known of links and joints.
-struct Linkage<'l> {
-    graph: &'l Graph<'l>,
-    tree: &'l Tree,
-    angles: &'l Angles,
-    places: &'l Places,
-    closures: &'l [JointConstraint],
-    constants: &'l Constants<'l>,
-}
 
 /// Adds to a scene what its links and joints are in coordinates, points, bodies, constraints and drawings.
 pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {

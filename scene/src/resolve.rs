@@ -1,6 +1,7 @@
 //! Syntax tree to scene: every name is looked up, every rule of the format checked, all mistakes reported at once.
 
 mod check;
+mod context;
 mod drawing;
 mod extremes;
 mod friction;
@@ -27,6 +28,7 @@ use crate::linkage;
 use crate::names::suggestion;
 use crate::parser::{Condition, Formula};
 use crate::scene::{Body, Constraint, Load, Parameter, Quantity, Run, Scene, Value};
+use context::Context;
 use points::{point_order, point_value};
 use scope::{Kind, Scope};
 
@@ -93,27 +95,6 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
         Some(condition) if resolver.findings.is_empty() => Ok(condition),
         _ => Err(Report::new("--until", text, resolver.findings)),
     }
-}
-
-/// The kinds of formulae, by the names that they may contain.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-enum Context {
-    /// Numbers and parameters.
-    Constant,
-    /// The length that a load acts along too.
-    Potential,
-    /// The polar angle in the frame of a cam too.
-    Profile,
-    /// Coordinates, points and time too; it will be differentiated.
-    Geometry,
-    /// Numbers, parameters, coordinates, points and time; the formula will not be differentiated.
-    Picture,
-    /// Rates too; it must be continuous but for jumps.
-    Load,
-    /// The length that the load acts along, and its rate, too.
-    Law,
-    /// Everything but these, and what follows from a motion, also by functions without derivative.
-    Condition,
 }
 
 struct Resolver<'a> {

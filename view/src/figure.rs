@@ -8,6 +8,7 @@
 //! extremes (`data-minimum`, `data-maximum`: time and value).
 
 mod axis;
+mod chart;
 mod label;
 mod layout;
 mod look;

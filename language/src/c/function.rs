@@ -3,10 +3,10 @@
 use super::builtins::is_reserved;
 use super::comment::comment;
 use super::{Writer, is_own_macro};
-use crate::Untranslated;
 use crate::ir::{Expression, Function, Shape, Statement};
 use crate::lines;
 use crate::names::Names;
+use crate::untranslated::Untranslated;
 
 impl Writer<'_> {
     pub(super) fn signature(&self, function: &Function) -> Result<String, Untranslated> {

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use super::builtins::{helpers, is_reserved};
 use super::{Writer, check_length};
-use crate::Untranslated;
 use crate::ir::{Expression, Function, Shape, Statement, StructKind, Variable};
 use crate::lines;
 use crate::names::Names;
+use crate::untranslated::Untranslated;
 
 impl Writer<'_> {
     /// The text of a function's file.

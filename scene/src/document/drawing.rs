@@ -1,7 +1,7 @@
 //! Entries of `[drawing]`.
 
-use super::sections::position;
 use super::table::{self, Reader, Table};
+use super::values::position;
 use super::{Identifier, Position};
 use crate::diagnostic::Diagnostic;
 use crate::parser::Formula;

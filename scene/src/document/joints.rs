@@ -1,7 +1,7 @@
 //! `[joints]`: what holds links together.
 
-use super::sections::side;
 use super::table::{self, Reader, Table};
+use super::values::side;
 use super::{Identifier, Side};
 use crate::diagnostic::Diagnostic;
 use crate::linkage::terms;

@@ -1,7 +1,7 @@
 //! `[links]`: rigid bodies with points in their own frames.
 
-use super::sections::position;
 use super::table::{self, Reader, Table};
+use super::values::position;
 use super::{Identifier, Position};
 use crate::diagnostic::Diagnostic;
 use crate::linkage::terms;

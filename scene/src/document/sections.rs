@@ -8,7 +8,8 @@ use super::loads::load;
 use super::lookup_tables::lookup_table;
 use super::outputs::output;
 use super::table::{self, Reader, Table};
-use super::{BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, ParameterSyntax, Position, Side};
+use super::values::{position, side};
+use super::{BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, ParameterSyntax};
 use crate::diagnostic::Diagnostic;
 use crate::names::is_identifier;
 
@@ -170,17 +171,6 @@ fn body(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<B
     Some(syntax)
 }
 
-pub(super) fn position(r: &mut Reader, value: table::Value) -> Option<Position> {
-    if value.is_array() {
-        return Some(Position::Pair(r.pair(value)));
-    }
-    if value.is_text() {
-        return r.text(value).map(Position::Point);
-    }
-    r.wrong_type(value, "the name of a point or an array of two formulae, `['x', 'y']`");
-    None
-}
-
 fn constraint(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<ConstraintSyntax> {
     let table = r.table(&format!("constraint `{}`", identifier.name), value)?;
     let residual = table.required(r, "residual").map_or_else(table::placeholder, |v| r.formula(v));
@@ -188,22 +178,6 @@ fn constraint(r: &mut Reader, identifier: Identifier, value: table::Value) -> Op
     let one_sided = table.optional("one_sided").and_then(|v| r.text(v)).and_then(|text| side(r, &text));
     table.finish(r);
     Some(ConstraintSyntax { identifier, residual, unit, one_sided, is_drive: false, doc })
-}
-
-/// `<= 0` or `>= 0`.
-pub(super) fn side(r: &mut Reader, text: &Identifier) -> Option<Side> {
-    match text.name.replace(' ', "").as_str() {
-        "<=0" => Some(Side::Below),
-        ">=0" => Some(Side::Above),
-        _ => {
-            let error =
-                Diagnostic::error(format!("`{}` is no side of zero", text.name), text.span.clone(), "not a side");
-            r.findings.push(
-                error.help("write `<= 0` for a rope, which gives way below its length, `>= 0` for a support or a cam"),
-            );
-            None
-        }
-    }
 }
 
 impl Reader<'_> {

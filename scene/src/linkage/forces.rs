@@ -1,15 +1,15 @@
 //! The forces in joints, by free-body equations of the links that the joint places: virtual displacements, whose work
 //! `codegen/src/engine/virtual_work.rs` derives.
 
-use super::Linkage;
 use super::cams::{CONTACT, Cam};
 use super::closures::{DRIVE, open_pins};
 use super::friction::load_of_joint;
 use super::gears::forces_of_teeth;
 use super::graph::PointId;
 use super::places::line;
+use super::resolved::{Linkage, beyond};
 use super::terms::{dot, negate, whole};
-use crate::document::{DisplacementSyntax, Identifier, JointKind, OutputValue, Target};
+use crate::document::{Identifier, JointKind, OutputValue, Target};
 use crate::parser::Formula;
 
 /// The force that a joint has on the link of one of its ends, along a direction.
@@ -80,23 +80,5 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
             .chain(teeth)
             .collect(),
         loads: Vec::new(),
-    }
-}
-
-/// A displacement of all that a joint of the tree places by its end.
-pub(super) fn beyond(linkage: &Linkage, end: PointId, along: [Formula; 2]) -> DisplacementSyntax {
-    let (bodies, points) = linkage.bodies_and_points(&linkage.tree.beyond(end.link));
-    DisplacementSyntax { bodies, points, along: Some(along), turn: None }
-}
-
-impl Linkage<'_> {
-    /// The bodies and points of links.
-    pub(super) fn bodies_and_points(&self, links: &[usize]) -> (Vec<Identifier>, Vec<Identifier>) {
-        let identifier = |link: usize, name: &str| Identifier { name: name.to_owned(), span: self.graph.span(link) };
-        let has_mass = |link: usize| self.graph.links[link].is_some_and(|link| link.mass.is_some());
-        let is_body = |link: &&usize| has_mass(**link) || self.angles.angle(**link).class > 0;
-        let bodies = links.iter().filter(is_body).map(|link| identifier(*link, self.graph.name(*link)));
-        let points = self.graph.all_points().filter(|id| links.contains(&id.link));
-        (bodies.collect(), points.map(|id| identifier(id.link, self.places.name(id))).collect())
     }
 }

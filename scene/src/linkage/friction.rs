@@ -1,8 +1,9 @@
 //! Dry friction in pins and sliders, as loads whose normal forces are outputs.
 
-use super::Linkage;
-use super::forces::{beyond, force};
+use super::forces::force;
 use super::places::{line, slide};
+use super::resolved::Linkage;
+use super::resolved::beyond;
 use super::terms::{difference, dot, multiply, name, negate, subtract, whole};
 use crate::diagnostic::Diagnostic;
 use crate::document::{

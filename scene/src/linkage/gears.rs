@@ -1,8 +1,8 @@
 //! Gears that mesh: their axes, and the forces of their teeth.
 
-use super::Linkage;
 use super::constants::Constants;
 use super::graph::{Graph, Joint, PointId};
+use super::resolved::Linkage;
 use super::terms::{difference, divide, dot, multiply, negate, rotated, subtract, whole};
 use crate::document::{Identifier, JointKind};
 use crate::parser::Formula;

@@ -1,7 +1,7 @@
 //! Loads between points of links.
 
-use super::Linkage;
 use super::graph::PointId;
+use super::resolved::Linkage;
 use crate::diagnostic::Diagnostic;
 use crate::document::{Along, Document, Identifier, LoadSyntax};
 

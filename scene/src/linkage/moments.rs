@@ -1,10 +1,10 @@
 //! The moments in joints that hold angles, by the equations of motion of links that turn alone.
 
-use super::Linkage;
 use super::closures::{DRIVE, gear_slopes};
 use super::friction::load_of_joint;
 use super::gears::moments_of_teeth;
 use super::graph::{GROUND, PointId};
+use super::resolved::Linkage;
 use super::terms::{add, difference, is_zero, multiply, negate, sum, whole};
 use super::tree::Placement;
 use crate::diagnostic::Diagnostic;

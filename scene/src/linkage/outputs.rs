@@ -1,9 +1,9 @@
 //! The conversion of outputs of joints into outputs of an ordinary scene.
 
-use super::Linkage;
 use super::closures::DRIVE;
 use super::forces::force;
 use super::moments::{drive, moment};
+use super::resolved::Linkage;
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier, JointKind, JointPart, OutputSyntax, OutputValue};
 use crate::names::suggestion;

@@ -1,6 +1,7 @@
 //! The resolution of the picture of the mechanism.
 
-use super::{Context, Resolver};
+use super::Resolver;
+use super::context::Context;
 use crate::document::{Document, DrawnSyntax, Position};
 use crate::parser::Formula;
 use crate::scene::{Drawn, DrawnKind, Value};

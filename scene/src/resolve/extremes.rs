@@ -1,6 +1,7 @@
 //! Extreme variants of a mechanism.
 
-use super::{Context, Resolver};
+use super::Resolver;
+use super::context::Context;
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, ExtremeSyntax};
 use crate::scene::{Extreme, Scene};

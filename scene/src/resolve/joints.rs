@@ -2,7 +2,8 @@
 
 use num_dual::Dual2_64;
 
-use super::{Context, Resolver};
+use super::Resolver;
+use super::context::Context;
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, JointKind, JointSyntax};
 use crate::evaluate::evaluate;

@@ -1,8 +1,9 @@
 //! The resolution of loads.
 
+use super::Resolver;
+use super::context::Context;
 use super::friction::owner;
 use super::points::point_value;
-use super::{Context, Resolver};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::Span;
 use crate::document::{Along, Document, FrictionSyntax, LoadSyntax, SpringSyntax, Target};

@@ -1,6 +1,7 @@
 //! The resolution of outputs.
 
-use super::{Context, Resolver};
+use super::Resolver;
+use super::context::Context;
 use crate::diagnostic::Diagnostic;
 use crate::document::{DisplacementSyntax, Document, Identifier, OutputValue, Target};
 use crate::expression::{Expression, Node};

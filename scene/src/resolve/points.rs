@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::{Context, Resolver};
+use super::Resolver;
+use super::context::Context;
 use crate::diagnostic::Span;
 use crate::document::Document;
 use crate::expression::{Expression, Node};

@@ -1,6 +1,7 @@
 //! Values that are known from elsewhere.
 
-use super::{Context, Resolver, near_or_all};
+use super::context::Context;
+use super::{Resolver, near_or_all};
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier};
 use crate::parser::Formula;

@@ -1,6 +1,6 @@
 //! The names of a scene and what they stand for.
 
-use super::Context;
+use super::context::Context;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::document::{Document, Identifier};
 use crate::function::Function;

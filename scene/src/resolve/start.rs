@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::{Context, Resolver, near_or_all};
+use super::context::Context;
+use super::{Resolver, near_or_all};
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier};
 use crate::scene::{Coordinate, Start};

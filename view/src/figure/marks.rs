@@ -4,11 +4,11 @@ use plotters::element::{Circle, PathElement};
 use plotters::style::Color;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::chart::{Chart, Drawn, Sheet, corners, units};
 use super::label::{self, Wish};
 use super::layout::LABEL;
 use super::look::{self, letters, pen_of, stroke};
 use super::path::Place;
-use super::sheet::{Chart, Drawn, Sheet, corners, units};
 use super::trace::Trace;
 use super::{Panel, number, span, text};
 

@@ -1,27 +1,21 @@
 //! Draws a figure, panel by panel.
 
 use plotters::backend::SVGBackend;
-use plotters::chart::{ChartBuilder, ChartContext, LabelAreaPosition};
-use plotters::coord::Shift;
-use plotters::coord::cartesian::Cartesian2d;
-use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
+use plotters::chart::{ChartBuilder, LabelAreaPosition};
+use plotters::drawing::{DrawingAreaErrorKind, IntoDrawingArea};
 use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, TextStyle};
 
 use super::axis::Axis;
+use super::chart::{Chart, Drawn, Sheet, corners, units};
 use super::layout::{self, HEADER, MARGIN, RIGHT, SAMPLE, TICK, TIME_AXIS, TITLE, WIDTH};
 use super::look::{self, UNITS, letters, pen_of, stroke};
-use super::path::Place;
 use super::trace::Trace;
 use super::{Abscissa, Figure, NoPicture, Panel, marks, markup, span, text};
 
 /// About how much is left of the plotting area.
 const LEFT: f64 = 70.0;
-
-pub(super) type Sheet<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-pub(super) type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Axis, Axis>>;
-pub(super) type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<std::io::Error>>;
 
 /// The whole figure as SVG.
 pub(super) fn draw(figure: &Figure) -> Result<String, NoPicture> {
@@ -55,17 +49,6 @@ pub(super) fn draw(figure: &Figure) -> Result<String, NoPicture> {
     };
     drawn().map_err(|e: DrawingAreaErrorKind<_>| NoPicture::NotWritten(e.to_string()))?;
     Ok(markup::finished(&svg, figure, height, &numbers))
-}
-
-/// In drawing units.
-pub(super) fn units(pixels: f64) -> i32 {
-    (pixels * f64::from(UNITS)).round() as i32
-}
-
-/// Where the plotting area begins, at the left above, and where it ends.
-pub(super) fn corners(chart: &Chart<'_>) -> (Place, Place) {
-    let (times, values) = (chart.x_range(), chart.y_range());
-    (chart.backend_coord(&(times.start, values.end)), chart.backend_coord(&(times.end, values.start)))
 }
 
 /// The title of the ordinate of a panel.

@@ -1,8 +1,8 @@
 //! The line of a curve on the sheet.
 
+use super::chart::Chart;
 use super::look;
 use super::path::{Place, simplified};
-use super::sheet::Chart;
 use super::{Curve, Scale, span};
 
 /// More points than this in a figure make a file too large.

@@ -2,7 +2,7 @@
 
 use qrm_view::figure::{Abscissa, Curve, Figure, Panel, Scale};
 
-use super::Quantity;
+use super::quantity::Quantity;
 
 /// Standard deviations on each side of the mean, and bins in one of them.
 const REACH: i32 = 4;

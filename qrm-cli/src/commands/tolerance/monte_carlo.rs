@@ -9,7 +9,7 @@ use rand_distr::StandardNormal;
 use super::motions::Motions;
 use super::parameter::TolerancedParameter;
 use super::worst_case::Probes;
-use super::{Distribution, Options};
+use super::options::{Distribution, Options};
 use crate::error::Error;
 
 /// The ends of the samples.
