@@ -10,9 +10,9 @@ extern crate alloc;
 use alloc::boxed::Box;
 
 #[cfg(target_arch = "x86_64")]
-pub(crate) use steps::{Steps, gauss_steps};
+pub(crate) use steps::Steps;
 
-use crate::mechanism::StateRef;
+use crate::buffers::StateRef;
 
 /// Nodes of a step.
 pub const GAUSS_NODES: usize = 8;

@@ -14,26 +14,26 @@ use alloc::vec::Vec;
 use core::fmt;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::batch::{BatchRequest, Width};
+use crate::buffers::{DynamicsMut, LinearizationMut, LoopConstraintsMut, StartMut, StateRef};
 use crate::description::Description;
 #[cfg(target_arch = "x86_64")]
 use crate::gauss::GaussSteps;
 use crate::kernel::{Kernel, Schedule};
-use crate::lane_steps::BoxedLaneSteps;
-use crate::mechanism::{DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, StartMut, StateRef};
-use crate::model::Model;
+use crate::lane_steps::{BatchRequest, BoxedLaneSteps};
+use crate::mechanism::Mechanism;
 use crate::projection::{ProjectionResult, StateMut, complete};
 use crate::rows::{RowRequest, RowResult, integrate_rk4};
 use crate::scalar::{Fused, Scalar};
 use crate::single_step::{StepEstimate, StepMut, StepRequest, fused};
-use crate::tape::{TapeEvaluator, split};
+use crate::tape::{Tape, TapeEvaluator, split};
+use crate::width::Width;
 use kernel::InterpretedKernel;
 
 /// Calls a function for a mechanism with the least capacity that holds its coordinates and constraints. Numbers up to
 /// the capacity are computed with.
 macro_rules! with_capacity {
-    ($model:expr, $function:ident($($argument:expr),*)) => {
-        match $model.tape().sizes().into_iter().max() {
+    ($tape:expr, $function:ident($($argument:expr),*)) => {
+        match $tape.sizes().into_iter().max() {
             // What a page downloads is small.
             #[cfg(not(target_family = "wasm"))]
             Some(0..=4) => $function::<4>($($argument),*),
@@ -49,24 +49,37 @@ macro_rules! with_capacity {
 #[cfg(target_arch = "x86_64")]
 const LARGEST_IN_LANES: usize = 32;
 
-/// The mechanism of a model by its tape.
-pub(crate) fn mechanism(model: Model, values: Vec<f64>) -> Box<dyn Mechanism> {
-    with_capacity!(model, boxed(model, values))
+/// A mechanism by its tape.
+pub(crate) fn mechanism(
+    description: &'static Description,
+    tape: &'static Tape,
+    values: Vec<f64>,
+) -> Box<dyn Mechanism> {
+    with_capacity!(tape, boxed(description, tape, values))
 }
 
-fn boxed<const C: usize>(model: Model, values: Vec<f64>) -> Box<dyn Mechanism> {
-    Box::new(Interpreted::<C>::new(model, values))
+fn boxed<const C: usize>(
+    description: &'static Description,
+    tape: &'static Tape,
+    values: Vec<f64>,
+) -> Box<dyn Mechanism> {
+    Box::new(Interpreted::<C>::new(description, tape, values))
 }
 
-/// Steps of the tape of a model in lanes; `None` where the processor has no vectors of that width, or the mechanism is
+/// Steps of a tape in lanes; `None` where the processor has no vectors of that width, or the mechanism is
 /// too large.
-pub(crate) fn lane_steps(model: &Model, width: Width, request: BatchRequest, residual: f64) -> Option<BoxedLaneSteps> {
-    with_capacity!(model, lane_steps_of(model, width, request, residual))
+pub(crate) fn lane_steps(
+    mechanism: (&'static Description, &'static Tape),
+    width: Width,
+    request: BatchRequest,
+    residual: f64,
+) -> Option<BoxedLaneSteps> {
+    with_capacity!(mechanism.1, lane_steps_of(mechanism, width, request, residual))
 }
 
 #[cfg(target_arch = "x86_64")]
 fn lane_steps_of<const C: usize>(
-    model: &Model,
+    (description, tape): (&'static Description, &'static Tape),
     width: Width,
     request: BatchRequest,
     residual: f64,
@@ -74,7 +87,6 @@ fn lane_steps_of<const C: usize>(
     use crate::lane_steps::StepsBy;
     use crate::lanes::Lanes;
     use pulp::x86::{V3, V4};
-    let (description, tape) = (model.description, model.tape());
     // A constant, so that what is not used is not compiled.
     if const { C > LARGEST_IN_LANES } {
         return None;
@@ -94,13 +106,19 @@ fn lane_steps_of<const C: usize>(
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn lane_steps_of<const C: usize>(_: &Model, _: Width, _: BatchRequest, _: f64) -> Option<BoxedLaneSteps> {
+fn lane_steps_of<const C: usize>(
+    _: (&Description, &Tape),
+    _: Width,
+    _: BatchRequest,
+    _: f64,
+) -> Option<BoxedLaneSteps> {
     None
 }
 
 /// A mechanism by its tape, with its parameters.
 struct Interpreted<const C: usize> {
-    model: Model,
+    description: &'static Description,
+    tape: &'static Tape,
     values: Vec<f64>,
     evaluator: Mutex<TapeEvaluator<'static, Vec<f64>>>,
     /// The kernel on doubles, and the one on doubles with fused products; `None` if the mechanism is too large.
@@ -114,16 +132,16 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl<const C: usize> Interpreted<C> {
-    fn new(model: Model, values: Vec<f64>) -> Self {
-        let evaluator = TapeEvaluator::with_parameters(model.tape(), &values);
-        let mut kernel = InterpretedKernel::new(model.tape(), model.description);
-        let mut fused = InterpretedKernel::new(model.tape(), model.description);
+    fn new(description: &'static Description, tape: &'static Tape, values: Vec<f64>) -> Self {
+        let evaluator = TapeEvaluator::with_parameters(tape, &values);
+        let mut kernel = InterpretedKernel::new(tape, description);
+        let mut fused = InterpretedKernel::new(tape, description);
         if let (Some(kernel), Some(fused)) = (&mut kernel, &mut fused) {
             kernel.set_values(&|i| values[i]);
             fused.set_values(&|i| Fused(values[i]));
         }
         let (kernel, fused) = (kernel.map(Mutex::new), fused.map(Mutex::new));
-        Self { model, values, evaluator: Mutex::new(evaluator), kernel, fused }
+        Self { description, tape, values, evaluator: Mutex::new(evaluator), kernel, fused }
     }
 
     fn evaluator(&self) -> MutexGuard<'_, TapeEvaluator<'static, Vec<f64>>> {
@@ -147,32 +165,36 @@ fn scatter<const K: usize>(results: &[f64], parts: [&mut [f64]; K]) {
 
 impl<const C: usize> Mechanism for Interpreted<C> {
     fn description(&self) -> &'static Description {
-        self.model.description
+        self.description
     }
 
     fn parameters(&self) -> &[f64] {
         &self.values
     }
 
-    fn model(&self) -> Option<Model> {
-        Some(self.model)
+    fn tape(&self) -> Option<&'static Tape> {
+        Some(self.tape)
+    }
+
+    fn with_parameters(&self, values: Vec<f64>) -> Option<Box<dyn Mechanism>> {
+        Some(Box::new(Self::new(self.description, self.tape, values)))
     }
 
     fn is_driven(&self) -> bool {
-        self.model.tape().is_driven
+        self.tape.is_driven
     }
 
     fn has_linearization(&self) -> bool {
-        self.model.tape().linearization.is_some()
+        self.tape.linearization.is_some()
     }
 
     fn operations(&self) -> usize {
-        self.model.operations()
+        self.tape.kernel.operations
     }
 
     fn start(&self, start: StartMut) {
         self.evaluator().start(start.q, start.qd);
-        let (given, given_rates) = self.model.tape().given.split_at(start.given.len());
+        let (given, given_rates) = self.tape.given.split_at(start.given.len());
         start.given.copy_from_slice(given);
         start.given_rates.copy_from_slice(given_rates);
     }
@@ -186,14 +208,14 @@ impl<const C: usize> Mechanism for Interpreted<C> {
     }
 
     fn dynamics(&self, t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut) {
-        let mut results = vec![0.0; self.model.tape().dynamics.results.len()];
+        let mut results = vec![0.0; self.tape.dynamics.results.len()];
         self.evaluator().dynamics(t, q, qd, &mut results);
         let DynamicsMut { mass_matrix, generalized_forces, constraint_jacobian, constraint_bias } = dynamics;
         scatter(&results, [mass_matrix, generalized_forces, constraint_jacobian, constraint_bias]);
     }
 
     fn loop_constraints(&self, t: f64, q: &[f64], constraints: LoopConstraintsMut) {
-        let mut results = vec![0.0; self.model.tape().loop_constraints.results.len()];
+        let mut results = vec![0.0; self.tape.loop_constraints.results.len()];
         self.evaluator().loop_constraints(t, q, &mut results);
         let LoopConstraintsMut { residuals, constraint_jacobian, constraint_rate } = constraints;
         scatter(&results, [residuals, constraint_jacobian, constraint_rate]);
@@ -212,7 +234,7 @@ impl<const C: usize> Mechanism for Interpreted<C> {
     }
 
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]) {
-        let mut results = vec![0.0; self.model.tape().outputs.results.len()];
+        let mut results = vec![0.0; self.tape.outputs.results.len()];
         self.evaluator().outputs(t, q, qd, qdd, multipliers, &mut results);
         outputs.iter_mut().zip(results).for_each(|(output, result)| *output = result);
     }
@@ -226,7 +248,7 @@ impl<const C: usize> Mechanism for Interpreted<C> {
         multipliers: &[f64],
         linearization: LinearizationMut,
     ) -> bool {
-        let Some(function) = &self.model.tape().linearization else { return false };
+        let Some(function) = &self.tape.linearization else { return false };
         let mut results = vec![0.0; function.results.len()];
         self.evaluator().linearization(t, q, qd, qdd, multipliers, &mut results);
         let LinearizationMut { stiffness, damping, constraint_stiffness, constraint_damping, .. } = linearization;
@@ -263,7 +285,7 @@ impl<const C: usize> Mechanism for Interpreted<C> {
         if const { C > LARGEST_IN_LANES } {
             return None;
         }
-        let (description, tape) = (self.model.description, self.model.tape());
+        let (description, tape) = (self.description, self.tape);
         Some(match width {
             Width::Four => {
                 let token = V3::try_new()?;

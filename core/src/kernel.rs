@@ -1,17 +1,7 @@
 //! The generated equations of motion, with sizes known when they are compiled.
 
-#[cfg(feature = "std")]
-extern crate alloc;
-
-#[cfg(feature = "std")]
-use alloc::{boxed::Box, vec::Vec};
-
 use crate::angles::Angles;
-use crate::description::Description;
-#[cfg(feature = "std")]
-use crate::mechanism::{Compiled, Mechanism};
 use crate::scalar::Scalar;
-use crate::stored_tape::StoredTape;
 
 /// The equations of motion of a mechanism with `N` coordinates and `M` constraints, as far as steps need them, on
 /// numbers `R`, its parameters inside.
@@ -152,39 +142,6 @@ pub trait Equations<R: Scalar, const N: usize, const M: usize>: Kernel<R, N, M> 
         _multipliers: &[R; M],
     ) -> Option<Linearization<R, N, M>> {
         None
-    }
-}
-
-/// A generated mechanism, whatever the numbers that it is evaluated on.
-pub trait Generated<const N: usize, const M: usize>: 'static {
-    /// The equations of motion of the mechanism.
-    type Kernel<R: Scalar>: Equations<R, N, M> + Copy + Send + Sync + 'static;
-
-    /// Names, units and meanings.
-    const DESCRIPTION: &'static Description;
-
-    /// The functions as data, for any kind of number.
-    const TAPE: &'static StoredTape;
-
-    /// Whether [`Equations::linearization`] gives derivatives.
-    const HAS_LINEARIZATION: bool = false;
-
-    /// Whether constraints depend on time.
-    const IS_DRIVEN: bool = false;
-
-    /// The steps of the mechanism in four and in eight lanes: see [`lane_steps!`](crate::lane_steps).
-    const LANE_STEPS: crate::LaneStepsTable;
-
-    /// The mechanism with these values of its parameters, in the order of the description.
-    ///
-    /// This method is compiled with the module of its mechanism, and what it calls is inline. Where a single mechanism
-    /// changes, nothing is compiled for the others.
-    #[cfg(feature = "std")]
-    fn mechanism(values: Vec<f64>) -> Box<dyn Mechanism>
-    where
-        Self: Sized,
-    {
-        Box::new(Compiled::<Self, N, M, Vec<f64>>::new(values))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Steps of one mechanism in the lanes of vectors: the part of a batch that is compiled for each scene.
 
+pub(crate) mod layout;
 mod ranges;
 mod step_control;
 
@@ -9,17 +10,19 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
-pub(crate) use ranges::PARTS;
+use layout::BatchLayout;
+pub use layout::{BatchRequest, CHECKPOINTS};
 
 use crate::angles::Angles;
-use crate::batch::{BatchLayout, BatchRequest, Width};
 use crate::description::Description;
-use crate::kernel::{Equations, Generated, Kernel};
+use crate::kernel::Kernel;
 use crate::lanes::{Lanes, Token};
 use crate::rk4::KernelState;
 #[cfg(target_arch = "x86_64")]
 use crate::scalar::Fused;
 use crate::scalar::Scalar;
+#[cfg(target_arch = "x86_64")]
+use crate::width::Width;
 
 /// Steps in lanes, whatever the mechanism and the number of lanes; used by [`SimdBatch`](crate::SimdBatch), which knows
 /// the places of the numbers.
@@ -50,43 +53,6 @@ pub(crate) const fn suits(width: Width, operations: usize) -> bool {
 
 /// [`LaneSteps`] whose type is not known.
 pub type BoxedLaneSteps = Box<dyn LaneSteps>;
-
-/// Constructors of [`LaneSteps`] for four and for eight lanes, with the largest residual of a constraint after a
-/// reliable step; `None` where the processor has no vectors of that width, or the kernel is too large for them.
-pub type LaneStepsTable = [fn(BatchRequest, f64) -> Option<BoxedLaneSteps>; 2];
-
-/// The steps of a generated mechanism in four lanes: see [`LaneStepsTable`].
-#[inline]
-pub fn four_lanes<X: Generated<N, M>, const N: usize, const M: usize>(
-    request: BatchRequest,
-    residual: f64,
-) -> Option<BoxedLaneSteps> {
-    // A constant, so that what is not used is not compiled.
-    #[cfg(target_arch = "x86_64")]
-    if const { suits(Width::Four, X::Kernel::<f64>::OPERATIONS) } {
-        let token = pulp::x86::V3::try_new()?;
-        let kernel = X::Kernel::<Lanes<pulp::x86::V3>>::with_values(&|_| Lanes::zero());
-        return Some(Box::new(StepsBy::new(token, kernel, X::DESCRIPTION, request, residual)));
-    }
-    let _ = (request, residual);
-    None
-}
-
-/// The steps of a generated mechanism in eight lanes: see [`LaneStepsTable`].
-#[inline]
-pub fn eight_lanes<X: Generated<N, M>, const N: usize, const M: usize>(
-    request: BatchRequest,
-    residual: f64,
-) -> Option<BoxedLaneSteps> {
-    #[cfg(target_arch = "x86_64")]
-    if const { suits(Width::Eight, X::Kernel::<f64>::OPERATIONS) } {
-        let token = pulp::x86::V4::try_new()?;
-        let kernel = X::Kernel::<Lanes<pulp::x86::V4>>::with_values(&|_| Lanes::zero());
-        return Some(Box::new(StepsBy::new(token, kernel, X::DESCRIPTION, request, residual)));
-    }
-    let _ = (request, residual);
-    None
-}
 
 /// Steps by one kind of vector.
 pub(crate) struct StepsBy<K, S: Token, const N: usize, const M: usize> {

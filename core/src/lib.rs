@@ -25,6 +25,8 @@ compile_error!("qrm-core needs one of its features: `std`, or `libm` where there
 mod angles;
 #[cfg(feature = "simd")]
 mod batch;
+mod buffers;
+mod compiled;
 #[cfg(feature = "std")]
 mod derived;
 mod description;
@@ -63,10 +65,16 @@ mod single_step;
 mod stored_tape;
 #[cfg(feature = "std")]
 mod tape;
+#[cfg(feature = "simd")]
+mod width;
 
 pub use angles::Angles;
 #[cfg(feature = "simd")]
-pub use batch::{BatchRequest, CHECKPOINTS, LaneSchedule, SimdBatch, Width};
+pub use batch::{LaneSchedule, SimdBatch};
+pub use buffers::{DynamicsMut, LinearizationMut, LoopConstraintsMut, RowQuantities, StartMut, StateRef};
+pub use compiled::{Compiled, Generated, LaneStepsTable};
+#[cfg(feature = "simd")]
+pub use compiled::{eight_lanes, four_lanes};
 #[cfg(feature = "std")]
 pub use derived::{DERIVING, DerivedScene, OwnedDescription, OwnedParameter, OwnedQuantity, WAITING};
 pub use description::{Description, ParameterDescription, QuantityDescription};
@@ -78,13 +86,11 @@ pub use dual::{Dual, DualKind};
 pub use gauss::{Convergence, GAUSS_NODES, GaussEnd, GaussEstimate, GaussRequest, GaussSteps};
 pub use interval::Interval;
 pub use kernel::{
-    Dynamics, Equations, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,
+    Dynamics, Equations, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,
 };
 #[cfg(feature = "simd")]
-pub use lane_steps::{BoxedLaneSteps, LaneSteps, LaneStepsTable, eight_lanes, four_lanes};
-pub use mechanism::{
-    Compiled, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, RowQuantities, StartMut, StateRef,
-};
+pub use lane_steps::{BatchRequest, BoxedLaneSteps, CHECKPOINTS, LaneSteps};
+pub use mechanism::Mechanism;
 #[cfg(feature = "simd")]
 pub use model::{Model, ParameterOverrides};
 #[cfg(feature = "std")]
@@ -100,10 +106,8 @@ pub use stored_tape::StoredTape;
 pub use tape::{
     Obstacle, Operation, OperationKind, Tape, TapeEvaluator, TapeFunction, TapeKernel, TapeSeries, execute,
 };
-
-/// The constructors of steps in lanes; none without `simd`.
-#[cfg(not(feature = "simd"))]
-pub type LaneStepsTable = ();
+#[cfg(feature = "simd")]
+pub use width::Width;
 
 /// Lists mechanisms as a program's `MODELS`: `MODULE::MECHANISM, COORDINATES, CONSTRAINTS;` for a compiled one,
 /// `interpreted MODULE;` for one whose tape is interpreted. Nothing without `simd`.

@@ -5,15 +5,16 @@ extern crate alloc;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use crate::batch::{BatchRequest, SimdBatch, Width};
+use crate::batch::SimdBatch;
+use crate::compiled::{Generated, LaneStepsTable};
 use crate::description::Description;
 use crate::interpreted;
-use crate::kernel::Generated;
-use crate::lane_steps::LaneStepsTable;
+use crate::lane_steps::BatchRequest;
 use crate::mechanism::Mechanism;
 use crate::named_tape::NamedTape;
 use crate::stored_tape::StoredTape;
 use crate::tape::{Tape, TapeEvaluator};
+use crate::width::Width;
 
 /// New values for parameters, by their names.
 pub type ParameterOverrides<'a> = &'a dyn Fn(&str) -> Option<f64>;
@@ -103,7 +104,7 @@ impl Model {
     pub fn mechanism_with(&self, values: Vec<f64>) -> Box<dyn Mechanism> {
         match self.compiled {
             Some(compiled) => (compiled.mechanism)(values),
-            None => interpreted::mechanism(*self, values),
+            None => interpreted::mechanism(self.description, self.tape(), values),
         }
     }
 
@@ -117,7 +118,7 @@ impl Model {
                 Width::Four => four(request, residual),
                 Width::Eight => eight(request, residual),
             },
-            None => interpreted::lane_steps(self, width, request, residual),
+            None => interpreted::lane_steps((self.description, self.tape()), width, request, residual),
         }?;
         Some(SimdBatch::new(steps, self.description, request, residual))
     }

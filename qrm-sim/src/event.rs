@@ -32,7 +32,7 @@ impl<'a> EventFunction<'a> {
                 let evaluator = TapeEvaluator::with_parameters(tape, mechanism.parameters());
                 (Some(RefCell::new(evaluator)), tape.event_takes_forces())
             }
-            None => (None, mechanism.model().is_none_or(|model| model.tape().event_takes_forces())),
+            None => (None, mechanism.tape().is_none_or(Tape::event_takes_forces)),
         };
         Some(Self { evaluator, solver: takes_forces.then(|| RefCell::new(Solver::new(mechanism))) })
     }

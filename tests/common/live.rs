@@ -6,9 +6,13 @@ use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use tempfile::TempDir;
+
+/// The longest wait for news.
+const LONGEST: Duration = Duration::from_secs(180);
 
 /// `qrm live` with a scene file in a folder of its own.
 pub(crate) struct Live {
@@ -77,11 +81,18 @@ impl Live {
         self.save(text.replacen(from, to, 1));
     }
 
-    /// The next news.
+    /// The next news. As a page does, it asks again when there is nothing to show for as long as an answer may take: the
+    /// engine may be at work for another program.
     pub(crate) fn next(&mut self) -> Value {
         let (version, scene) = self.known;
-        let (status, body) = self.get(&format!("news?version={version}&scene={scene}"), &[]);
-        assert_eq!(status, 200, "nothing is shown for as long as a page waits");
+        let asked = Instant::now();
+        let body = loop {
+            match self.get(&format!("news?version={version}&scene={scene}"), &[]) {
+                (200, body) => break body,
+                (status, _) => assert_eq!(status, 204, "news of version {version}"),
+            }
+            assert!(asked.elapsed() < LONGEST, "nothing is shown after {LONGEST:?}");
+        };
         let news: Value = serde_json::from_str(&body).expect("JSON");
         self.known = (news["version"].as_u64().expect("a version"), news["scene_version"].as_u64().expect("one"));
         news

@@ -7,11 +7,9 @@ use alloc::boxed::Box;
 use super::coefficients::{A, A_SQUARED, BARYCENTRIC, Column, Columns, END_AND_MODES, NODES};
 use super::{Convergence, GAUSS_NODES, GaussEnd, GaussEstimate, GaussRequest, GaussSteps};
 use crate::angles::Angles;
-use crate::batch::Width;
-use crate::kernel::{Equations, Generated, Kernel, MAX_GROWTH};
-use crate::lane_steps::suits;
+use crate::buffers::StateRef;
+use crate::kernel::{Kernel, MAX_GROWTH};
 use crate::lanes::{Lanes, Token};
-use crate::mechanism::StateRef;
 use crate::projection::padded;
 use crate::scalar::Scalar;
 
@@ -44,39 +42,6 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Numbers at all nodes; one vector of eight lanes, or two of four.
 type AtNodes<S> = [Lanes<S>; 2];
-
-/// The steps of a generated mechanism; `None` where the processor has no vectors of that width, or the kernel is too
-/// large for them.
-#[inline]
-pub(crate) fn gauss_steps<X: Generated<N, M>, const N: usize, const M: usize>(
-    values: &[f64],
-    width: Width,
-) -> Option<Box<dyn GaussSteps>> {
-    // Constants, so that what is not used is not compiled.
-    type Make = fn(&[f64]) -> Option<Box<dyn GaussSteps>>;
-    let four: Option<Make> =
-        const { if suits(Width::Four, X::Kernel::<f64>::OPERATIONS) { Some(make_four::<X, N, M>) } else { None } };
-    let eight: Option<Make> =
-        const { if suits(Width::Eight, X::Kernel::<f64>::OPERATIONS) { Some(make_eight::<X, N, M>) } else { None } };
-    match width {
-        Width::Eight => eight?(values),
-        Width::Four => four?(values),
-    }
-}
-
-#[inline]
-fn make_four<X: Generated<N, M>, const N: usize, const M: usize>(values: &[f64]) -> Option<Box<dyn GaussSteps>> {
-    let token = pulp::x86::V3::try_new()?;
-    let kernel = X::Kernel::<Lanes<pulp::x86::V3>>::with_values(&|i| Lanes::from_f64(values[i]));
-    Some(Box::new(Steps::new(token, kernel)))
-}
-
-#[inline]
-fn make_eight<X: Generated<N, M>, const N: usize, const M: usize>(values: &[f64]) -> Option<Box<dyn GaussSteps>> {
-    let token = pulp::x86::V4::try_new()?;
-    let kernel = X::Kernel::<Lanes<pulp::x86::V4>>::with_values(&|i| Lanes::from_f64(values[i]));
-    Some(Box::new(Steps::new(token, kernel)))
-}
 
 /// Steps by one kind of vector.
 pub(crate) struct Steps<K, S: Token, const N: usize, const M: usize> {

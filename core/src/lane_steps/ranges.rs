@@ -1,16 +1,14 @@
 //! The smallest and the largest values of outputs, inside steps too.
 
 use super::StepsBy;
+use super::layout::{DEFINED, PARTS};
 use super::step_control::REJECTED;
-use crate::batch::DEFINED;
 use crate::dop853::{DenseOutput, Dop853Step};
 use crate::kernel::Kernel;
 use crate::lanes::{Lanes, Token};
 use crate::rk4::KernelState;
 use crate::scalar::Scalar;
 
-/// Outputs are computed at the end of each of so many equal parts of a step.
-pub(crate) const PARTS: usize = 4;
 /// Fourth differences of a smooth output are at most this part of the second ones.
 const SMOOTH: f64 = 0.5;
 

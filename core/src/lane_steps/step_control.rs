@@ -1,9 +1,9 @@
 //! Steps of order 8, each lane with a length of its own, chosen by a tolerance of its own.
 
-use super::{LaneMotion, StepsBy};
-use crate::batch::{
+use super::layout::{
     CHECKPOINT_STEP, COORDINATE_RANGES, END_TIME, EVENT, LONGEST, MADE, MOST_STEPS, QUALITY, SHORTEST, STEP, TOLERANCE,
 };
+use super::{LaneMotion, StepsBy};
 use crate::dop853::{Slopes, dop853_step};
 use crate::kernel::{Kernel, MAX_GROWTH};
 use crate::lanes::{Lanes, Token};

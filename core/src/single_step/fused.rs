@@ -2,9 +2,9 @@
 
 use super::{StepEstimate, StepMut, StepRequest};
 use crate::angles::Angles;
+use crate::buffers::StateRef;
 use crate::dop853::{DENSE, Slopes, dop853_step};
 use crate::kernel::{Kernel, MAX_GROWTH};
-use crate::mechanism::StateRef;
 use crate::projection::padded;
 use crate::rk4::KernelState;
 use crate::scalar::{Fused, Scalar};

@@ -96,7 +96,7 @@ impl Corners {
     /// The switching functions; `None` if there are none.
     pub(crate) fn new(mechanism: &dyn Mechanism) -> Option<Self> {
         let ends_steps = ENDS_STEPS?;
-        let tape = mechanism.model()?.tape();
+        let tape = mechanism.tape()?;
         let count = tape.switching_functions.results.len();
         if count == 0 {
             return None;

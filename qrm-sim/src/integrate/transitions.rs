@@ -15,7 +15,7 @@ pub(super) struct Transitions {
 impl Transitions {
     /// The arguments of the hyperbolic tangents of a mechanism; `None` if there are none.
     pub(super) fn new(mechanism: &dyn Mechanism) -> Option<Box<Self>> {
-        let tape = mechanism.model()?.tape();
+        let tape = mechanism.tape()?;
         let count = tape.tanh_arguments.results.len();
         if count == 0 {
             return None;

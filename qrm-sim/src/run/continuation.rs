@@ -1,6 +1,6 @@
 //! The start of a mechanism with other parameters or given values, on the branch of its scene's own start.
 
-use qrm_core::{Mechanism, Model};
+use qrm_core::{Mechanism, TapeEvaluator};
 
 use super::assembly::{NotAssembled, assemble, completed};
 use crate::analysis::{CoordinatePartition, LoopSolver, Position};
@@ -26,7 +26,6 @@ pub(crate) struct AssemblyBranch {
 
 #[derive(Clone, Debug)]
 struct SceneStart {
-    model: Model,
     parameters: Vec<f64>,
     start: Start,
     position: Position,
@@ -35,14 +34,14 @@ struct SceneStart {
 
 impl SceneStart {
     fn new(mechanism: &dyn Mechanism, parameters: Option<Vec<f64>>) -> Option<Self> {
-        let model = mechanism.model()?;
-        let parameters = parameters.unwrap_or_else(|| model.parameter_values(&|_| None));
-        let own = model.mechanism_with(parameters.clone());
+        let of_scene = |tape| TapeEvaluator::<Vec<f64>>::new(tape).parameters().to_vec();
+        let parameters = parameters.or_else(|| mechanism.tape().map(of_scene))?;
+        let own = mechanism.with_parameters(parameters.clone())?;
         let start = Start::new(&*own);
         let drive = LoopSolver::new(&*own, start.given.clone())?;
         let position = drive.solve_loops(assemble(&*own, &start).ok()?.0)?;
         let partition = drive.into_partition();
-        (position.determinant != 0.0).then_some(Self { model, parameters, start, position, partition })
+        (position.determinant != 0.0).then_some(Self { parameters, start, position, partition })
     }
 }
 
@@ -82,7 +81,7 @@ impl AssemblyBranch {
         if let Ok((q, _)) = &direct
             && let Some(position) = drive.solve_loops(q.clone())
             && position.determinant * own.position.determinant > 0.0
-            && own.max_angle_change(&own.position, &position.q) < NEAR
+            && own.max_angle_change(mechanism, &own.position, &position.q) < NEAR
         {
             return direct;
         }
@@ -108,7 +107,7 @@ impl SceneStart {
             let next = (done + step).min(1.0);
             let value = |(own, to): (&f64, &f64)| if next == 1.0 { *to } else { own + (to - own) * next };
             let values = self.parameters.iter().zip(mechanism.parameters()).map(value).collect();
-            let between = self.model.mechanism_with(values);
+            let between = mechanism.with_parameters(values)?;
             let start = Start { q: self.start.q.iter().zip(&start.q).map(value).collect(), ..start.clone() };
             match self.neighbour(&self.drive(&*between), &start, &now) {
                 Some(position) => {
@@ -126,7 +125,8 @@ impl SceneStart {
     fn neighbour(&self, drive: &LoopSolver, start: &Start, from: &Position) -> Option<Position> {
         let guess = (0..from.q.len()).map(|i| if start.given[i] { start.q[i] } else { from.q[i] }).collect();
         let position = drive.solve_loops(guess)?;
-        (position.is_on_branch_of(from) && self.max_angle_change(from, &position.q) < LONGEST).then_some(position)
+        (position.is_on_branch_of(from) && self.max_angle_change(drive.mechanism, from, &position.q) < LONGEST)
+            .then_some(position)
     }
 
     fn drive<'m>(&'m self, mechanism: &'m dyn Mechanism) -> LoopSolver<'m> {
@@ -134,8 +134,8 @@ impl SceneStart {
     }
 
     /// The largest change of an angle that is not given.
-    fn max_angle_change(&self, from: &Position, to: &[f64]) -> f64 {
-        let is_free_angle = |i: &usize| !self.start.given[*i] && self.model.description.is_angle(*i);
+    fn max_angle_change(&self, mechanism: &dyn Mechanism, from: &Position, to: &[f64]) -> f64 {
+        let is_free_angle = |i: &usize| !self.start.given[*i] && mechanism.description().is_angle(*i);
         (0..to.len()).filter(is_free_angle).map(|i| (to[i] - from.q[i]).abs()).fold(0.0, f64::max)
     }
 }

@@ -42,7 +42,7 @@ fn step(state: [[f64; 3]; 2], h: f64, torques: [f64; 3]) -> [[f64; 3]; 2] {
 }
 
 #[test]
-fn forward_dynamics_return_the_motion_from_inverse_dynamics() {
+fn forward_dynamics_return_the_motion_of_inverse_dynamics() {
     let mechanism = crate::model("quick-return-loaded")
         .mechanism(&|name| LOADS.iter().find(|(own, _)| *own == name).map(|(_, value)| *value));
     let start = Start::new(&*mechanism);
