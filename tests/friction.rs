@@ -32,7 +32,7 @@ fn integral(values: &[f64], step: f64) -> f64 {
 
 #[test]
 #[ignore = "full tier: engine"]
-fn its_work_is_the_loss_from_energy_integral() {
+fn its_work_is_the_loss_of_energy() {
     let run =
         common::run(&[&[crank().as_str(), "--no-figures", "--end-time", "1", "--step", "1e-4"], &TIGHT[..]].concat());
     assert_eq!(run.status(), 0, "{}", run.stderr());
