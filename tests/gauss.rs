@@ -1,10 +1,11 @@
 //! The Gauss method against exact ends, other methods and itself.
 
+use qrm_sim::position::{Start, assemble};
 use std::path::Path;
 
 use qrm_core::{Convergence, GaussEnd, GaussRequest, Mechanism, Model, StateRef, Width};
 use qrm_sim::integrate::{DOP853, GAUSS, MethodSettings};
-use qrm_sim::run::{End, Observer, Outcome, Request, Row, assembled, simulate};
+use qrm_sim::run::{End, Observer, Outcome, Request, Row, simulate};
 
 fn model(name: &str) -> &'static Model {
     qrm_model::MODELS.iter().find(|model| model.description.name == name).expect("a scene of the repository")
@@ -131,7 +132,7 @@ fn the_work_of_a_drive_is_integrated_by_the_nodes() {
 fn vectors_of_four_and_eight_make_the_same_steps() {
     for name in ["quick-return", "andrews", "double-pendulum"] {
         let mechanism = mechanism(name);
-        let (q, qd) = assembled(&*mechanism).expect("a start");
+        let (q, qd) = assemble(&*mechanism, Start::new(&*mechanism)).expect("a start");
         let (mut qdd, mut multipliers) = (q.clone(), vec![0.0; mechanism.description().constraints.len()]);
         assert!(mechanism.accelerations(0.0, &q, &qd, &mut qdd, &mut multipliers));
         let from = StateRef { t: 0.0, q: &q, qd: &qd, qdd: &qdd, multipliers: &multipliers };

@@ -3,9 +3,9 @@
 use crate::common::plain::Plain;
 use qrm_core::{Mechanism, ParameterOverrides, StateMut};
 use qrm_sim::integrate::{DOP853, MethodSettings};
-use qrm_sim::run::{End, Request, Status, assemble, simulate};
+use qrm_sim::position::{Start, assemble_from_guesses};
+use qrm_sim::run::{End, Request, Status, simulate};
 use qrm_sim::solve::{Projection, ProjectionTolerance, Solver};
-use qrm_sim::start::Start;
 
 /// The quick-return mechanism with some parameters replaced.
 fn quick_return(replace: ParameterOverrides) -> Box<dyn Mechanism> {
@@ -101,7 +101,7 @@ fn steps_of_order_8_by_kernels_are_those_by_the_plain_functions() {
 fn projections_by_kernels_are_those_by_the_plain_functions() {
     for model in qrm_model::MODELS {
         let mechanism = model.mechanism(&|_| None);
-        let (q, qd) = assemble(&*mechanism, &Start::new(&*mechanism)).expect("a start");
+        let (q, qd) = assemble_from_guesses(&*mechanism, &Start::new(&*mechanism)).expect("a start");
         let move_by = |x: &[f64]| x.iter().enumerate().map(|(i, x)| x + 1e-6 * (i as f64).cos()).collect::<Vec<_>>();
         let (mut own_q, mut own_qd) = (move_by(&q), move_by(&qd));
         let mut solver = Solver::new(&*mechanism);

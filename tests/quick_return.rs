@@ -1,8 +1,7 @@
 //! The default run against exact values.
 
 use crate::common::{Table, mechanism, near, run};
-use qrm_sim::run::assemble;
-use qrm_sim::start::Start;
+use qrm_sim::position::{Start, assemble_from_guesses};
 
 const COORDINATES: [&str; 3] = ["phi2", "phi4", "phi5"];
 
@@ -215,11 +214,11 @@ fn stiff_and_extreme_variants() {
 fn rates_that_the_constraints_cannot_meet_are_refused() {
     let mechanism = mechanism("quick-return", &[]);
     let mut start = Start::new(&*mechanism);
-    assemble(&*mechanism, &start).expect("the scene's own start");
+    assemble_from_guesses(&*mechanism, &start).expect("the scene's own start");
     // The rocker follows the crank: it cannot stand still.
     start.given_rates.fill(true);
     start.qd[1..].fill(0.0);
-    let refused = assemble(&*mechanism, &start).expect_err("contradicting rates");
+    let refused = assemble_from_guesses(&*mechanism, &start).expect_err("contradicting rates");
     assert!(refused.rates && refused.residual > 0.1 && refused.residual.is_finite(), "{refused:?}");
     assert_eq!(mechanism.description().constraints[refused.constraint].name, "slot");
 }

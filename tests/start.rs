@@ -1,6 +1,7 @@
 //! Motions from another start than the scene's, and starts that are dragged.
 
 use crate::common;
+use qrm_sim::position::{Start, assemble};
 use std::f64::consts::PI;
 
 use crate::common::{model, near, qrm};
@@ -8,7 +9,6 @@ use qrm_pictures::position_error;
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::resolve;
 use qrm_sim::analysis::inverse_kinematics;
-use qrm_sim::run::assembled;
 
 /// The message with which `run quick-return` refuses these starts.
 fn refused(starts: &[&str]) -> String {
@@ -64,7 +64,7 @@ fn a_dragged_point_is_as_near_as_it_can_be() {
     let parameters = parameter_values(&scene, |_| None);
     let point = |name: &str| scene.points.iter().position(|point| point.name == name).expect("a point");
     let (crank, pivot) = (point("A"), point("O2"));
-    let (mut q, _) = assembled(&*mechanism).expect("a start");
+    let (mut q, _) = assemble(&*mechanism, Start::new(&*mechanism)).expect("a start");
     // The end of the crank, 0.2 m long, about (0, 0.3); a hand moves it in pieces.
     for turn in 1..=40 {
         let angle = 0.1 * f64::from(turn);

@@ -1,5 +1,6 @@
 //! A scene that runs again and again.
 
+use qrm_sim::position::Start;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::io;
@@ -12,7 +13,6 @@ use qrm_sim::analysis::inverse_kinematics;
 use qrm_sim::columns::{self, Kind};
 use qrm_sim::integrate::{DOP853, Integrator, MethodSettings};
 use qrm_sim::run::{Observer, Outcome, Reason, Request, Row, SimError, Status, simulate};
-use qrm_sim::start::Start;
 use qrm_sim::state::State;
 use qrm_view::motion::Motion;
 use serde::Serialize;

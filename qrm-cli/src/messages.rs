@@ -3,51 +3,88 @@
 use qrm_core::Description;
 use qrm_scene::diagnostic::Diagnostic;
 use qrm_sim::integrate::StepError;
-use qrm_sim::run::{Explanation, NonFiniteQuantity, NotAssembled, StartError, Status, readable_size};
+use qrm_sim::position::NotAssembled;
+use qrm_sim::run::{Explanation, NonFiniteQuantity, StartError, Status, readable_size};
 
 use crate::error::{Error, Message};
 use crate::format::{seconds, with_error};
 use crate::setup::Setup;
 
-/// An error for a run that could not begin, with the place in the scene where there is one.
-pub(crate) fn no_start(reason: &StartError, setup: &Setup) -> Error {
-    match reason {
-        StartError::NotAssembled(reason) => not_assembled(reason, setup),
-        StartError::Step(StepError::NotFinite | StepError::ForcesNotFinite)
-            if setup.description.friction.is_empty() =>
-        {
-            Error::usage("the run cannot start: the accelerations are not finite")
-                .help("some parameter is too large or too small for double precision")
-        }
-        StartError::Step(reason) => {
-            let Message { text, help } = step_error(reason, setup.description).after("the run cannot start: ");
-            let error = Error::usage(text);
-            help.into_iter().fold(error, Error::help)
-        }
-        StartError::ConditionNotFinite => Error::usage("the stop condition has no finite value at the start")
-            .help("look for divisions by zero, roots and logarithms in it"),
-        StartError::ConditionHolds => {
-            Error::usage(format!("`{}` holds at the start: there is no motion to compute", setup.until))
-                .help("begin elsewhere, or end with another --until or --end-time")
-        }
-        StartError::StepTooShort { step, end_time } => {
-            let (step, end) = (seconds(*step), seconds(*end_time));
-            Error::usage(format!("a step of {step} is too short for a run of {end}: time would stand still"))
-                .help("use a longer step or an earlier end")
+impl Setup {
+    /// An error for a run that could not begin, with the place in the scene where there is one.
+    pub(crate) fn no_start(&self, reason: &StartError) -> Error {
+        match reason {
+            StartError::NotAssembled(reason) => self.not_assembled(reason),
+            StartError::Step(StepError::NotFinite | StepError::ForcesNotFinite)
+                if self.description.friction.is_empty() =>
+            {
+                Error::usage("the run cannot start: the accelerations are not finite")
+                    .help("some parameter is too large or too small for double precision")
+            }
+            StartError::Step(reason) => {
+                let Message { text, help } = step_error(reason, self.description).after("the run cannot start: ");
+                let error = Error::usage(text);
+                help.into_iter().fold(error, Error::help)
+            }
+            StartError::ConditionNotFinite => Error::usage("the stop condition has no finite value at the start")
+                .help("look for divisions by zero, roots and logarithms in it"),
+            StartError::ConditionHolds => {
+                Error::usage(format!("`{}` holds at the start: there is no motion to compute", self.until))
+                    .help("begin elsewhere, or end with another --until or --end-time")
+            }
+            StartError::StepTooShort { step, end_time } => {
+                let (step, end) = (seconds(*step), seconds(*end_time));
+                Error::usage(format!("a step of {step} is too short for a run of {end}: time would stand still"))
+                    .help("use a longer step or an earlier end")
+            }
         }
     }
-}
 
-/// The reason why a method does not get to the last time.
-pub(crate) fn no_end(reason: &StartError, setup: &Setup) -> Message {
-    match reason {
-        StartError::Step(StepError::NotFinite | StepError::ForcesNotFinite)
-            if setup.description.friction.is_empty() =>
-        {
-            Message::new("breaks off: the state became infinite")
+    /// The reason why a method does not get to the last time.
+    pub(crate) fn no_end(&self, reason: &StartError) -> Message {
+        match reason {
+            StartError::Step(StepError::NotFinite | StepError::ForcesNotFinite)
+                if self.description.friction.is_empty() =>
+            {
+                Message::new("breaks off: the state became infinite")
+            }
+            StartError::Step(reason) => step_error(reason, self.description).after("breaks off: "),
+            other => self.no_start(other).message(),
         }
-        StartError::Step(reason) => step_error(reason, setup.description).after("breaks off: "),
-        other => no_start(other, setup).message(),
+    }
+
+    /// An error for constraints that cannot be met, at their place in the scene.
+    pub(crate) fn not_assembled(&self, reason: &NotAssembled) -> Error {
+        let constraint = &self.scene.constraints[reason.constraint];
+        let (name, unit, span) = (&constraint.name, &constraint.unit, constraint.span.clone());
+        let size = readable_size(reason.residual);
+        if reason.is_other_branch {
+            return Error::usage("the mechanism can be assembled only on another branch than that of the scene")
+                .help("on the way there it passes a singular position; choose guesses in [initial] on that branch");
+        }
+        let diagnostic = if reason.rates {
+            let title = format!(
+                "the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s"
+            );
+            Diagnostic::error(title, span, "cannot stay closed with the given rates").help(
+                "give no more rates in [initial] than there are degrees of freedom; if there are not, the mechanism starts \
+                 at a dead point for the coordinate that is given: start elsewhere, or give another rate",
+            )
+        } else if !reason.residual.is_finite() {
+            let title = format!("constraint `{name}` has no value at the first guesses");
+            Diagnostic::error(title, span, "a root or another function leaves its domain")
+                .help("choose other guesses in [initial]")
+        } else {
+            let found = self.scene.coordinates.iter().zip(&reason.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
+            let found = found.collect::<Vec<_>>().join(", ");
+            let title =
+                format!("the mechanism cannot be assembled: constraint `{name}` stays {size} {unit} from closed");
+            Diagnostic::error(title, span, format!("not zero anywhere near the first guesses; nearest at {found}")).help(
+                "check the lengths that occur here, or start from other guesses in [initial]; give no more positions \
+                     than there are degrees of freedom, and the others as guesses in `solve`",
+            )
+        };
+        self.at_place(diagnostic)
     }
 }
 
@@ -55,38 +92,6 @@ pub(crate) fn no_end(reason: &StartError, setup: &Setup) -> Message {
 pub(crate) fn step_error(reason: &StepError, description: &Description) -> Message {
     let Explanation { text, help } = reason.explain(description);
     Message::new(text).help(help)
-}
-
-/// An error for constraints that cannot be met, at their place in the scene.
-pub(crate) fn not_assembled(reason: &NotAssembled, setup: &Setup) -> Error {
-    let constraint = &setup.scene.constraints[reason.constraint];
-    let (name, unit, span) = (&constraint.name, &constraint.unit, constraint.span.clone());
-    let size = readable_size(reason.residual);
-    if reason.is_other_branch {
-        return Error::usage("the mechanism can be assembled only on another branch than that of the scene")
-            .help("on the way there it passes a singular position; choose guesses in [initial] on that branch");
-    }
-    let diagnostic = if reason.rates {
-        let title =
-            format!("the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s");
-        Diagnostic::error(title, span, "cannot stay closed with the given rates").help(
-            "give no more rates in [initial] than there are degrees of freedom; if there are not, the mechanism starts \
-             at a dead point for the coordinate that is given: start elsewhere, or give another rate",
-        )
-    } else if !reason.residual.is_finite() {
-        let title = format!("constraint `{name}` has no value at the first guesses");
-        Diagnostic::error(title, span, "a root or another function leaves its domain")
-            .help("choose other guesses in [initial]")
-    } else {
-        let found = setup.scene.coordinates.iter().zip(&reason.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
-        let found = found.collect::<Vec<_>>().join(", ");
-        let title = format!("the mechanism cannot be assembled: constraint `{name}` stays {size} {unit} from closed");
-        Diagnostic::error(title, span, format!("not zero anywhere near the first guesses; nearest at {found}")).help(
-            "check the lengths that occur here, or start from other guesses in [initial]; give no more positions \
-                 than there are degrees of freedom, and the others as guesses in `solve`",
-        )
-    };
-    setup.at_place(diagnostic)
 }
 
 /// The end of a run, at a time with an error, in a sentence or a few.

@@ -9,7 +9,6 @@ use qrm_scene::evaluate::constant;
 use qrm_scene::scene::Known;
 
 use crate::error::Error;
-use crate::messages;
 use crate::options::positive;
 use crate::progress::Progress;
 use crate::setup::Setup;
@@ -166,8 +165,7 @@ impl Reference {
             let settings = MethodSettings { method: DOP853, tolerance, ..setup.settings };
             let trial = Trial { settings, step: times[times.len() - 1] };
             let measured = measure(&*setup.mechanism(), &trial, times, ONCE);
-            measured
-                .map_err(|reason| -> Error { messages::no_end(&reason, setup).after("there is no reference: ").into() })
+            measured.map_err(|reason| -> Error { setup.no_end(&reason).after("there is no reference: ").into() })
         };
         let runs = [run(TIGHT[0])?.states, run(TIGHT[1])?.states];
         Ok(Self::from_two_runs(setup, of, "DOP853", TIGHT, runs))

@@ -1,5 +1,6 @@
 //! A scene as the command line wants it run.
 
+use qrm_sim::position::{Start, assemble};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::sync::Arc;
@@ -13,12 +14,10 @@ use qrm_scene::resolve::{self, read_condition};
 use qrm_scene::scene::Scene;
 use qrm_scene::time_scales::{TimeScale, time_scales};
 use qrm_sim::integrate::{MethodSettings, RK4, StepBounds};
-use qrm_sim::run::{End, Observer, Outcome, Request, assembled, assembled_from, simulate};
+use qrm_sim::run::{End, Observer, Outcome, Request, simulate};
 use qrm_sim::solve::{ProjectionTolerance, constraint_rank};
-use qrm_sim::start::Start;
 
 use crate::error::{Error, Message};
-use crate::messages;
 use crate::options::{MethodOptions, SceneOptions, StartOptions, assignments, optional_positive, parameters};
 use crate::regular_forms::{DesignSpace, Rewritten, rewritten};
 use crate::resolution;
@@ -138,7 +137,8 @@ impl Setup {
         // The form as given also holds for mirrored positions, and those have no other.
         let is_same = (0..designs.count).all(|design| {
             let replace = |name: &str| (designs.value)(design, name).or_else(|| self.replace()(name));
-            let [given, regular] = [self.model, model].map(|model| assembled(&*model.mechanism(&replace)));
+            let own_start = |mechanism: Box<dyn Mechanism>| assemble(&*mechanism, Start::new(&*mechanism));
+            let [given, regular] = [self.model, model].map(|model| own_start(model.mechanism(&replace)));
             match (given, regular) {
                 (Ok((given, _)), Ok((regular, _))) => {
                     given.iter().zip(&regular).all(|(a, b)| (a - b).abs() < SAME_POSITION)
@@ -213,14 +213,15 @@ impl Setup {
 
     /// Coordinates and rates at the start, wherever it is.
     pub(crate) fn first_state(&self) -> Result<[Vec<f64>; 2], Error> {
-        let (q, qd) = assembled_from(&*self.mechanism(), self.start())
-            .map_err(|reason| messages::not_assembled(&reason, self))?;
+        let (q, qd) = assemble(&*self.mechanism(), self.start()).map_err(|reason| self.not_assembled(&reason))?;
         Ok([q, qd])
     }
 
     /// The coordinates at the start.
     pub(crate) fn assembled(&self) -> Result<Vec<f64>, Error> {
-        assembled(&*self.mechanism()).map(|(q, _)| q).map_err(|reason| messages::not_assembled(&reason, self))
+        assemble(&*self.mechanism(), Start::new(&*self.mechanism()))
+            .map(|(q, _)| q)
+            .map_err(|reason| self.not_assembled(&reason))
     }
 
     /// The values of all parameters of the scene, also of those that the generated code does without.
@@ -300,7 +301,7 @@ impl Setup {
             ..Request::default()
         };
         let outcome = simulate(&*self.mechanism(), &request, observer);
-        outcome.map_err(|reason| messages::no_start(&reason, self))
+        outcome.map_err(|reason| self.no_start(&reason))
     }
 }
 

@@ -8,11 +8,9 @@ mod equilibrium;
 mod four_bar;
 mod inverse_dynamics;
 mod inverse_kinematics;
-mod kinematics;
 mod measure;
 mod mechanism_without_drive;
 mod reference;
-mod response;
 mod revolution;
 mod sensitivity;
 mod spectrum;
@@ -24,7 +22,6 @@ pub use equilibrium::{NoEquilibrium, StaticEquilibrium, static_equilibrium};
 pub use four_bar::{FourBar, GrashofClass};
 pub use inverse_dynamics::{NotPossible, Prescribed, PrescribedMotion, PrescribedState};
 pub use inverse_kinematics::{PositionError, inverse_kinematics};
-pub use kinematics::{LimitPosition, LoopSolver, Position};
 pub use measure::{Measurement, Repetitions, StateAt, Trial, exact_states, measure};
 pub use mechanism_without_drive::MechanismWithoutDrive;
 pub use reference::{ReferenceState, reference_states};
@@ -33,6 +30,3 @@ pub use sensitivity::{
     DerivativeErrors, Derivatives, OutputValues, Sensitivity, SensitivityError, SensitivityRequest, sensitivity,
 };
 pub use spectrum::{Spectrum, longest_step, spectrum};
-
-pub(crate) use kinematics::CoordinatePartition;
-pub(crate) use response::Response;

@@ -11,9 +11,9 @@ pub mod analysis;
 pub mod batch;
 pub mod columns;
 pub mod integrate;
+pub mod position;
 pub mod run;
 pub mod solve;
-pub mod start;
 pub mod state;
 
 mod event;

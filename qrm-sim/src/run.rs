@@ -1,10 +1,8 @@
 //! Runs: from a consistent start to an end, with everything that is known of the errors.
 
-mod assembly;
 mod balance;
 mod companion;
 mod companion_thread;
-mod continuation;
 mod differences;
 mod error;
 mod error_estimate;
@@ -27,9 +25,7 @@ mod singularity_monitor;
 mod stop_condition;
 
 pub use crate::event::End;
-pub use assembly::{NotAssembled, assemble};
 pub use balance::Balance;
-pub use continuation::{assembled, assembled_from};
 pub use error::{Explanation, Reason, SimError, readable_size};
 pub use error_estimate::{ErrorEstimate, ErrorEstimates};
 pub(crate) use extremes::Vertex;
@@ -44,8 +40,6 @@ pub use singularity_monitor::NearestSingularity;
 
 pub use simulation::Simulation;
 
-pub(crate) use assembly::DependentCoordinates;
-pub(crate) use continuation::AssemblyBranch;
 pub(crate) use error_estimate::rounding;
 pub(crate) use first_state::{first_position, first_state};
 pub(crate) use integral::Integral;

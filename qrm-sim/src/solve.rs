@@ -8,6 +8,7 @@ mod matrix;
 mod projection;
 mod projection_settings;
 mod rank;
+mod response;
 mod saddle_point;
 mod singular_position;
 mod smallest_singular_value;
@@ -28,4 +29,5 @@ pub use stats::SolverStats;
 
 pub(crate) use matrix::{is_positive, subtract_combination};
 pub(crate) use rank::row_products;
+pub(crate) use response::Response;
 pub(crate) use saddle_point::{SaddlePoint, minv_ct, schur_complement};

@@ -7,7 +7,6 @@ use qrm_sim::solve::{Dynamics, LoopConstraints, Solver};
 use super::options::RunOptions;
 use super::scene::LoadedScene;
 use crate::error::Error;
-use crate::messages::no_start;
 
 /// The terms of `Mbar qdd + C_q' lambda = fbar`, `C_q qdd + bias = 0` and of the constraints `C = 0` at a state, and
 /// their solution. Matrices are stored row after row.
@@ -64,7 +63,7 @@ impl LoadedScene {
         let (mut accelerations, mut multipliers) = (vec![0.0; count], vec![0.0; residuals.len()]);
         Solver::at(mechanism, t, q)
             .accelerations(mechanism, t, (q, qd), (&mut accelerations, &mut multipliers))
-            .map_err(|reason| no_start(&StartError::Step(StepError::from(reason)), &setup))?;
+            .map_err(|reason| setup.no_start(&StartError::Step(StepError::from(reason))))?;
         let mut outputs = vec![f64::NAN; setup.description.outputs.len()];
         mechanism.outputs(t, q, qd, &accelerations, &multipliers, &mut outputs);
         Ok(EquationsOfMotion {

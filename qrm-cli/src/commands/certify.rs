@@ -11,7 +11,6 @@ use qrm_sim::analysis::{EnclosureEnd, NoSeries, NotEnclosed, Reason, enclose};
 
 use crate::error::Error;
 use crate::format::number;
-use crate::messages;
 use crate::options::{MethodOptions, OutFolder, SceneName, SceneOptions};
 use crate::output::{print, save_json, written};
 use crate::progress::interrupted;
@@ -76,7 +75,7 @@ fn end(setup: &Setup) -> EnclosureEnd {
 /// An error that says how far a motion was enclosed, and why no further.
 fn not_enclosed(setup: &Setup, reason: &Reason, t: Option<f64>) -> Error {
     let (text, help) = match reason {
-        Reason::NotAssembled(reason) => return messages::not_assembled(reason, setup),
+        Reason::NotAssembled(reason) => return setup.not_assembled(reason),
         Reason::NotGiven => (
             "as many coordinates and rates must be given at the start as there are degrees of freedom".to_owned(),
             "change `given` under [initial]; `qrm check` counts the degrees of freedom",

@@ -7,13 +7,12 @@ mod mobility;
 mod motion;
 mod revolution;
 
+use qrm_sim::position::Start;
 use clap::Args;
 use qrm_core::{Mechanism, Model, QuantityDescription};
 use qrm_sim::analysis::MechanismWithoutDrive;
-use qrm_sim::start::Start;
 
 use crate::error::Error;
-use crate::messages;
 use crate::options::{MethodOptions, SceneOptions};
 use crate::output::print;
 use crate::setup::Setup;
@@ -90,7 +89,7 @@ pub(crate) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>),
 fn released(setup: &Setup, drives: &[usize]) -> Result<Box<dyn Mechanism>, Error> {
     let release = |mechanism, drive: &usize| MechanismWithoutDrive::new(mechanism, *drive).map(|own| Box::new(own) as Box<_>);
     let released = drives.iter().try_fold(setup.mechanism(), release);
-    released.map_err(|reason| messages::not_assembled(&reason, setup))
+    released.map_err(|reason| setup.not_assembled(&reason))
 }
 
 /// The names of coordinates that the scene gives at its start, or drives prescribe.

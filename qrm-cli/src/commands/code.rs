@@ -1,5 +1,6 @@
 //! `qrm code`
 
+use qrm_sim::position::{Start, assemble};
 use std::path::PathBuf;
 
 use anstyle::{AnsiColor, Style};
@@ -9,7 +10,6 @@ use qrm_core::Model;
 use qrm_language::{Code, File, LANGUAGES, Language, Untranslated, rust};
 use qrm_scene::names::suggestion;
 use qrm_scene::resolve;
-use qrm_sim::run::assembled;
 use qrm_sim::solve::constraint_rank;
 use ra_ap_rustc_lexer::{FrontmatterAllowed, LiteralKind, TokenKind, tokenize};
 
@@ -95,7 +95,7 @@ fn listing(language: &Language, files: &[File]) -> String {
 /// A warning if some constraints repeat others.
 fn repeated(model: &Model) -> Option<Message> {
     let mechanism = model.mechanism(&|_| None);
-    let (q, _) = assembled(&*mechanism).ok()?;
+    let (q, _) = assemble(&*mechanism, Start::new(&*mechanism)).ok()?;
     let (rank, count) = (constraint_rank(&*mechanism, 0.0, &q), model.description.constraints.len());
     (rank < count).then(|| {
         Message::new(format!(

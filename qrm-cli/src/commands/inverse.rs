@@ -4,6 +4,7 @@ mod actuators;
 mod profile;
 mod report;
 
+use qrm_sim::position::Start;
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -12,11 +13,9 @@ use qrm_core::Model;
 use qrm_scene::evaluate::constant;
 use qrm_scene::names::suggestion;
 use qrm_sim::analysis::{NotPossible, PrescribedMotion, PrescribedState};
-use qrm_sim::start::Start;
 
 use crate::error::Error;
 use crate::format::{number as number_of, quantity};
-use crate::messages;
 use crate::options::{MethodOptions, OutFolder, SceneName, SceneOptions, StartOptions, number, optional_positive};
 use crate::output::{print, save, save_json, written};
 use crate::progress::interrupted;
@@ -267,7 +266,7 @@ fn states(setup: &Setup, start: &Start, motions: &[Motion], rows: u32) -> Result
 
 fn not_possible(setup: &Setup, reason: &NotPossible) -> Error {
     match reason {
-        NotPossible::NotAssembled(reason) => messages::not_assembled(reason, setup),
+        NotPossible::NotAssembled(reason) => setup.not_assembled(reason),
         NotPossible::Singular => Error::usage(
             "the coordinates that are given do not determine the others at the start",
         )

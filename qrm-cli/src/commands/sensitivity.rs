@@ -13,7 +13,7 @@ use qrm_sim::analysis::{Sensitivity, SensitivityError, SensitivityRequest, sensi
 
 use crate::error::{Error, Message};
 use crate::format::counted;
-use crate::messages::{no_start, step_error};
+use crate::messages::step_error;
 use crate::options::{MethodOptions, OutFolder, SceneOptions, assignments, check_parameter};
 use crate::output::{check_target, print, save};
 use crate::progress::{MotionProgress, interrupted};
@@ -180,7 +180,7 @@ fn derive(
 fn no_sensitivity(setup: &Setup, reason: &SensitivityError) -> Error {
     let name = setup.description.name;
     let message = match reason {
-        SensitivityError::Start(reason) => return no_start(reason, setup),
+        SensitivityError::Start(reason) => return setup.no_start(reason),
         SensitivityError::Step { t, error } => {
             step_error(error, setup.description).after(&format!("the motion breaks off after t = {t} s: "))
         }

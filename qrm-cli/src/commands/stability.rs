@@ -7,13 +7,12 @@ mod report_lines;
 mod survey;
 mod table;
 
+use qrm_sim::position::{Start, assemble};
 use clap::Args;
 use qrm_core::Model;
 use qrm_sim::integrate::AUTO;
-use qrm_sim::run::assembled;
 
 use crate::error::Error;
-use crate::messages;
 use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{print, save, save_json, written};
 use crate::progress::interrupted;
@@ -41,7 +40,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let how = MethodOptions { method: Some(AUTO), tolerance: Some(TOLERANCE.to_owned()), ..MethodOptions::default() };
     let setup = Setup::new(models, &options.scene, &how)?;
     let mechanism = setup.mechanism();
-    let (q, _) = assembled(&*mechanism).map_err(|reason| messages::not_assembled(&reason, &setup))?;
+    let (q, _) = assemble(&*mechanism, Start::new(&*mechanism)).map_err(|reason| setup.not_assembled(&reason))?;
     setup.refuse_redundant(&q)?;
     if q.len() == setup.description.constraints.len() {
         return Err(Error::usage(

@@ -1,11 +1,9 @@
 //! The positions at which a mechanism can be assembled.
 
+use crate::position::{Start, assemble_from_guesses};
 use std::f64::consts::{PI, TAU};
 
 use qrm_core::{Description, Mechanism};
-
-use crate::run::assemble;
-use crate::start::Start;
 
 /// Guesses that are tried without finding another position.
 const PATIENCE: u32 = 400;
@@ -27,7 +25,7 @@ const SAME: f64 = 1e-6;
 /// [`MAX_BRANCHES`] positions.
 pub fn branches(mechanism: &dyn Mechanism, start: &Start, mut keep_running: impl FnMut() -> bool) -> Vec<Vec<f64>> {
     let description = mechanism.description();
-    let own = assemble(mechanism, start).ok().map(|(q, _)| q);
+    let own = assemble_from_guesses(mechanism, start).ok().map(|(q, _)| q);
     let center = own.clone().unwrap_or_else(|| start.q.clone());
     let lengths = (0..center.len()).filter(|&i| !description.is_angle(i)).map(|i| center[i].abs());
     let reach = lengths.fold(0.0, f64::max);
@@ -43,7 +41,7 @@ pub fn branches(mechanism: &dyn Mechanism, start: &Start, mut keep_running: impl
             guess.q[i] = if description.is_angle(i) { TAU * part } else { 2.0 * REACH * reach * part };
         }
         since += 1;
-        if let Ok((mut q, _)) = assemble(mechanism, &guess) {
+        if let Ok((mut q, _)) = assemble_from_guesses(mechanism, &guess) {
             bring_near(description, &mut q, &center);
             if !found.iter().any(|other| distance(description, other, &q, reach) < SAME) {
                 found.push(q);

@@ -9,6 +9,7 @@ mod start;
 mod state_set;
 mod step;
 
+use crate::position::NotAssembled;
 use qrm_core::{Interval, Model, TapeSeries};
 
 use self::crossing::Passage;
@@ -16,7 +17,6 @@ use self::flow::Flow;
 pub use self::flow::NoSeries;
 use self::state_set::StateSet;
 use self::step::{ORDER, Step};
-use crate::run::NotAssembled;
 
 /// New values for parameters, by their names.
 type Values<'a> = &'a dyn Fn(&str) -> Option<f64>;

@@ -1,12 +1,10 @@
 //! The motion of a conservative mechanism with one degree of freedom, without integrating its equations of motion: the
 //! rate follows from the energy, the position from the constraints, the time from a quadrature.
 
+use crate::position::{LoopSolver, Position, Start, assemble};
 use qrm_core::Mechanism;
 
-use super::kinematics::{LoopSolver, Position};
 use crate::quadrature::{NODES, gauss_legendre};
-use crate::run::assembled;
-use crate::start::Start;
 
 /// Panels in a turn, or in as many units of a length; two numbers, whose results differ by what rounding leaves open.
 pub const PANELS: [f64; 2] = [96.0, 67.0];
@@ -62,7 +60,7 @@ impl<'m> EnergyIntegral<'m> {
             return Err(NoEnergyIntegral::NotOneGiven);
         };
         let drive = LoopSolver::new(mechanism, start.given.clone()).ok_or(NoEnergyIntegral::NotOneGiven)?;
-        let (q, qd) = assembled(mechanism).map_err(|_| NoEnergyIntegral::TurnsBack)?;
+        let (q, qd) = assemble(mechanism, Start::new(mechanism)).map_err(|_| NoEnergyIntegral::TurnsBack)?;
         let begin = drive.solve_loops(q).ok_or(NoEnergyIntegral::TurnsBack)?;
         let step = qd[driven].signum() * std::f64::consts::TAU / panels;
         if qd[driven] == 0.0 {

@@ -1,10 +1,7 @@
 //! Static equilibrium: a position held at rest against the loads.
 
+use crate::position::{LoopSolver, NotAssembled, Start, assemble};
 use qrm_core::Mechanism;
-
-use super::kinematics::LoopSolver;
-use crate::run::{NotAssembled, assembled};
-use crate::start::Start;
 
 /// A position in static equilibrium.
 #[derive(Clone, Debug)]
@@ -53,7 +50,7 @@ pub fn static_equilibrium(
     }
     let start = Start::new(mechanism);
     let drive = LoopSolver::new(mechanism, start.given.clone()).ok_or(NoEquilibrium::Singular)?;
-    let (q, _) = assembled(mechanism).map_err(NoEquilibrium::NotAssembled)?;
+    let (q, _) = assemble(mechanism, Start::new(mechanism)).map_err(NoEquilibrium::NotAssembled)?;
     let from = drive.solve_loops(q).ok_or(NoEquilibrium::Singular)?;
     let mut to = from.q.clone();
     for (coordinate, value) in wanted {

@@ -1,11 +1,9 @@
 //! The forces and torques that a prescribed motion takes.
 
+use crate::position::{CONTINUATION, LoopSolver, NotAssembled, Position, Start, assemble_from_guesses};
 use qrm_core::Mechanism;
 
-use super::kinematics::{CONTINUATION, LoopSolver, Position};
-use crate::run::{NotAssembled, assemble};
 use crate::solve::Dynamics;
-use crate::start::Start;
 
 /// A mechanism at one time of a prescribed motion.
 #[derive(Clone, Debug)]
@@ -100,7 +98,7 @@ impl<'m> PrescribedMotion<'m> {
             }
             start.q[i] = motion[0];
         }
-        let (q, _) = assemble(mechanism, &start).map_err(NotPossible::NotAssembled)?;
+        let (q, _) = assemble_from_guesses(mechanism, &start).map_err(NotPossible::NotAssembled)?;
         drive.t = t;
         let position = drive.solve_loops(q).ok_or(NotPossible::Singular)?;
         let last = state(&drive, &position, prescribed).ok_or(NotPossible::NotFinite { t })?;

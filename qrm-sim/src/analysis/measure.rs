@@ -1,5 +1,6 @@
 //! Run time and result of a method at given times.
 
+use crate::position::{AssemblyBranch, Start};
 use std::time::{Duration, Instant};
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
@@ -7,9 +8,8 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 use super::energy_integral::{EnergyIntegral, NoEnergyIntegral};
 use crate::columns::Kind;
 use crate::integrate::{Counts, Integrator, MethodSettings, StepError};
-use crate::run::{AssemblyBranch, StartError, first_state};
+use crate::run::{StartError, first_state};
 use crate::solve::{LoopConstraints, Solver, largest};
-use crate::start::Start;
 use crate::state::State;
 
 /// A state with its outputs and checks.

@@ -1,12 +1,11 @@
 //! A mechanism at the time zero whose drive can be moved.
 
+use crate::position::{NotAssembled, Start, assemble};
 use qrm_core::{
     Description, DynamicsMut, LoopConstraintsMut, Mechanism, QuantityDescription, Schedule, StartMut, StateRef,
 };
 
-use crate::run::{NotAssembled, assembled};
 use crate::solve::{Dynamics, LoopConstraints};
-use crate::start::Start;
 
 /// A mechanism at the time zero, with one coordinate more: the value that a drive prescribes, which is given.
 ///
@@ -44,7 +43,7 @@ impl MechanismWithoutDrive {
         constraint: usize,
         description: Option<&'static Description>,
     ) -> Result<Self, NotAssembled> {
-        let (q, qd) = assembled(&*mechanism)?;
+        let (q, qd) = assemble(&*mechanism, Start::new(&*mechanism))?;
         let constraints = LoopConstraints::at(&*mechanism, 0.0, &q);
         let row = &constraints.constraint_jacobian[constraint];
         let mut moved = (0..q.len()).filter(|&i| row[i] != 0.0);
@@ -62,7 +61,7 @@ impl MechanismWithoutDrive {
         start.given.push(true);
         start.given_rates.push(true);
         let mut released = Self { mechanism, description, constraint, offset: -value, start };
-        if assembled(&released).is_err() {
+        if assemble(&released, Start::new(&released)).is_err() {
             // Another drive prescribes the same, and holds it.
             released.start.qd.fill(0.0);
             released.start.given_rates.fill(false);

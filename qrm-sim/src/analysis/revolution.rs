@@ -1,15 +1,13 @@
 //! A slow motion of a driven coordinate, over a turn or a length: positions, forces of static equilibrium, limit
 //! positions.
 
+use crate::position::{CONTINUATION, LimitPosition, LoopSolver, NotAssembled, Position, Start, assemble};
 use std::f64::consts::TAU;
 
 use qrm_core::Mechanism;
 
-use super::kinematics::{CONTINUATION, LimitPosition, LoopSolver, Position};
 use crate::maximum::largest_between;
-use crate::run::{NotAssembled, assembled};
 use crate::solve::{Matrix, constraint_rank, dot};
-use crate::start::Start;
 
 /// Positions in a turn.
 const SAMPLES: usize = 720;
@@ -207,7 +205,7 @@ impl<'m> Round<'m> {
             return Err(NoRevolution::Driven);
         }
         let start = Start::new(mechanism);
-        let (q, qd) = assembled(mechanism).map_err(NoRevolution::NotAssembled)?;
+        let (q, qd) = assemble(mechanism, Start::new(mechanism)).map_err(NoRevolution::NotAssembled)?;
         let degrees_of_freedom = q.len() - constraint_rank(mechanism, 0.0, &q);
         if degrees_of_freedom != 1 {
             return Err(NoRevolution::DegreesOfFreedom(degrees_of_freedom));

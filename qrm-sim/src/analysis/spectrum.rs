@@ -4,7 +4,7 @@ use nalgebra::linalg::{Schur, balancing};
 use nalgebra::{Complex, DMatrix};
 use qrm_core::Mechanism;
 
-use super::response::Response;
+use crate::solve::Response;
 use crate::solve::{Ldl, Matrix, SmallestSingularValue, Solver, minv_ct, schur_complement};
 use crate::state::State;
 

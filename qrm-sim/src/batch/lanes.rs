@@ -4,16 +4,14 @@
 mod companion;
 mod landing;
 
+use crate::position::{AssemblyBranch, Start};
 use qrm_core::{BatchRequest, LaneSchedule, Mechanism, Model, SimdBatch, Width};
 
 use super::design::{DesignResult, SweepRequest, run_alone};
 use crate::event::{End, EventFunction};
 use crate::integrate::{AUTO, DOP853, StepBounds};
-use crate::run::{
-    AssemblyBranch, NonFiniteQuantity, StartError, Status, check_condition, check_step, first_position, is_balanced,
-};
+use crate::run::{NonFiniteQuantity, StartError, Status, check_condition, check_step, first_position, is_balanced};
 use crate::solve::{Projection, Solver, largest};
-use crate::start::Start;
 use crate::state::State;
 use companion::{Companion, LONGER, LOOSER};
 

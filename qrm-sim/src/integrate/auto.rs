@@ -8,7 +8,7 @@ use super::implicit::Implicit;
 use super::method::Method;
 use super::step_error::StepError;
 use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
-use crate::analysis::Response;
+use crate::solve::Response;
 use crate::solve::dot;
 use crate::state::State;
 

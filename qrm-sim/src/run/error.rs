@@ -1,10 +1,10 @@
 //! The error of a motion that cannot begin or go on.
 
+use crate::position::NotAssembled;
 use std::fmt;
 
 use qrm_core::Description;
 
-use super::assembly::NotAssembled;
 use super::judgement::RejectionReason;
 use super::outcome::StartError;
 use crate::integrate::StepError;

@@ -1,12 +1,11 @@
 //! The consistent state at the start of a motion.
 
+use crate::position::{AssemblyBranch, Start};
 use qrm_core::Mechanism;
 
-use super::continuation::AssemblyBranch;
 use super::outcome::StartError;
 use crate::integrate::StepError;
 use crate::solve::{Solver, constraint_rank};
-use crate::start::Start;
 use crate::state::State;
 
 /// The consistent state at the start of a mechanism's motion.

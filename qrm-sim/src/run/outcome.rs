@@ -1,8 +1,8 @@
 //! The end of a run, or why it could not begin.
 
+use crate::position::NotAssembled;
 use std::time::Duration;
 
-use super::assembly::NotAssembled;
 use super::error_estimate::ErrorEstimates;
 use super::redundancy::Redundancy;
 use super::singularity_monitor::NearestSingularity;

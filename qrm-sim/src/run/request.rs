@@ -3,7 +3,7 @@
 use super::outcome::StartError;
 use crate::event::End;
 use crate::integrate::MethodSettings;
-use crate::start::Start;
+use crate::position::Start;
 
 /// A run to make.
 #[derive(Default)]

@@ -1,13 +1,13 @@
 //! A run from start to end: steps until a time, an event or a full buffer, rows for an observer, estimates of the
 //! errors.
 
+use crate::position::{AssemblyBranch, Start};
 use std::time::Duration;
 
 use qrm_core::{Mechanism, RowLayout, RowRequest, StopReason};
 
 use super::companion::Companion;
 use super::companion_thread::{Follower, ThreadScope, with_threads};
-use super::continuation::AssemblyBranch;
 use super::extreme_search::ExtremeSearch;
 use super::first_state::first_state;
 use super::monitor::RunMonitor;
@@ -19,7 +19,6 @@ use super::sampler::Sampler;
 use super::stop_condition::StopCondition;
 use crate::event::End;
 use crate::integrate::{Integrator, IntermediateRows};
-use crate::start::Start;
 use crate::state::State;
 use crate::stopwatch::Stopwatch;
 

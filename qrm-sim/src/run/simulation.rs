@@ -1,10 +1,10 @@
 //! A motion under way, at its user's pace: for programs that ask for the state at times of their own.
 
+use crate::position::{AssemblyBranch, Start};
 use std::sync::Arc;
 
 use qrm_core::{Mechanism, Model, ParameterOverrides, RowLayout, RowRequest};
 
-use super::continuation::AssemblyBranch;
 use super::error::{Reason, SimError};
 use super::first_state::first_state;
 use super::judgement::RejectionReason;
@@ -13,7 +13,6 @@ use super::run_health::RunHealth;
 use crate::columns::Kind;
 use crate::integrate::{Integrator, MethodSettings, StepError};
 use crate::solve::{LoopConstraints, Matrix, Solver, is_positive, largest};
-use crate::start::Start;
 use crate::state::State;
 
 /// A motion under way. Between the times that are asked for it makes the steps of [`simulate`](crate::run::simulate),

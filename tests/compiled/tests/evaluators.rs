@@ -18,7 +18,7 @@ mod twin;
 use bounded::Bounded;
 use list::{OUTPUTS_AT, State, Values, by_tape, evaluators, solved};
 use qrm_core::{DoubleDouble, Equations, Generated, Mechanism, Scalar, StartMut, Tape, TapeEvaluator};
-use qrm_sim::run::assembled;
+use qrm_sim::position::{Start, assemble};
 
 use crate::model;
 use twin::{ByHand, HandWritten, Twin};
@@ -132,7 +132,7 @@ fn is_random<X: Generated<N, M>, const N: usize, const M: usize>() -> bool {
 fn has_kernel<X: Generated<N, M>, const N: usize, const M: usize>() -> bool {
     let mechanism = model(X::DESCRIPTION.name).mechanism(&|_| None);
     !is_random::<X, N, M>()
-        || assembled(&*mechanism).is_ok_and(|(q, qd)| {
+        || assemble(&*mechanism, Start::new(&*mechanism)).is_ok_and(|(q, qd)| {
             let (mut qdd, mut multipliers) = (qd.clone(), vec![0.0; M]);
             mechanism.accelerations(0.0, &q, &qd, &mut qdd, &mut multipliers)
         })

@@ -3,7 +3,7 @@
 use qrm_core::{Angles, Kernel};
 use qrm_model::quick_return_loaded::{ACTUATED, Parameters, QuickReturnLoaded, inverse_dynamics};
 use qrm_sim::analysis::{PrescribedMotion, PrescribedState};
-use qrm_sim::start::Start;
+use qrm_sim::position::Start;
 
 use crate::near;
 

@@ -1,8 +1,8 @@
 //! Designs are assembled on the branch of their scene, where its first guesses would lead to a mirrored position.
 use qrm_core::{Mechanism, Model, ParameterOverrides};
 use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
-use qrm_sim::run::{End, Status, assemble, assembled};
-use qrm_sim::start::Start;
+use qrm_sim::position::{Start, assemble, assemble_from_guesses};
+use qrm_sim::run::{End, Status};
 
 fn model() -> &'static Model {
     qrm_functions::MODELS.iter().find(|model| model.description.name == "watt").expect("a generated scene")
@@ -28,7 +28,7 @@ fn followed(parameters: &[(&str, f64)]) -> Vec<f64> {
                 (*name, own + (value - own) * f64::from(i) / f64::from(steps))
             })
             .collect();
-        start.q = assemble(&*with(&now), &start).expect("it can be assembled").0;
+        start.q = assemble_from_guesses(&*with(&now), &start).expect("it can be assembled").0;
     }
     start.q
 }
@@ -40,9 +40,9 @@ fn a_start_stays_on_its_branch() {
         let mechanism = with(&[("l3", length)]);
         let expected = followed(&[("l3", length)]);
         let near = |q: &[f64]| q.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9);
-        let found = assembled(&*mechanism).expect("it can be assembled").0;
+        let found = assemble(&*mechanism, Start::new(&*mechanism)).expect("it can be assembled").0;
         assert!(near(&found), "{length}: {found:?} instead of {expected:?}");
-        let direct = assemble(&*mechanism, &Start::new(&*mechanism));
+        let direct = assemble_from_guesses(&*mechanism, &Start::new(&*mechanism));
         mirrored += usize::from(!direct.is_ok_and(|(q, _)| near(&q)));
         // The branch ends at a length of 1.6, where links are in line.
         let replace = |name: &str| (name == "l3").then_some(length);
@@ -58,7 +58,8 @@ fn a_start_stays_on_its_branch() {
         assert!(result.q.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-7), "{length}: {:?}", result.q);
     }
     assert!(mirrored > 0, "the guesses lead to the branch by themselves");
-    assert!(assembled(&*with(&[("l3", 1.61)])).is_err());
+    let longer = with(&[("l3", 1.61)]);
+    assert!(assemble(&*longer, Start::new(&*longer)).is_err());
 }
 
 /// Two mirrored loops leave the sign of the determinant as it is.
@@ -68,8 +69,8 @@ fn two_mirrored_loops_are_another_branch() {
     let expected = followed(&parameters);
     let mechanism = with(&parameters);
     let near = |q: &[f64]| q.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9);
-    let direct = assemble(&*mechanism, &Start::new(&*mechanism)).expect("it can be assembled").0;
+    let direct = assemble_from_guesses(&*mechanism, &Start::new(&*mechanism)).expect("it can be assembled").0;
     assert!(!near(&direct), "the guesses lead to the branch by themselves");
-    let found = assembled(&*mechanism).expect("it can be assembled").0;
+    let found = assemble(&*mechanism, Start::new(&*mechanism)).expect("it can be assembled").0;
     assert!(near(&found), "{found:?} instead of {expected:?}");
 }

@@ -7,6 +7,7 @@
 //! `QRM_REFRESH=1 cargo test --release --package qrm-functions --test integration record` writes it anew: read the difference
 //! before keeping it.
 
+use qrm_sim::position::{Start, assemble};
 use std::fmt::{Debug, Write};
 use std::io;
 use std::path::PathBuf;
@@ -21,9 +22,8 @@ use qrm_sim::analysis::{
 };
 use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::integrate::{METHODS, MethodSettings};
-use qrm_sim::run::{End, Extremes, Observer, Request, Row, Simulation, assembled, simulate};
+use qrm_sim::run::{End, Extremes, Observer, Request, Row, Simulation, simulate};
 use qrm_sim::solve::Projection;
-use qrm_sim::start::Start;
 use qrm_sim::state::State;
 
 use crate::processor::has_lanes_of_eight;
@@ -169,7 +169,7 @@ fn runs(model: &Model, replace: ParameterOverrides, steps: f64, lines: &mut Stri
     let mechanism = model.mechanism(replace);
     let schedule = mechanism.schedule();
     let end = schedule.end_time.min(steps * schedule.step);
-    let q = assembled(&*mechanism).map(|(q, _)| q).unwrap_or_default();
+    let q = assemble(&*mechanism, Start::new(&*mechanism)).map(|(q, _)| q).unwrap_or_default();
     // Half of the way of the first coordinate.
     let (to, way) = middle(model, replace, steps);
     let first = model.description.coordinates[0].name;
@@ -217,7 +217,7 @@ fn middle(model: &Model, replace: ParameterOverrides, steps: f64) -> (f64, f64) 
     let end = 0.6037 * schedule.end_time.min(steps * schedule.step);
     let request = Request { end: Some(End::Time(end)), ..Request::default() };
     let to = simulate(&*mechanism, &request, &mut ()).map_or(0.0, |outcome| outcome.q[0]);
-    let start = assembled(&*mechanism).map_or(0.0, |(q, _)| q[0]);
+    let start = assemble(&*mechanism, Start::new(&*mechanism)).map_or(0.0, |(q, _)| q[0]);
     (to, (to - start).signum())
 }
 
@@ -333,7 +333,7 @@ fn changes(model: &Model, lines: &mut String) {
 
 fn positions(model: &Model, lines: &mut String) {
     let mechanism = model.mechanism(&|_| None);
-    if let Ok((q, qd)) = assembled(&*mechanism) {
+    if let Ok((q, qd)) = assemble(&*mechanism, Start::new(&*mechanism)) {
         add(lines, "spectrum", &spectrum(&*mechanism, 0.0, &q, &qd));
     }
     let start = Start::new(&*mechanism);

@@ -1,4 +1,5 @@
 //! Constraints that repeat others: the motion is that of the mechanism without them, forces are those of least norm.
+use qrm_sim::position::Start;
 use std::io;
 
 use qrm_core::Model;
@@ -127,6 +128,6 @@ fn designs_and_units_run_as_runs_do() {
 fn a_drive_repeats_no_constraint() {
     let driven = qrm_functions::MODELS.iter().find(|model| model.description.name == "driven").expect("a scene");
     let mechanism = driven.mechanism(&|_| None);
-    let (q, _) = qrm_sim::run::assembled(&*mechanism).expect("a start");
+    let (q, _) = qrm_sim::position::assemble(&*mechanism, Start::new(&*mechanism)).expect("a start");
     assert_eq!(constraint_rank(&*mechanism, 0.0, &q), mechanism.description().constraints.len());
 }

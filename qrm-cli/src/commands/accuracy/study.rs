@@ -10,7 +10,6 @@ use qrm_sim::solve::Projection;
 
 use crate::error::{Error, Message};
 use crate::format::seconds;
-use crate::messages;
 use crate::methods::series_name;
 use crate::progress::{Spinner, interrupted};
 use crate::reference::{Errors, Reference, ReferenceKind};
@@ -218,7 +217,7 @@ impl Series {
         let trial = Trial { settings, step };
         let times = reference.times();
         let measured = measure(&*setup.mechanism(), &trial, &times, PATIENCE);
-        let result = measured.map_err(|reason| messages::no_end(&reason, setup)).map(|measurement| Measured {
+        let result = measured.map_err(|reason| setup.no_end(&reason)).map(|measurement| Measured {
             estimate: estimate(setup, reference.of, &trial, times[times.len() - 1]),
             ..compare(setup, reference, &measurement)
         });

@@ -1,8 +1,8 @@
 //! The positions at which a mechanism can be assembled.
 
+use qrm_sim::position::Start;
 use qrm_sim::analysis::{MAX_BRANCHES, branches};
 use qrm_sim::solve::constraint_rank;
-use qrm_sim::start::Start;
 
 use crate::error::Error;
 use crate::format::{counted, quantity};

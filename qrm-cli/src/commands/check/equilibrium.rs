@@ -1,15 +1,14 @@
 //! Positions at rest, and the forces that balance the loads there.
 
+use qrm_sim::position::Start;
 use qrm_core::Mechanism;
 use qrm_scene::names::suggestion;
 use qrm_scene::scene::Quantity;
 use qrm_sim::analysis::{NoEquilibrium, static_equilibrium};
-use qrm_sim::start::Start;
 
 use super::unit_of_force;
 use crate::error::Error;
 use crate::format::quantity;
-use crate::messages;
 use crate::options::number;
 use crate::setup::Setup;
 
@@ -115,7 +114,7 @@ pub(super) fn text(setup: &Setup, mechanism: &dyn Mechanism, wanted: &[(usize, f
 fn no_equilibrium(setup: &Setup, mechanism: &dyn Mechanism, reason: &NoEquilibrium) -> Error {
     let description = mechanism.description();
     match reason {
-        NoEquilibrium::NotAssembled(reason) => messages::not_assembled(reason, setup),
+        NoEquilibrium::NotAssembled(reason) => setup.not_assembled(reason),
         NoEquilibrium::Singular => {
             Error::usage("the start is singular: it does not determine which way the mechanism goes")
                 .help("give another start in [initial]")

@@ -10,7 +10,6 @@ use super::full_turn::{ParameterRange, parameter_ranges};
 use super::{Topic, equilibrium, released, unit_of_force};
 use crate::error::Error;
 use crate::format::{number, quantity};
-use crate::messages;
 use crate::setup::Setup;
 
 /// The lines about the way of the driven coordinate, or of each drive.
@@ -42,7 +41,7 @@ fn input_topics(setup: &Setup, drive: Option<usize>) -> Result<Vec<Topic>, Error
         Err(NoRevolution::Driven) => return not_looked_at("a constraint depends on time".to_owned()),
         Err(NoRevolution::Singular) => return not_looked_at("the start is a dead point or a change point".to_owned()),
         Err(NoRevolution::NotAssembled(reason)) => {
-            return Err(messages::not_assembled(&reason, setup));
+            return Err(setup.not_assembled(&reason));
         }
     };
     let driven = coordinates[turn.coordinate];

@@ -163,7 +163,7 @@ pub(super) fn row(
             rejection_reasons.chain(passed_over).collect::<Vec<_>>().join("; and ")
         }
         Ok(status) => messages::status(status, (finished.end_time, None), setup.description, &setup.until).text,
-        Err(reason) => messages::no_start(reason, setup).message().text,
+        Err(reason) => setup.no_start(reason).message().text,
     };
     let has_begun = finished.status.is_ok();
     let number = |value: Option<&f64>| value.map_or(Cell::Empty, |value| Cell::Number(*value));

@@ -1,13 +1,12 @@
 //! The enclosed start of a motion.
 
+use crate::position::{Start, assemble};
 use qrm_core::{Interval, Model, TapeSeries};
 
 use super::linear::Linear;
 use super::manifold::{Linearized, Manifold};
 use super::matrix::{IntervalMatrix, negative};
 use super::{NoSeries, Reason, Values, replaced};
-use crate::run::assembled;
-use crate::start::Start;
 
 /// How much wider a box is made than the last one, and by how much at least, before it is tried.
 const INFLATION: f64 = 0.1;
@@ -25,7 +24,7 @@ const ATTEMPTS: u32 = 12;
 pub(super) fn start(model: &Model, values: Values, manifold: &mut Manifold) -> Result<Vec<Interval>, Reason> {
     let mechanism = model.mechanism(values);
     let Start { given, given_rates, .. } = Start::new(&*mechanism);
-    let (q, _) = assembled(&*mechanism).map_err(Reason::NotAssembled)?;
+    let (q, _) = assemble(&*mechanism, Start::new(&*mechanism)).map_err(Reason::NotAssembled)?;
     let [n, m] = manifold.sizes();
     let free = |given: &[bool]| -> Vec<usize> { (0..n).filter(|&i| !given[i]).collect() };
     let (free_q, free_rates) = (free(&given), free(&given_rates));

@@ -1,5 +1,6 @@
 //! The equations of motion in double-double numbers.
 
+use crate::position::{DependentCoordinates, NotAssembled, Start, assemble};
 use qrm_core::{Mechanism, Scalar, Tape, TapeEvaluator};
 
 use super::elimination::Elimination;
@@ -7,9 +8,7 @@ use super::least_norm::least_norm;
 use super::number::Number;
 use crate::analysis::measure::StateAt;
 use crate::integrate::StepError;
-use crate::run::{DependentCoordinates, NotAssembled, assembled};
 use crate::solve::{LoopConstraints, PivotedLdl, constraint_rank, row_products};
-use crate::start::Start;
 
 /// The equations of motion of a mechanism by its tape.
 ///
@@ -85,7 +84,7 @@ impl<'t> Equations<'t> {
     /// The constraints cannot be met.
     pub(super) fn start(&mut self, mechanism: &dyn Mechanism) -> Result<Vec<Number>, NotAssembled> {
         let start = Start::new(mechanism);
-        let (q, qd) = assembled(mechanism)?;
+        let (q, qd) = assemble(mechanism, Start::new(mechanism))?;
         let n = q.len();
         let mut y = vec![Number::zero(); 2 * n];
         let (own_q, own_qd) = y.split_at_mut(n);

@@ -1,5 +1,6 @@
 //! The consistent start on dual numbers.
 
+use crate::position::{DependentCoordinates, Start, assemble};
 use std::convert::Infallible;
 
 use qrm_core::Scalar;
@@ -8,9 +9,8 @@ use super::equations::{DualEquations, DualState};
 use super::error::SensitivityError;
 use super::number::{Inner, Number, complete, constants};
 use super::saddle::less_product;
-use crate::run::{DependentCoordinates, StartError, assembled};
+use crate::run::StartError;
 use crate::solve::LoopConstraints;
-use crate::start::Start;
 
 /// The consistent state at the start. Given coordinates and rates may depend on parameters; the others follow by the
 /// constraints, `C_q dx = -dC` in derivatives.
@@ -19,7 +19,7 @@ use crate::start::Start;
 /// The mechanism cannot be assembled, or the start has no derivatives.
 pub(super) fn start<T: Inner>(equations: &mut DualEquations<T>) -> Result<DualState<T>, SensitivityError> {
     let given = Start::new(equations.mechanism);
-    let assembled = assembled(equations.mechanism);
+    let assembled = assemble(equations.mechanism, Start::new(equations.mechanism));
     let (real_q, real_qd) = assembled.map_err(|e| SensitivityError::Start(StartError::NotAssembled(e)))?;
     let jacobian = LoopConstraints::at(equations.mechanism, 0.0, &real_q).constraint_jacobian;
     let (mut q, mut qd) = (constants(&real_q), constants(&real_qd));

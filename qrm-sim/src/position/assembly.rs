@@ -1,10 +1,10 @@
 //! A consistent start: given values are kept, the others are solved for.
 
+use super::loop_solver::{LoopSolver, Position};
+use super::start::Start;
 use qrm_core::Mechanism;
 
-use crate::analysis::{LoopSolver, Position};
 use crate::solve::{LoopConstraints, Matrix, PivotedLdl, largest, least_squares, row_products, subtract_combination};
-use crate::start::Start;
 
 /// The constraints cannot be met with the given values.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +28,7 @@ const CLOSED: f64 = 1e-12;
 ///
 /// # Errors
 /// Some constraint cannot be met.
-pub fn assemble(mechanism: &dyn Mechanism, start: &Start) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
+pub fn assemble_from_guesses(mechanism: &dyn Mechanism, start: &Start) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
     let weights = vec![1.0; mechanism.description().constraints.len()];
     let mut constraints = LoopConstraints::zero(start.q.len(), weights.len());
     let found = search(mechanism, start, &start.q, &weights, &mut constraints);

@@ -2,7 +2,10 @@
 
 use qrm_core::Mechanism;
 
-use crate::solve::{Dynamics, Linearization, SaddlePoint, SolverStats, dot};
+use super::buffers::{Dynamics, Linearization};
+use super::matrix::dot;
+use super::saddle_point::SaddlePoint;
+use super::stats::SolverStats;
 use crate::state::State;
 
 /// The equations of motion about one state: `qdd` and `lambda` change with coordinates and rates as the solution of the

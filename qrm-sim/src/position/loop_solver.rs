@@ -1,13 +1,13 @@
 //! Positions of a mechanism with its given coordinates held: one after another, until it locks.
 
+use super::assembly::assemble_from_guesses;
+use super::start::Start;
 use std::borrow::Cow;
 use std::cmp::Ordering;
 
 use qrm_core::Mechanism;
 
-use crate::run::assemble;
 use crate::solve::{Dynamics, LoopConstraints, Lu, Matrix, PivotedLdl, constraint_rank, dot, largest, row_products};
-use crate::start::Start;
 
 /// A mechanism whose given coordinates are moved from outside, the others following from the constraints.
 #[derive(Clone)]
@@ -70,7 +70,7 @@ const LONGEST: f64 = 0.2;
 /// By how much the determinant may change in a step, so that no other branch is reached unnoticed.
 const SMOOTH: f64 = 4.0;
 /// How far angles may be from the linear continuation of a position, for the change of the fastest one.
-pub(super) const CONTINUATION: f64 = 0.1;
+pub(crate) const CONTINUATION: f64 = 0.1;
 /// How far rounding errors may take an angle near a singular position.
 const ROUNDING: f64 = 1e-12;
 /// Steps shorter than this fraction of the way are not tried.
@@ -222,11 +222,11 @@ impl<'m> LoopSolver<'m> {
             qd: vec![0.0; n],
             given_rates: vec![false; n],
         };
-        assemble(self.mechanism, &start).err().map(|reason| reason.constraint)
+        assemble_from_guesses(self.mechanism, &start).err().map(|reason| reason.constraint)
     }
 
     /// The largest length at a position: of the coordinates, and of the arms by which angles move the constraints.
-    pub(super) fn size(&self, at: &Position) -> f64 {
+    pub(crate) fn size(&self, at: &Position) -> f64 {
         let (angles, lengths): (Vec<usize>, Vec<usize>) = (0..at.q.len()).partition(|&i| self.is_angle(i));
         let rows = at.constraints.constraint_jacobian.iter();
         let arms = rows.flat_map(|row| angles.iter().map(|&i| row[i].abs()));
@@ -235,11 +235,11 @@ impl<'m> LoopSolver<'m> {
     }
 
     /// Whether a coordinate is given.
-    pub(super) fn is_given(&self, coordinate: usize) -> bool {
+    pub(crate) fn is_given(&self, coordinate: usize) -> bool {
         self.partition.given[coordinate]
     }
 
-    pub(super) fn is_angle(&self, coordinate: usize) -> bool {
+    pub(crate) fn is_angle(&self, coordinate: usize) -> bool {
         self.mechanism.description().is_angle(coordinate)
     }
 
@@ -283,7 +283,7 @@ impl<'m> LoopSolver<'m> {
 
 /// Constraints that these coordinates follow from at the start; `None` if there are not as many independent ones.
 fn independent(mechanism: &dyn Mechanism, dependent: &[usize]) -> Option<Vec<usize>> {
-    let (q, _) = assemble(mechanism, &Start::new(mechanism)).ok()?;
+    let (q, _) = assemble_from_guesses(mechanism, &Start::new(mechanism)).ok()?;
     if constraint_rank(mechanism, 0.0, &q) != dependent.len() {
         return None;
     }

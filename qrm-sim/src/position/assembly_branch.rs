@@ -1,10 +1,11 @@
 //! The start of a mechanism with other parameters or given values, on the branch of its scene's own start.
 
+use super::assembly::{NotAssembled, assemble_from_guesses};
+use super::loop_solver::{CoordinatePartition, LoopSolver, Position};
+use super::start::Start;
 use qrm_core::{Mechanism, TapeEvaluator};
 
-use super::assembly::{NotAssembled, assemble, completed};
-use crate::analysis::{CoordinatePartition, LoopSolver, Position};
-use crate::start::Start;
+use super::assembly::completed;
 
 /// Angles that differ by less than this from the scene's own start are taken for those of its branch.
 const NEAR: f64 = 0.5;
@@ -39,7 +40,7 @@ impl SceneStart {
         let own = mechanism.with_parameters(parameters.clone())?;
         let start = Start::new(&*own);
         let drive = LoopSolver::new(&*own, start.given.clone())?;
-        let position = drive.solve_loops(assemble(&*own, &start).ok()?.0)?;
+        let position = drive.solve_loops(assemble_from_guesses(&*own, &start).ok()?.0)?;
         let partition = drive.into_partition();
         (position.determinant != 0.0).then_some(Self { parameters, start, position, partition })
     }
@@ -70,14 +71,14 @@ impl AssemblyBranch {
             |own: &SceneStart| (0..start.q.len()).all(|i| start.given[i] || start.q[i] == own.start.q[i]);
         let is_own = |own: &SceneStart| mechanism.parameters() == own.parameters && start.q == own.start.q;
         let is_other = |own: &&SceneStart| !is_own(own) && has_guesses_of(own);
-        let Some(own) = self.own.as_ref().filter(is_other) else { return assemble(mechanism, &start) };
+        let Some(own) = self.own.as_ref().filter(is_other) else { return assemble_from_guesses(mechanism, &start) };
         let drive = own.drive(mechanism);
         if let Some(position) = own.neighbour(&drive, &start, &own.position)
             && let Some(found) = completed(&drive, &start, position)
         {
             return Ok(found);
         }
-        let direct = assemble(mechanism, &start);
+        let direct = assemble_from_guesses(mechanism, &start);
         if let Ok((q, _)) = &direct
             && let Some(position) = drive.solve_loops(q.clone())
             && position.determinant * own.position.determinant > 0.0
@@ -88,7 +89,7 @@ impl AssemblyBranch {
         match own.follow(mechanism, &start) {
             Some(position) => {
                 start.q = position.q;
-                assemble(mechanism, &start)
+                assemble_from_guesses(mechanism, &start)
             }
             None => Err(match direct {
                 Err(reason) => reason,
@@ -140,18 +141,10 @@ impl SceneStart {
     }
 }
 
-/// Coordinates and rates of a mechanism at its start, on the branch of its scene's own parameters.
+/// Coordinates and rates of a mechanism at a start, on the branch of its scene's own parameters.
 ///
 /// # Errors
 /// Some constraint cannot be met, or only on another branch.
-pub fn assembled(mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
-    assembled_from(mechanism, Start::new(mechanism))
-}
-
-/// Coordinates and rates of a mechanism at another start, on the branch of its scene's own parameters.
-///
-/// # Errors
-/// Some constraint cannot be met, or only on another branch.
-pub fn assembled_from(mechanism: &dyn Mechanism, start: Start) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
+pub fn assemble(mechanism: &dyn Mechanism, start: Start) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
     AssemblyBranch::new(mechanism).assemble(mechanism, start)
 }

@@ -1,0 +1,15 @@
+//! Positions of a mechanism: where it starts, how its loops are closed, and how far its given coordinates move.
+
+mod assembly;
+mod assembly_branch;
+mod loop_solver;
+mod start;
+
+pub use assembly::{NotAssembled, assemble_from_guesses};
+pub use assembly_branch::assemble;
+pub use loop_solver::{LimitPosition, LoopSolver, Position};
+pub use start::Start;
+
+pub(crate) use assembly::DependentCoordinates;
+pub(crate) use assembly_branch::AssemblyBranch;
+pub(crate) use loop_solver::CONTINUATION;
