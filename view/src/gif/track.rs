@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::motion::{Motion, Shape};
 
-use super::NoAnimation;
+use super::no_animation::NoAnimation;
 
 /// A time of a motion: the frame before it, and how far it is on the way to the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
