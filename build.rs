@@ -1,12 +1,13 @@
 //! The build script of `qrm-model`: the modules of the scenes in `scenes`.
 //!
-//! The golden copies hold the functions. Numbers that have changed are replaced in them; the symbolic engine derives scenes
-//! whose formulae have changed.
+//! The golden copies hold the functions. Numbers that have changed are replaced in them; the symbolic engine derives
+//! scenes whose formulae have changed.
 
 use std::path::{Path, PathBuf};
 
 /// The scenes whose functions are compiled. Others are interpreted, which gives the same numbers to the last bit,
-/// unless `QRM_SCENES` asks for them or their formulae differ from the golden copy: each takes 2 to 12 s of processor time.
+/// unless `QRM_SCENES` asks for them or their formulae differ from the golden copy: each takes 2 to 12 s of processor
+/// time.
 const COMPILED: [&str; 1] = ["quick-return"];
 
 fn main() {

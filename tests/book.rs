@@ -109,7 +109,9 @@ fn every_key_has_the_error_that_it_gives() {
     }
 }
 
-const KEYS: &str = "name doc coordinates parameters tables links joints points bodies constraints loads initial outputs drawing reference extreme run \
-    unit value runtime x y mass com angle inertia residual force torque at on gravity along between spring rest damper potential friction \
-    slip given solve rate second_rate power reaction link block pivot guide path actuator cam belt radii crossed internal profile t accuracy values set end_time step until max_time stiff \
-    revolute weld rod length bar direction joint norm free_body gear rack ratio triangle sides moment drive shaking_force shaking_moment inverse mu normal spline";
+const KEYS: &str = "name doc coordinates parameters tables links joints points bodies constraints loads initial \
+    outputs drawing reference extreme run unit value runtime x y mass com angle inertia residual force torque at on \
+    gravity along between spring rest damper potential friction slip given solve rate second_rate power reaction link \
+    block pivot guide path actuator cam belt radii crossed internal profile t accuracy values set end_time step until \
+    max_time stiff revolute weld rod length bar direction joint norm free_body gear rack ratio triangle sides moment \
+    drive shaking_force shaking_moment inverse mu normal spline";

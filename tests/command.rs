@@ -127,14 +127,14 @@ fn plots_that_cannot_be_made() {
         ("x7:phi2", "scene `quick-return` has no column `x7`\n  = help: did you mean `x6`?"),
         (
             "x6:2*phi2",
-            "scene `quick-return` has no column `2*phi2`\n  = help: write a formula as an output under [outputs], and plot \
-             that",
+            "scene `quick-return` has no column `2*phi2`\n  = help: write a formula as an output under [outputs], and \
+             plot that",
         ),
         ("Z.y:C.x", "scene `quick-return` has no point `Z`\n  = help: its points: O2, O4, A, B, C"),
         (
             "C.x_dot",
-            "there is no column `C.x_dot`\n  = help: components of points are `C.x` and `C.y`; their rates become columns \
-             under [outputs], such as `C_x_dot = { rate = 'C.x', unit = \"m/s\" }`",
+            "there is no column `C.x_dot`\n  = help: components of points are `C.x` and `C.y`; their rates become \
+             columns under [outputs], such as `C_x_dot = { rate = 'C.x', unit = \"m/s\" }`",
         ),
     ] {
         wrong_use(&["run", "--plot", plot], format!("error: {said}\n"));
@@ -158,8 +158,8 @@ fn plots_that_cannot_be_made() {
     );
     wrong_use(
         &["run", "--plot", "phi2,phi4,phi5,x6,N3,N6,energy"],
-        "error: `--plot phi2,phi4,phi5,x6,N3,N6,energy` has 7 curves, and more than 6 cannot be told apart\n  = help: make \
-         several plots of them\n",
+        "error: `--plot phi2,phi4,phi5,x6,N3,N6,energy` has 7 curves, and more than 6 cannot be told apart\n  = help: \
+         make several plots of them\n",
     );
 }
 
@@ -196,9 +196,9 @@ error: the mechanism cannot be assembled: constraint `guide` stays 0.117565 m fr
 fn a_crank_that_never_turns_twice() {
     let run = run(&["--set", "w0=3.0"]);
     assert_eq!(run.status(), 1);
-    let expected = "error: `abs(phi2) >= 4*pi` did not become true by the latest end, t = 10 s: it was nearest at \
-                    t = 8.016 s, 10.949604 short, and has moved away since: the mechanism turned back or stalled, or met the \
-                    condition only between two steps\n";
+    let expected = "error: `abs(phi2) >= 4*pi` did not become true by the latest end, t = 10 s: it was nearest at t = \
+                    8.016 s, 10.949604 short, and has moved away since: the mechanism turned back or stalled, or met \
+                    the condition only between two steps\n";
     Assert::new().eq(run.stderr(), expected);
     assert_eq!(run.summary()["status"], "stop_not_reached");
     near("end", run.summary()["end_time"].as_f64().expect("a number"), 10.0, 0.0);

@@ -49,7 +49,8 @@ impl Desk {
     /// The text of a part of the page; empty if it is hidden.
     fn said(&mut self, part: &str) -> String {
         let said = self.browser.value(&format!(
-            "(() => {{ const part = document.querySelector('.qrm-{part}'); return part.hidden ? '' : part.textContent; }})()"
+            "(() => {{ const part = document.querySelector('.qrm-{part}'); return part.hidden ? '' : part.textContent; \
+             }})()"
         ));
         said.as_str().expect("a text").to_owned()
     }

@@ -85,14 +85,17 @@ fn what_is_shown_at_a_time_is_what_the_command_computes() {
     };
     let shown = |browser: &mut Chromium, name: &str| -> (f64, f64) {
         let text = browser.value(&format!(
-            "[...document.querySelectorAll('.qrm-key')].find((key) => key.children[1].textContent === '{name}')             .querySelector('output').textContent"
+            "[...document.querySelectorAll('.qrm-key')].find((key) => key.children[1].textContent === \
+             '{name}')             .querySelector('output').textContent"
         ));
         let text = text.as_str().expect("a text").replace('\u{2212}', "-");
         let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
         (text.parse().expect("a number"), 0.51 * 10.0_f64.powi(-(decimals as i32)))
     };
     let length = |browser: &mut Chromium| -> f64 {
-        let script = "(() => { const [a, b] = [...document.querySelectorAll('.qrm-link .qrm-pin')].map((pin) =>                       { const { e, f } = pin.getCTM(); return [e, f]; }); return Math.hypot(a[0] - b[0], a[1] - b[1]); })()";
+        let script = "(() => { const [a, b] = [...document.querySelectorAll('.qrm-link .qrm-pin')].map((pin) \
+                      =>                       { const { e, f } = pin.getCTM(); return [e, f]; }); return \
+                      Math.hypot(a[0] - b[0], a[1] - b[1]); })()";
         browser.value(script).as_f64().expect("a length")
     };
     let first = length(&mut browser);
@@ -164,7 +167,10 @@ fn values_that_follow_are_shown() {
         browser.call("Input.dispatchKeyEvent", key);
     }
     browser.wait_for("document.querySelector('.qrm-command').textContent.includes('--set l=1.')");
-    browser.value("(() => { const field = document.querySelector('[name=l]'); field.value = 1; field.dispatchEvent(new Event('change')); })()");
+    browser.value(
+        "(() => { const field = document.querySelector('[name=l]'); field.value = 1; field.dispatchEvent(new \
+                   Event('change')); })()",
+    );
     let type_b = "(() => { const field = document.querySelector('[name=b]'); field.value = 1.5; \
                   field.dispatchEvent(new Event('change')); })()";
     browser.value(type_b);
@@ -201,8 +207,8 @@ fn the_last_motion_stays_where_there_is_none() {
     let before = shown(&mut browser);
     // A rod so short that the loops cannot be closed.
     browser.value(
-        "(() => { const number = document.querySelectorAll('.qrm-parameter input[type=number]')[2]; number.value = 0.1; \
-         number.dispatchEvent(new Event('change')); })()",
+        "(() => { const number = document.querySelectorAll('.qrm-parameter input[type=number]')[2]; number.value = \
+         0.1; number.dispatchEvent(new Event('change')); })()",
     );
     browser.wait_for("!document.querySelector('.qrm-problem').hidden");
     let said = browser.value("document.querySelector('.qrm-problem').textContent");

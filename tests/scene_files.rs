@@ -231,7 +231,7 @@ fn plots_whose_files_may_be_the_same_are_refused() {
     fs::write(place.path("caps.toml"), scene).expect("written");
     let output = place.qrm(&program(), &["run", "caps.toml", "--plot", "p", "--plot", "P"]);
     assert_eq!(output.status.code(), Some(2));
-    let expected = "error: `plot-P-t.svg` and `plot-p-t.svg` may be the same file\n  = help: make one of the two plots in \
-                    another run\n";
+    let expected = "error: `plot-P-t.svg` and `plot-p-t.svg` may be the same file\n  = help: make one of the two plots \
+                    in another run\n";
     assert_eq!(String::from_utf8_lossy(&output.stderr), expected);
 }

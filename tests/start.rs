@@ -50,7 +50,8 @@ fn starts_that_cannot_be_are_refused() {
     );
     assert_eq!(
         refused(&["speed=1"]),
-        "error: `speed` is not given at the start of scene `quick-return`\n  = help: given at the start: phi2, phi2_dot\n"
+        "error: `speed` is not given at the start of scene `quick-return`\n  = help: given at the start: phi2, \
+         phi2_dot\n"
     );
     assert_eq!(refused(&["phi2"]), "error: `--start phi2` has no `=`\n  = help: write `--start NAME=VALUE`\n");
     assert_eq!(refused(&["phi2=0/0"]), "error: `--start phi2` needs a number, but `0/0` gives NaN\n");

@@ -1,7 +1,7 @@
 //! Designs in lanes against runs of their own.
 //!
-//! `QRM_RUNS=100000 QRM_SEED=1 cargo test --release --test sweep -- --nocapture` makes so many random designs, others with
-//! another seed, and prints what they are like.
+//! `QRM_RUNS=100000 QRM_SEED=1 cargo test --release --test sweep -- --nocapture` makes so many random designs, others
+//! with another seed, and prints what they are like.
 
 use crate::common::{event, mechanism, model};
 use fastrand::Rng;
@@ -281,7 +281,8 @@ fn what_a_design_says_of_its_error_holds() {
     ratios.sort_by(f64::total_cmp);
     let at = |part: f64| ratios.get((part * ratios.len() as f64) as usize).copied().unwrap_or(0.0);
     println!(
-        "{} compared, {alone} alone, {refused} refused; true over stated: 1 % {:.3}, median {:.2}, 99 % {:.2}, 99.9 % {:.2}, most {:.2}",
+        "{} compared, {alone} alone, {refused} refused; true over stated: 1 % {:.3}, median {:.2}, 99 % {:.2}, 99.9 % \
+         {:.2}, most {:.2}",
         ratios.len(),
         at(0.01),
         at(0.5),

@@ -151,7 +151,8 @@ fn made(product: &Product) -> String {
         "Code of others in {}\n\n\
          {} crates, for Linux, Windows or macOS; and the Rust standard library, MIT OR Apache-2.0,\n\
          Copyright (c) The Rust Project Contributors. The texts of the licences follow the list.\n\n\
-         qrm itself is licensed under MIT OR Apache-2.0. The scene of a unit has the licence that its author gives it.\n\n\
+         qrm itself is licensed under MIT OR Apache-2.0. The scene of a unit has the licence that its author gives \
+         it.\n\n\
          {}\n\n",
         product.name,
         linked.len(),

@@ -43,8 +43,10 @@ pub fn four_bars(n: usize) -> String {
     [
         format!(
             "name = \"n-four-bar-{n}\"\n\
-             doc = \"{n} coupled four-bars of equal rods under gravity: twice a turn all rods lie in line, and the loops lose their rank.\"\n\n\
-             # Gonzalez, Dopico, Lugris, Cuadrado, Multibody System Dynamics 16 (2006) 179-190. Made by codegen/examples/make.rs.\n\
+             doc = \"{n} coupled four-bars of equal rods under gravity: twice a turn all rods lie in line, and the \
+             loops lose their rank.\"\n\n\
+             # Gonzalez, Dopico, Lugris, Cuadrado, Multibody System Dynamics 16 (2006) 179-190. Made by \
+             codegen/examples/make.rs.\n\
              coordinates = [\n"
         ),
         lines(n + 1, |i| format!("    {{ name = \"a{i}\", unit = \"rad\", doc = \"crank {i}\" }},")),
@@ -60,10 +62,16 @@ pub fn four_bars(n: usize) -> String {
         lines(n + 1, |i| format!("B{i} = ['A{i}.x + l*cos(a{i})', 'l*sin(a{i})']")),
         "\n[bodies]\n".to_owned(),
         lines(n + 1, |i| {
-            format!("crank{i} = {{ mass = 'm', com = ['A{i}.x + l/2*cos(a{i})', 'l/2*sin(a{i})'], angle = 'a{i}', inertia = 'J' }}")
+            format!(
+                "crank{i} = {{ mass = 'm', com = ['A{i}.x + l/2*cos(a{i})', 'l/2*sin(a{i})'], angle = 'a{i}', \
+                     inertia = 'J' }}"
+            )
         }),
         lines(n, |i| {
-            format!("coupler{i} = {{ mass = 'm', com = ['B{i}.x + l/2*cos(b{i})', 'B{i}.y + l/2*sin(b{i})'], angle = 'b{i}', inertia = 'J' }}")
+            format!(
+                "coupler{i} = {{ mass = 'm', com = ['B{i}.x + l/2*cos(b{i})', 'B{i}.y + l/2*sin(b{i})'], angle = \
+                     'b{i}', inertia = 'J' }}"
+            )
         }),
         "\n[constraints]\n".to_owned(),
         lines(n, |i| {
@@ -74,7 +82,8 @@ pub fn four_bars(n: usize) -> String {
             )
         }),
         format!(
-            "\n[loads]\nweight = {{ gravity = ['0', '-g'] }}\n\n[initial]\ngiven = {{ a0 = 'pi/2', a0_dot = '-v0/l' }}\nsolve = {{ {} }}\n\n",
+            "\n[loads]\nweight = {{ gravity = ['0', '-g'] }}\n\n[initial]\ngiven = {{ a0 = 'pi/2', a0_dot = '-v0/l' \
+             }}\nsolve = {{ {} }}\n\n",
             guesses.join(", ")
         ),
         "[outputs]\n\

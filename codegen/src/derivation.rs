@@ -42,9 +42,10 @@ impl Derivation<'_> {
         let Scene { name, doc, .. } = self.scene;
         let doc = if doc.is_empty() { String::new() } else { format!("{}\n\n", plain(doc)) };
         format!(
-            "# {name}: the equations of motion\n\n{doc}Derived from `scenes/{name}.toml` by the TMT method: the positions of \
-             the bodies are differentiated by the generalized coordinates, loops are cut and closed by constraints with \
-             multipliers. These are the formulae behind the generated functions, whose names stand beside them.\n"
+            "# {name}: the equations of motion\n\n{doc}Derived from `scenes/{name}.toml` by the TMT method: the \
+             positions of the bodies are differentiated by the generalized coordinates, loops are cut and closed by \
+             constraints with multipliers. These are the formulae behind the generated functions, whose names stand \
+             beside them.\n"
         )
     }
 
@@ -96,9 +97,9 @@ impl Derivation<'_> {
             return String::new();
         }
         let mut text = String::from(
-            "## Named quantities\n\nArguments, points and positions of bodies that depend on many coordinates stand under a \
-             name in other formulae, and so do their derivatives. A ring marks what a second rate has beside the \
-             accelerations.\n",
+            "## Named quantities\n\nArguments, points and positions of bodies that depend on many coordinates stand \
+             under a name in other formulae, and so do their derivatives. A ring marks what a second rate has beside \
+             the accelerations.\n",
         );
         for (symbol, term) in names.iter().enumerate().flat_map(|(k, named)| named.definitions(k)) {
             text += &format!("\n{}\n", self.equation(&self.symbol(symbol), &term));
@@ -114,8 +115,9 @@ impl Derivation<'_> {
 
     fn bodies(&self) -> String {
         let mut text = set(
-            "## Bodies: `com_positions`\n\n$@x(@q)$ stacks the positions of the centres of mass and the angles of \
-             the bodies, as far as they carry inertia and move:\n\n| row | what | $@x_i$ | $@M_{ii}$ |\n|---|---|---|---|\n",
+            "## Bodies: `com_positions`\n\n$@x(@q)$ stacks the positions of the centres of mass and the angles of the \
+             bodies, as far as they carry inertia and move:\n\n| row | what | $@x_i$ | $@M_{ii}$ \
+             |\n|---|---|---|---|\n",
         );
         for (i, (row, x)) in self.equations.rows.iter().zip(&self.equations.com_positions).enumerate() {
             let (what, x, inertia) = (self.row(row), self.writer.term(x), self.writer.term(&row.inertia));
@@ -252,11 +254,12 @@ impl Derivation<'_> {
             false => ("$@C(@q) = 0$", r"$@C_{@q}\,@qd = 0$"),
         };
         let words = set("The force of a constraint $C$ with the multiplier $\\lambda$ on a point $P$ is \
-             $-\\lambda\\,\\partial C/\\partial P$, the coordinates of other points and all angles held. After each step \
-             positions are put back onto #closed, rates onto #tangent.");
+             $-\\lambda\\,\\partial C/\\partial P$, the coordinates of other points and all angles held. After each \
+             step positions are put back onto #closed, rates onto #tangent.");
         let words = words.replace("#closed", &set(closed)).replace("#tangent", &set(tangent));
         format!(
-            "## Equations of motion: `dynamics`, `loop_constraints`\n\n$${}, \\qquad {lambda} = {column}$$\n\n{words}\n",
+            "## Equations of motion: `dynamics`, `loop_constraints`\n\n$${}, \\qquad {lambda} = \
+             {column}$$\n\n{words}\n",
             system.replace('\n', " ")
         )
     }

@@ -66,8 +66,8 @@ impl Kernel {
         Builder::new(scene, lowering, next, false).inverse_dynamics(equations)
     }
 
-    /// Lets the symbols of normal forces stand for their values at any position, in plain functions. Gives the values on
-    /// the way there, with names.
+    /// Lets the symbols of normal forces stand for their values at any position, in plain functions. Gives the values
+    /// on the way there, with names.
     pub fn bind_normal_forces(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Vec<(String, Signed)> {
         if equations.normal_forces.is_empty() {
             return Vec::new();

@@ -2,7 +2,8 @@
 //!
 //! The phases, each with plain data for the next: `qrm_scene` (text to [`Scene`](qrm_scene::scene::Scene)), the program
 //! `qrm-engine` (scene to [`term`]s; the only part that contains symbolica), [`lower`] and [`share`] (terms to a
-//! [`graph`]), [`functions`] (graph to a [`NamedTape`](qrm_core::NamedTape)). [`verify`] compares the tape with the scene.
+//! [`graph`]), [`functions`] (graph to a [`NamedTape`](qrm_core::NamedTape)). [`verify`] compares the tape with the
+//! scene.
 
 pub mod derivation;
 pub mod formula;

@@ -3,7 +3,8 @@
 use qrm_language::identifier::is_identifier;
 use qrm_scene::names::{module_name, struct_name};
 
-/// SourceExcerpts that a module cannot have as its name: the list of modules, crates and types that the crate around it names.
+/// SourceExcerpts that a module cannot have as its name: the list of modules, crates and types that the crate around it
+/// names.
 const RESERVED_MODULES: [&str; 29] = [
     "scenes",
     "gen",

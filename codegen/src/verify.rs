@@ -60,7 +60,8 @@ pub enum Unverified {
     Undetermined(String),
 }
 
-/// Compares the tape with its scene at random states, half of them near the start, and what evaluators run with the tape.
+/// Compares the tape with its scene at random states, half of them near the start, and what evaluators run with the
+/// tape.
 ///
 /// # Errors
 /// Which function differs, by how much, and where; or that the scene has no value to compare with.

@@ -9,9 +9,10 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// All real numbers between two doubles, both included.
 ///
-/// The result of an operation contains the results for all numbers in its operands. Doubles are rounded to nearest, so an
-/// exact result lies between the neighbours of the rounded one; this also holds below the normal range. An end that
-/// overflows, or a result that is not defined for all numbers, makes [`Interval::ENTIRE`] of the result: it proves nothing.
+/// The result of an operation contains the results for all numbers in its operands. Doubles are rounded to nearest, so
+/// an exact result lies between the neighbours of the rounded one; this also holds below the normal range. An end that
+/// overflows, or a result that is not defined for all numbers, makes [`Interval::ENTIRE`] of the result: it proves
+/// nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     lo: f64,

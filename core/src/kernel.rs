@@ -7,8 +7,8 @@ use crate::scalar::Scalar;
 /// numbers `R`, its parameters inside.
 ///
 /// What follows from the position alone is computed once, and serves accelerations as well as corrections. The
-/// constraints `C_q qdd + bias = 0` are solved for `M` coordinates that depend on the others; the motion of those follows
-/// from `T' (Mbar qdd - fbar) = 0` with the tangents `T`, `C_q T = 0`.
+/// constraints `C_q qdd + bias = 0` are solved for `M` coordinates that depend on the others; the motion of those
+/// follows from `T' (Mbar qdd - fbar) = 0` with the tangents `T`, `C_q T = 0`.
 ///
 /// All numbers are in SI units, angles in radians.
 pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
@@ -19,7 +19,8 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
     /// The number of operations of accelerations and multipliers. Large kernels are compiled into fewer places.
     const OPERATIONS: usize;
 
-    /// The numbers of coordinates and of constraints; where they are smaller than `N` and `M`, what lies beyond is zero.
+    /// The numbers of coordinates and of constraints; where they are smaller than `N` and `M`, what lies beyond is
+    /// zero.
     #[inline(always)]
     fn sizes(&self) -> [usize; 2] {
         [N, M]

@@ -6,7 +6,8 @@ use crate::scalar::Scalar;
 use pulp::Simd;
 
 /// A vector of doubles. Only `StepsBy` (`lane_steps`), `Steps` (`gauss`) and the kernels made for them have values of
-/// it, and their constructors take a token of `S`, or are called where there is one: wherever there is such a value, the processor has the instructions of `S`.
+/// it, and their constructors take a token of `S`, or are called where there is one: wherever there is such a value,
+/// the processor has the instructions of `S`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes<S: Token>(S::Register);
 

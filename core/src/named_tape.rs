@@ -23,8 +23,8 @@ use crate::tape::Operation;
 /// The functions of a scene with `n` coordinates and `m` constraints.
 ///
 /// A value is known by its place. The inputs come first: parameters; time; positions, rates and accelerations of the
-/// coordinates (`n` each); multipliers (`m`); sines and cosines of the coordinates (`n` each); residuals (`m`). Operands
-/// stand before what is made of them.
+/// coordinates (`n` each); multipliers (`m`); sines and cosines of the coordinates (`n` each); residuals (`m`).
+/// Operands stand before what is made of them.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct NamedTape {
     parameters: usize,

@@ -66,8 +66,8 @@ impl RowRequest {
 pub struct RowResult {
     /// Rows after the first one that were written.
     pub rows_written: usize,
-    /// The reason why no more were; `None` if the next step cannot be relied on: some number is not finite, a residual is
-    /// too large, or the kernel is not valid at the position.
+    /// The reason why no more were; `None` if the next step cannot be relied on: some number is not finite, a residual
+    /// is too large, or the kernel is not valid at the position.
     pub reason: Option<StopReason>,
 }
 

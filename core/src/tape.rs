@@ -132,8 +132,8 @@ impl Operation {
 /// The functions of a mechanism with `n` coordinates and `m` constraints, as operations on any number.
 ///
 /// Values have places: parameters come first, then the arguments: `t`, `q`, `qd`, `qdd` (`n` each) and the multipliers
-/// (`m`), then sines and cosines of `q` (`n` each) and residuals (`m`) for the kernel. The constants come next. The values
-/// of each function follow, in the same places for all functions; those of the kernel stand one after another.
+/// (`m`), then sines and cosines of `q` (`n` each) and residuals (`m`) for the kernel. The constants come next. The
+/// values of each function follow, in the same places for all functions; those of the kernel stand one after another.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Tape {
     /// The number of coordinates, `n`.

@@ -36,8 +36,8 @@ pub enum Error {
     Unverified(Unverified),
 }
 
-/// Writes `directory/NAME.rs` for each scene file, with its tape, `NAME.tape`, and its derivation, `NAME.md`. At most one
-/// call per process.
+/// Writes `directory/NAME.rs` for each scene file, with its tape, `NAME.tape`, and its derivation, `NAME.md`. At most
+/// one call per process.
 ///
 /// # Errors
 /// Anything that keeps one of the files from being written; no file is ever half-written.

@@ -1,11 +1,11 @@
 //! The program `qrm-engine`, which derives the equations of motion of scenes.
 //!
 //! - `qrm-engine generate FOLDER SCENE...` writes the modules of scene files, in Rust, and their derivations.
-//! - `qrm-engine derive SCENE FILE` derives the scene on its standard input, and writes it to a file as data. `SCENE` is
-//!   the name for messages. The scene ends with a zero byte, after which the input stays open: when it is closed, the
-//!   engine ends and leaves no file. A scene may also end with the input. `qrm` starts the engine for scenes that it was
-//!   not built with, and ends it when the scene has changed meanwhile. The file with the extension `unverified` is
-//!   written first, before the functions are compared with the formulae of the scene.
+//! - `qrm-engine derive SCENE FILE` derives the scene on its standard input, and writes it to a file as data. `SCENE`
+//!   is the name for messages. The scene ends with a zero byte, after which the input stays open: when it is closed,
+//!   the engine ends and leaves no file. A scene may also end with the input. `qrm` starts the engine for scenes that
+//!   it was not built with, and ends it when the scene has changed meanwhile. The file with the extension `unverified`
+//!   is written first, before the functions are compared with the formulae of the scene.
 //! - `qrm-engine --version` prints the version, which must be that of the program that asks.
 //!
 //! Errors stand on the standard error stream; what else is printed on the standard output is of no use.

@@ -47,7 +47,9 @@ fn is_short(arguments: &[&str]) -> bool {
     };
     let (step, end) = (after("--step").unwrap_or(1e-3), after("--end-time").unwrap_or(10.0));
     let is_given_once = |option: &str| arguments.iter().filter(|a| a.contains(option)).count() <= 1;
-    let is_run = arguments.first().is_some_and(|a| ["run", "stability", "check", "explain", "code", "derive", "list"].contains(a));
+    let is_run = arguments
+        .first()
+        .is_some_and(|a| ["run", "stability", "check", "explain", "code", "derive", "list"].contains(a));
     is_run
         && step > 0.0
         && end / step <= 1e4
@@ -69,7 +71,17 @@ fn check(arguments: &[&str], out: &Path) {
     let set = arguments.windows(2).filter(|pair| pair[0] == "--set").flatten();
     let (end_text, step_text) = (format!("{end:?}"), format!("{:?}", 0.1 * end));
     again.extend(set.copied());
-    again.extend(["--method", "auto", "--tolerance", "1e-10", "--no-figures", "--end-time", &end_text, "--step", &step_text]);
+    again.extend([
+        "--method",
+        "auto",
+        "--tolerance",
+        "1e-10",
+        "--no-figures",
+        "--end-time",
+        &end_text,
+        "--step",
+        &step_text,
+    ]);
     let other = out.join("again");
     if run(&again, &other.display().to_string()) != 0 {
         return;
@@ -81,13 +93,25 @@ fn check(arguments: &[&str], out: &Path) {
     if !exact["estimated_error"].as_f64().is_some_and(|error| error < 0.1 * claimed) {
         return;
     }
-    let coordinates = exact["end_state"].as_object().expect("a state").iter().filter(|(name, _)| !name.ends_with("_dot"));
+    let coordinates = exact["end_state"]
+        .as_object()
+        .expect(
+            "a \
+        state",
+        )
+        .iter()
+        .filter(|(name, _)| !name.ends_with("_dot"));
     let number = |value: &serde_json::Value| value.as_f64().expect("a number");
     // Errors are claimed in the unit of the coordinates, or relative to the largest of them.
     let largest = coordinates.clone().map(|(_, value)| number(value).abs()).fold(1.0, f64::max);
     for (name, value) in coordinates {
         let (value, got) = (number(value), number(&got["end_state"][name]));
-        assert!((got - value).abs() <= 3.0 * claimed * largest, "{name} is {got} instead of {value}: {}", arguments.join(" "));
+        assert!(
+            (got - value).abs() <= 3.0 * claimed * largest,
+            "{name} is {got} instead of {value}: \
+            {}",
+            arguments.join(" ")
+        );
     }
 }
 

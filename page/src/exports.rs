@@ -84,8 +84,8 @@ pub extern "C" fn at(t: f64) -> u32 {
     answer(|state| state.simulator.as_mut().ok_or(NO_SCENE)?.at(t))
 }
 
-/// Drags points, a line `NAME=WEIGHT` of the input each, towards a place, from the pose at a time of the last motion, or
-/// from where they were dragged last if the time is not a number; the output is the start there as JSON.
+/// Drags points, a line `NAME=WEIGHT` of the input each, towards a place, from the pose at a time of the last motion,
+/// or from where they were dragged last if the time is not a number; the output is the start there as JSON.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
 #[unsafe(no_mangle)]
 pub extern "C" fn drag(t: f64, x: f64, y: f64) -> u32 {

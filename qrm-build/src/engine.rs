@@ -105,9 +105,9 @@ impl Sources {
             count => lines[count.saturating_sub(12)..].join("\n  "),
         };
         format!(
-            "the symbolic engine could not be built:\n  {last}\n  \
-             = help: run `cargo build --release --locked --manifest-path {} --target-dir {}` to see all of it, or set QRM_ENGINE to a program \
-             `qrm-engine` {VERSION}",
+            "the symbolic engine could not be built:\n  {last}\n  = help: run `cargo build --release --locked \
+             --manifest-path {} --target-dir {}` to see all of it, or set QRM_ENGINE to a program `qrm-engine` \
+             {VERSION}",
             self.clone.join("engine/Cargo.toml").display(),
             self.target().display()
         )
@@ -151,8 +151,8 @@ pub fn check(program: &Path) -> Result<(), String> {
     Err(format!("the symbolic engine {name} is {said}, and this is {VERSION}\n{help}"))
 }
 
-/// The engine for a build script: the one that `QRM_ENGINE` names, that of the clone around this crate or the user's, or
-/// one on the `PATH`.
+/// The engine for a build script: the one that `QRM_ENGINE` names, that of the clone around this crate or the user's,
+/// or one on the `PATH`.
 fn origin() -> Result<Origin, String> {
     if let Some(program) = named() {
         return check(&program).map(|()| Origin::Program(program));

@@ -10,9 +10,9 @@
 //!
 //! and the crate includes the result by `include!(concat!(env!("OUT_DIR"), "/scenes.rs"));`.
 //!
-//! The modules come from golden copies: generated code that is committed in a folder of the crate. Numbers of a scene that
-//! have changed are replaced in its golden copy (module `values`). Where formulae have changed, or there is no golden copy,
-//! the program `qrm-engine` writes the module ([`engine`]).
+//! The modules come from golden copies: generated code that is committed in a folder of the crate. Numbers of a scene
+//! that have changed are replaced in its golden copy (module `values`). Where formulae have changed, or there is no
+//! golden copy, the program `qrm-engine` writes the module ([`engine`]).
 
 pub mod engine;
 mod golden_copy;
@@ -29,8 +29,8 @@ pub use modules::{Request, modules};
 /// Writes the modules of scene files, named from the folder of the crate, into `OUT_DIR`, from where the crate includes
 /// `scenes.rs`; tells cargo when to do so again, and what looks like a mistake in a scene.
 ///
-/// Golden copies in the folder `generated` of the crate spare the symbolic engine. If a scene is wrong, the build fails with
-/// its report.
+/// Golden copies in the folder `generated` of the crate spare the symbolic engine. If a scene is wrong, the build fails
+/// with its report.
 pub fn build(scenes: &[&str]) {
     let paths: Vec<PathBuf> = scenes.iter().map(PathBuf::from).collect();
     report(out_folder().and_then(|out| {
@@ -52,8 +52,8 @@ pub fn report(result: Result<Vec<String>, String>) {
     print!("{}", logged(&result));
 }
 
-/// Messages for cargo, line by line. A script that fails itself would have them shown below the command and all that was
-/// printed before.
+/// Messages for cargo, line by line. A script that fails itself would have them shown below the command and all that
+/// was printed before.
 fn logged(result: &Result<Vec<String>, String>) -> String {
     let lines = |kind: &str, text: &str| -> String {
         text.lines().map(|line| format!("cargo::{kind}={}\n", line.strip_prefix("error: ").unwrap_or(line))).collect()

@@ -21,13 +21,13 @@ pub struct Request<'a> {
     pub copies: &'a Path,
     /// The folder that receives the modules, with `scenes.rs`, which includes them.
     pub out: &'a Path,
-    /// Tells by the name of a scene whether it is compiled, not interpreted. Scenes that differ from their golden copy in
-    /// more than numbers are compiled in any case.
+    /// Tells by the name of a scene whether it is compiled, not interpreted. Scenes that differ from their golden copy
+    /// in more than numbers are compiled in any case.
     pub is_compiled: &'a dyn Fn(&str) -> bool,
 }
 
-/// Writes `out/NAME.rs` with its tape and derivation for each scene, and `out/scenes.rs`, which includes all modules; tells cargo
-/// when to do so again. Returns warnings.
+/// Writes `out/NAME.rs` with its tape and derivation for each scene, and `out/scenes.rs`, which includes all modules;
+/// tells cargo when to do so again. Returns warnings.
 ///
 /// With `QRM_GENERATE` in the environment no golden copy is used: the symbolic engine writes every module.
 ///

@@ -12,8 +12,8 @@ use crate::golden_copy::GoldenCopy;
 
 /// A golden copy with the numbers of a scene; `None` if more than numbers has changed since it was generated.
 ///
-/// Values also decide in which order the kernel eliminates coordinates. The order of the copy stays, so that results may
-/// differ from those of a new derivation in the last digit.
+/// Values also decide in which order the kernel eliminates coordinates. The order of the copy stays, so that results
+/// may differ from those of a new derivation in the last digit.
 pub(crate) fn with_values(copy: &GoldenCopy, (old, source): (&Scene, &str), new: &SceneFile) -> Option<GoldenCopy> {
     if formulae(source)? != formulae(&new.source)? || left_out(old) != left_out(&new.scene) {
         return None;

@@ -1,7 +1,7 @@
 //! The results of the command, for programs that embed it, such as the Python package.
 //!
-//! A [`LoadedScene`] gives numbers where the command writes files. Options are those of the command, under the same names
-//! and with the same errors.
+//! A [`LoadedScene`] gives numbers where the command writes files. Options are those of the command, under the same
+//! names and with the same errors.
 
 mod accuracy;
 mod equations;

@@ -62,28 +62,30 @@ impl Setup {
             return Error::usage("the mechanism can be assembled only on another branch than that of the scene")
                 .help("on the way there it passes a singular position; choose guesses in [initial] on that branch");
         }
-        let diagnostic = if reason.rates {
-            let title = format!(
-                "the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s"
-            );
-            Diagnostic::error(title, span, "cannot stay closed with the given rates").help(
-                "give no more rates in [initial] than there are degrees of freedom; if there are not, the mechanism starts \
-                 at a dead point for the coordinate that is given: start elsewhere, or give another rate",
+        let diagnostic =
+            if reason.rates {
+                let title = format!(
+                    "the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s"
+                );
+                Diagnostic::error(title, span, "cannot stay closed with the given rates").help(
+                "give no more rates in [initial] than there are degrees of freedom; if there are not, the mechanism \
+                 starts at a dead point for the coordinate that is given: start elsewhere, or give another rate",
             )
-        } else if !reason.residual.is_finite() {
-            let title = format!("constraint `{name}` has no value at the first guesses");
-            Diagnostic::error(title, span, "a root or another function leaves its domain")
-                .help("choose other guesses in [initial]")
-        } else {
-            let found = self.scene.coordinates.iter().zip(&reason.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
-            let found = found.collect::<Vec<_>>().join(", ");
-            let title =
-                format!("the mechanism cannot be assembled: constraint `{name}` stays {size} {unit} from closed");
-            Diagnostic::error(title, span, format!("not zero anywhere near the first guesses; nearest at {found}")).help(
+            } else if !reason.residual.is_finite() {
+                let title = format!("constraint `{name}` has no value at the first guesses");
+                Diagnostic::error(title, span, "a root or another function leaves its domain")
+                    .help("choose other guesses in [initial]")
+            } else {
+                let found = self.scene.coordinates.iter().zip(&reason.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
+                let found = found.collect::<Vec<_>>().join(", ");
+                let title =
+                    format!("the mechanism cannot be assembled: constraint `{name}` stays {size} {unit} from closed");
+                Diagnostic::error(title, span, format!("not zero anywhere near the first guesses; nearest at \
+                                                    {found}")).help(
                 "check the lengths that occur here, or start from other guesses in [initial]; give no more positions \
                      than there are degrees of freedom, and the others as guesses in `solve`",
             )
-        };
+            };
         self.at_place(diagnostic)
     }
 }

@@ -37,7 +37,8 @@ pub(crate) struct SceneOptions {
     /// End at this time in seconds, whatever the scene says
     #[arg(long, value_name = "T", conflicts_with = "until", allow_hyphen_values = true)]
     pub(crate) end_time: Option<String>,
-    /// End when a condition becomes true, such as `phi2 >= 2*pi` or `N6 >= 1000`; at the scene's latest end at the latest
+    /// End when a condition becomes true, such as `phi2 >= 2*pi` or `N6 >= 1000`; at the scene's latest end at the
+    /// latest
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(crate) until: Option<String>,
 }

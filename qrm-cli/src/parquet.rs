@@ -28,8 +28,8 @@ pub(crate) fn require() -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::usage("this program was built without Parquet").help(
-        "build it with the feature `parquet` (`cargo install --path . --features parquet`), or write `.csv`, which pandas \
-         and polars turn into Parquet",
+        "build it with the feature `parquet` (`cargo install --path . --features parquet`), or write `.csv`, which \
+         pandas and polars turn into Parquet",
     ))
 }
 

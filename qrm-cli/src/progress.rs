@@ -24,8 +24,8 @@ pub(crate) fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed) || EMBEDDER.get().is_some_and(|check| check())
 }
 
-/// Does some work that ends when `check` returns true, on this thread. No handler of signals is installed meanwhile, and
-/// no progress is shown.
+/// Does some work that ends when `check` returns true, on this thread. No handler of signals is installed meanwhile,
+/// and no progress is shown.
 pub(crate) fn interruptible<T>(check: fn() -> bool, work: impl FnOnce() -> T) -> T {
     /// Restores what was there before, also when the work panics.
     struct Restored(Option<fn() -> bool>);

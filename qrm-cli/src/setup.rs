@@ -64,8 +64,8 @@ impl Setup {
         Ok(setup)
     }
 
-    /// The setup of a scene that is already found, and read with its own values if it has a scene; the name in `options`
-    /// is not used.
+    /// The setup of a scene that is already found, and read with its own values if it has a scene; the name in
+    /// `options` is not used.
     pub(crate) fn from_found(found: FoundScene, options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
         let one = DesignSpace { count: 1, value: &|_, _| None, range: &|_| None };
         Self::without_rewrites(found, options, how)?.with_regular_forms(&one)

@@ -39,8 +39,8 @@ const CORNER: f64 = 1e-6;
 /// Lengths of lines that meet at a corner, as parts of the way between the ends.
 const LINES: [f64; 2] = [2e-5, 2e-9];
 
-/// The place between two at which a value is largest, and the value there, from a place near it and its value on. `None`
-/// if a value could not be computed.
+/// The place between two at which a value is largest, and the value there, from a place near it and its value on.
+/// `None` if a value could not be computed.
 #[inline(never)] // One copy: pages are to be small.
 pub(crate) fn peak_between(
     ends: [f64; 2],
@@ -77,8 +77,8 @@ fn vertex_near(
     Some(is_peak.then_some(best))
 }
 
-/// The largest value by parabolas through the three best places, and golden sections where they do not help (Brent, Algorithms
-/// for Minimization without Derivatives, chapter 5); at a corner then by the lines that meet there.
+/// The largest value by parabolas through the three best places, and golden sections where they do not help (Brent,
+/// Algorithms for Minimization without Derivatives, chapter 5); at a corner then by the lines that meet there.
 fn peak_from(
     mut best: (f64, f64),
     [mut a, mut b]: [f64; 2],

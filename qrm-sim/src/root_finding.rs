@@ -55,8 +55,8 @@ pub(crate) fn slope(at: &State, h: f64, value: &mut dyn FnMut(&State) -> Option<
     Some((value(&moved)? - value(at)?) / h)
 }
 
-/// The state inside a step at which a value that is negative at both ends is largest, if it rises from the beginning and
-/// falls to the end; also where it turns at a corner.
+/// The state inside a step at which a value that is negative at both ends is largest, if it rises from the beginning
+/// and falls to the end; also where it turns at a corner.
 #[inline(never)] // One copy: pages are to be small.
 pub(crate) fn touched<E>(
     from: &State,

@@ -10,8 +10,8 @@ use crate::lexer::Comparison;
 use crate::parser::Condition;
 use crate::scene::{Quantity, Scene, Value};
 
-/// The tape of a condition alone: its event rises through zero when the condition becomes true. The parameters are those
-/// of the scene's tape.
+/// The tape of a condition alone: its event rises through zero when the condition becomes true. The parameters are
+/// those of the scene's tape.
 pub fn event_tape(scene: &Scene, condition: &Condition<Quantity>, tape: &NamedTape) -> Tape {
     let mut tape = tape.clone();
     let event = event(scene, condition, &mut tape);
@@ -155,8 +155,8 @@ impl<'s> Formula<'s> {
     }
 }
 
-/// The statements on the way to a value: values with a name, here or in the functions of outputs and energies, and those
-/// that are used more than once.
+/// The statements on the way to a value: values with a name, here or in the functions of outputs and energies, and
+/// those that are used more than once.
 fn statements(tape: &NamedTape, root: u32, mut names: BTreeMap<u32, Vec<String>>) -> Vec<Statement> {
     let needed = tape.needed(std::iter::once(root));
     let is_constant = tape.are_constant();

@@ -12,8 +12,8 @@ use crate::spline::Spline;
 /// How deep parentheses, signs and powers may nest.
 const DEPTH_LIMIT: usize = 200;
 
-/// How many numbers, names and operations a formula may have. The memory for the text of its code grows with the square:
-/// 200 MB at this limit.
+/// How many numbers, names and operations a formula may have. The memory for the text of its code grows with the
+/// square: 200 MB at this limit.
 pub(crate) const OPERATION_LIMIT: usize = 4000;
 
 /// A formula whose names are still text.

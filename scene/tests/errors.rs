@@ -1,8 +1,8 @@
 //! Every mistake that a scene can contain, and the whole report that the user gets for it.
 //!
 //! `errors/NAME.toml` is a scene with one mistake (or several that meet), `errors/NAME.txt` its report, byte for byte.
-//! `QRM_REFRESH=1 cargo test -p qrm-scene --test integration errors` writes the reports anew: read the difference before keeping
-//! it.
+//! `QRM_REFRESH=1 cargo test -p qrm-scene --test integration errors` writes the reports anew: read the difference
+//! before keeping it.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -81,8 +81,8 @@ impl Live {
         self.save(text.replacen(from, to, 1));
     }
 
-    /// The next news. As a page does, it asks again when there is nothing to show for as long as an answer may take: the
-    /// engine may be at work for another program.
+    /// The next news. As a page does, it asks again when there is nothing to show for as long as an answer may take:
+    /// the engine may be at work for another program.
     pub(crate) fn next(&mut self) -> Value {
         let (version, scene) = self.known;
         let asked = Instant::now();

@@ -336,7 +336,10 @@ fn figures_are_the_same_each_time_and_of_one_style() {
         |svg: &str| svg.split_once("</style>").map(|(head, _)| head[head.find("<style>").unwrap_or(0)..].to_owned());
     assert_eq!(style(&single), style(&many));
     assert!(style(&single).is_some_and(|css| css.contains("prefers-color-scheme:dark")));
-    assert!(single.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"qrm\" role=\"img\" width=\"800\" height=\"420\" viewBox=\"0 0 16000 8400\">"));
+    assert!(single.starts_with(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"qrm\" role=\"img\" width=\"800\" \
+                                height=\"420\" viewBox=\"0 0 16000 8400\">"
+    ));
     let document = Document::parse(&many).expect("well-formed");
     assert!((800.0..900.0).contains(&number(document.root_element(), "height")));
     assert_eq!(with_class(document.root(), "panel").len(), 4);

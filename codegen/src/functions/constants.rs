@@ -15,8 +15,8 @@ use qrm_core::named_tape::{Function, Part, Shape};
 const LONGEST_NAME: usize = 34;
 
 impl Writer<'_> {
-    /// Adds the functions of what depends on parameters alone: parameters that others follow, and constants. Values that
-    /// keep their size during a run and are not just parameters get a field each.
+    /// Adds the functions of what depends on parameters alone: parameters that others follow, and constants. Values
+    /// that keep their size during a run and are not just parameters get a field each.
     pub(super) fn add_constants(&mut self) {
         let parameters = scene_formula::parameters(self.scene, &mut self.tape.borrow_mut());
         self.add(parameters);

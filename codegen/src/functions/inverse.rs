@@ -16,7 +16,8 @@ pub(super) fn add_inverse_dynamics(writer: &Writer, kernel: &Kernel) {
     let along = if names.is_empty() { String::new() } else { format!(" along {}", names.join(", ")) };
     function.doc = format!(
         "Inverse dynamics: the forces and torques{along} that accelerations take beside the loads, and the\n\
-         multipliers: `Mbar qdd + C_q' lambda = fbar + forces`. Positions, rates and accelerations keep the constraints."
+         multipliers: `Mbar qdd + C_q' lambda = fbar + forces`. Positions, rates and accelerations keep the \
+         constraints."
     );
     writer.add(function);
     writer.tape.borrow_mut().actuated = places;

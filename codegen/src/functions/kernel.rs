@@ -106,7 +106,8 @@ impl<'a> Emitter<'a> {
             },
             KernelFunction {
                 name: "correction",
-                doc: "The change of coordinates that is least in the metric of `Mbar` among those with `C_q dq = -residuals`.",
+                doc: "The change of coordinates that is least in the metric of `Mbar` among those with `C_q dq = \
+                      -residuals`.",
                 arguments: &[Argument::Position, Argument::Residuals],
                 blocks: &[Block::Correction],
                 results: vec![&kernel.correction],
@@ -235,8 +236,8 @@ impl<'a> Emitter<'a> {
             name.map(|name| (name, *value))
         };
         let names: BTreeMap<String, u32> = values.iter().filter_map(name).collect();
-        let doc = "What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent \
-                   coordinates follow the others.";
+        let doc = "What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the \
+                   dependent coordinates follow the others.";
         let arguments = match self.kernel.is_timed {
             true => vec![Argument::Time, Argument::Coordinates, Argument::Angles],
             false => vec![Argument::Coordinates, Argument::Angles],

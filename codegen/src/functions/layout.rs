@@ -199,8 +199,8 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             "com_jacobian",
             &["T", "x_q"],
             format!(
-                "The transformation matrix of the TMT method, `T = dx/dq`, each entry in the unit of its row over that of its \
-                 column.\n\n{rows} {columns}"
+                "The transformation matrix of the TMT method, `T = dx/dq`, each entry in the unit of its row over that \
+                 of its column.\n\n{rows} {columns}"
             ),
             &[Coordinates],
             &row_names,
@@ -258,7 +258,8 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             "constraint_rate",
             &["C_t"],
             format!(
-                "`C_t`, how fast the closures move by themselves: `C_q qd + C_t = 0`, in the unit of each constraint per s.\n\n\
+                "`C_t`, how fast the closures move by themselves: `C_q qd + C_t = 0`, in the unit of each constraint \
+                 per s.\n\n\
                  {constraints}"
             ),
             at_position,

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use qrm_core::named_tape::{Argument, Function, Part, Shape, Value};
 use qrm_core::{NamedTape, Operation};
 
-/// The functions of the arguments on the way to `dynamics` and `loop_constraints`. Sizes of solutions of a linear system
-/// are left out where the forces contain some: they belong to the search for normal forces of friction.
+/// The functions of the arguments on the way to `dynamics` and `loop_constraints`. Sizes of solutions of a linear
+/// system are left out where the forces contain some: they belong to the search for normal forces of friction.
 pub(super) fn switching(tape: &NamedTape, has_solved_forces: bool) -> [Function; 2] {
     let degrees = degrees_in_time(tape);
     let solved = if has_solved_forces { follows_from_quotients(tape, &degrees) } else { Vec::new() };

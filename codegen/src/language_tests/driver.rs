@@ -74,7 +74,8 @@ fn call(program: &Program, function: &Function) -> String {
             Shape::Booleans(count) => {
                 declared += &format!("            int {place}[{count}];\n");
                 printed += &format!(
-                    "            for (int i = 0; i < {count}; i++) {{\n                printf(\"%d\\n\", {place}[i]);\n            }}\n"
+                    "            for (int i = 0; i < {count}; i++) {{\n                printf(\"%d\\n\", \
+                     {place}[i]);\n            }}\n"
                 );
                 arguments.push(place);
             }

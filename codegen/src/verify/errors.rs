@@ -30,8 +30,8 @@ fn digits(number: f64) -> usize {
     format!("{number:e}").split('e').next().unwrap_or_default().chars().filter(char::is_ascii_digit).count()
 }
 
-/// Whether numbers of a module are rounded: slopes of tables, coefficients of splines, and products of numbers with many
-/// digits.
+/// Whether numbers of a module are rounded: slopes of tables, coefficients of splines, and products of numbers with
+/// many digits.
 pub(super) fn has_rounded_constants(scene: &Scene) -> bool {
     let is_long = |node: &Node<Quantity>| {
         matches!(node, Node::Number(number) if digits(number.value) > LONG) || matches!(node, Node::Spline(..))

@@ -30,8 +30,8 @@ pub(super) fn second_derivatives(
         let is_hidden = || has_rounded_constants && difference <= CONSTANTS * rounding().sum::<f64>();
         if !(difference <= allowed) && !(spread > 1e-4 * difference) && !is_hidden() {
             return Err(format!(
-                "the C_qq of the derivation is wrong: that of constraint `{}`, contracted with the rates, is {contracted:e} instead \
-                 of {expected:e}",
+                "the C_qq of the derivation is wrong: that of constraint `{}`, contracted with the rates, is \
+                 {contracted:e} instead of {expected:e}",
                 constraint.name
             ));
         }

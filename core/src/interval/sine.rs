@@ -16,9 +16,10 @@ const TERMS: u32 = 13;
 impl Interval {
     /// Sine and cosine.
     ///
-    /// Whole quarter turns are subtracted by parts of the quarter turn that bound it. The rest is at most 1.5 in size, or
-    /// nothing is known but that both lie between -1 and 1. There the sine grows, and the cosine has its maximum at zero,
-    /// so that the ends are enough. Their values are those of Taylor's polynomials with the remainder by Lagrange.
+    /// Whole quarter turns are subtracted by parts of the quarter turn that bound it. The rest is at most 1.5 in size,
+    /// or nothing is known but that both lie between -1 and 1. There the sine grows, and the cosine has its maximum at
+    /// zero, so that the ends are enough. Their values are those of Taylor's polynomials with the remainder by
+    /// Lagrange.
     #[must_use]
     pub fn sin_cos(self) -> (Self, Self) {
         let any = Self::new(-1.0, 1.0);

@@ -7,8 +7,8 @@ use super::{Argument, NamedTape, Value, place};
 use crate::tape::Operation as Op;
 
 impl NamedTape {
-    /// The derivative of a value by time, which the rates and accelerations of the coordinates give; `None` if the value
-    /// depends on accelerations or multipliers.
+    /// The derivative of a value by time, which the rates and accelerations of the coordinates give; `None` if the
+    /// value depends on accelerations or multipliers.
     pub fn rate(&mut self, value: u32) -> Option<u32> {
         let mut rates: HashMap<u32, u32> = HashMap::new();
         for each in self.needed(std::iter::once(value)) {

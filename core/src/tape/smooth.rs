@@ -8,8 +8,8 @@ use crate::Scalar;
 impl<R: Scalar> TapeEvaluator<'_, Vec<R>> {
     /// The tape whose signs are those of a state: a smooth continuation of the equations of motion from there.
     ///
-    /// It differs from the tape in `dynamics`, `loop_constraints` and `switching_functions`, where `sign(x)` is a number,
-    /// and `abs(x)` is `x` or `-x`.
+    /// It differs from the tape in `dynamics`, `loop_constraints` and `switching_functions`, where `sign(x)` is a
+    /// number, and `abs(x)` is `x` or `-x`.
     pub fn with_signs_of(&mut self, t: R, q: &[R], qd: &[R]) -> Tape {
         let mut tape = self.tape.clone();
         for function in [&mut tape.dynamics, &mut tape.loop_constraints, &mut tape.switching_functions] {

@@ -149,7 +149,8 @@ fn main() -> Result<(), Error> {
     let found = Design::new(&lengths(&u).0)?;
     let worst = found.misses().iter().map(|miss| miss.0.abs()).fold(0.0, f64::max);
     println!(
-        "\nstroke and time ratio within {:.4} % of the wish, peak force {:.1} % of the start's, {:.1} % of that by hand",
+        "\nstroke and time ratio within {:.4} % of the wish, peak force {:.1} % of the start's, {:.1} % of that by \
+         hand",
         100.0 * worst,
         100.0 * found.peak.0 / unit,
         100.0 * found.peak.0 / by_hand

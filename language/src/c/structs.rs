@@ -20,7 +20,8 @@ impl Writer<'_> {
         let mut text: String = self.program.structs.iter().map(|structure| self.definition(structure)).collect();
         let n = self.program.coordinates.len().max(1);
         text += &format!(
-            "\n// Sines and cosines of the coordinates that are angles.\n{} {{\n    double sin[{n}];\n    double cos[{n}];\n}};\n",
+            "\n// Sines and cosines of the coordinates that are angles.\n{} {{\n    double sin[{n}];\n    double \
+             cos[{n}];\n}};\n",
             self.structure(StructKind::Angles)
         );
         text += &format!("\n{}{} {{\n", comment(&self.program.doc), self.structure(StructKind::Mechanism));

@@ -39,8 +39,8 @@ pub(super) fn helpers(function: &Function) -> String {
 fn helper(builtin: Builtin) -> Option<String> {
     let real = |call: &str, library: &str, condition: &str| {
         format!(
-            "function y = {call}\n    % NaN where it is not real.\n    y = NaN;\n    if {condition}\n        y = {library};\n    \
-             end\nend"
+            "function y = {call}\n    % NaN where it is not real.\n    y = NaN;\n    if {condition}\n        y = \
+             {library};\n    end\nend"
         )
     };
     Some(match builtin {

@@ -16,8 +16,8 @@ impl Writer<'_> {
         }
         text += "\n";
         text += &format!("p = {name}_parameters();\nmotion = {name}_motion(p);\n");
-        text += "fprintf('%d steps, end at t = %.15g s, largest residual %.1e\\n', ...\n    numel(motion.t) - 1, motion.t(end), \
-                 max([motion.residual; 0]));\n";
+        text += "fprintf('%d steps, end at t = %.15g s, largest residual %.1e\\n', ...\n    numel(motion.t) - 1, \
+                 motion.t(end), max([motion.residual; 0]));\n";
         for (unit, places) in by_unit(&self.program.coordinates) {
             let label = format!("rates ({unit}/s)");
             let names: Vec<String> =
@@ -39,7 +39,8 @@ impl Writer<'_> {
 /// A figure of columns over time.
 fn figure(name: &str, columns: &str, label: &str) -> String {
     format!(
-        "\nfigure('Name', {});\nplot(motion.t, {columns});\ngrid on;\nxlabel('t (s)');\nylabel({}, 'Interpreter', 'none');\n",
+        "\nfigure('Name', {});\nplot(motion.t, {columns});\ngrid on;\nxlabel('t (s)');\nylabel({}, 'Interpreter', \
+         'none');\n",
         quoted(name),
         quoted(label)
     )

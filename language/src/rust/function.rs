@@ -59,8 +59,8 @@ impl<'t> Printer<'t> {
         let (output, value) = self.output(function, parts);
         let docs = doc_lines(&texts::function(self.scene, self.tape, function));
         let aliases = &function.aliases;
-        // What a step calls must not pass its matrices through memory, and the quantities of a row share their sines and
-        // cosines where all are in one place.
+        // What a step calls must not pass its matrices through memory, and the quantities of a row share their sines
+        // and cosines where all are in one place.
         let is_of_kernel = |argument| matches!(argument, &Argument::Position | &Argument::Angles);
         let is_inner = ["dynamics", "loop_constraints", "outputs", "energy", "power"].contains(&&*function.name)
             || function.arguments.iter().any(is_of_kernel);

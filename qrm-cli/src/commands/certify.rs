@@ -24,8 +24,8 @@ pub(crate) struct Options {
     /// Give a parameter another value, such as `O2A=0.25` or `w0=3*pi`
     #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
     set: Vec<String>,
-    /// End at this time in seconds [default: after one turn of the angle that the scene gives, at the scene's end at the
-    /// latest]
+    /// End at this time in seconds [default: after one turn of the angle that the scene gives, at the scene's end at
+    /// the latest]
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     end_time: Option<String>,
     #[command(flatten)]
@@ -94,7 +94,8 @@ fn not_enclosed(setup: &Setup, reason: &Reason, t: Option<f64>) -> Error {
         ),
         Reason::NoSeries(NoSeries::Operation(Obstacle { operation, operand })) => (
             format!(
-                "the equations contain {operation} of numbers between {} and {}, where it may have a corner or no value",
+                "the equations contain {operation} of numbers between {} and {}, where it may have a corner or no \
+                 value",
                 number(operand.lo()),
                 number(operand.hi())
             ),

@@ -7,10 +7,10 @@ mod mobility;
 mod motion;
 mod revolution;
 
-use qrm_sim::position::Start;
 use clap::Args;
 use qrm_core::{Mechanism, Model, QuantityDescription};
 use qrm_sim::analysis::MechanismWithoutDrive;
+use qrm_sim::position::Start;
 
 use crate::error::Error;
 use crate::options::{MethodOptions, SceneOptions};
@@ -87,7 +87,8 @@ pub(crate) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>),
 
 /// The mechanism with some of its drives released.
 fn released(setup: &Setup, drives: &[usize]) -> Result<Box<dyn Mechanism>, Error> {
-    let release = |mechanism, drive: &usize| MechanismWithoutDrive::new(mechanism, *drive).map(|own| Box::new(own) as Box<_>);
+    let release =
+        |mechanism, drive: &usize| MechanismWithoutDrive::new(mechanism, *drive).map(|own| Box::new(own) as Box<_>);
     let released = drives.iter().try_fold(setup.mechanism(), release);
     released.map_err(|reason| setup.not_assembled(&reason))
 }

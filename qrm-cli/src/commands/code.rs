@@ -117,7 +117,9 @@ fn not_by_itself(scene: &str, name: &str, language: &Language) -> Error {
 fn show(language: &Language, code: &str) {
     let code = code.trim_end();
     print(&match anstream::AutoStream::choice(&std::io::stdout()) {
-        anstream::ColorChoice::Always | anstream::ColorChoice::AlwaysAnsi if language.name == "rust" => highlighted(code),
+        anstream::ColorChoice::Always | anstream::ColorChoice::AlwaysAnsi if language.name == "rust" => {
+            highlighted(code)
+        }
         _ => code.to_owned(),
     });
 }

@@ -103,8 +103,10 @@ fn library(setup: &Setup) -> Result<Vec<u8>, Error> {
     let newest = places.into_iter().filter(|path| path.is_file()).max_by_key(modified);
     let path = newest.unwrap_or(beside);
     let wrong = |why: String| {
-        Error::usage(format!("the library that belongs into the unit {why}: {}", path.display()))
-            .help("`cargo build --release` makes it beside the command; keep both in one folder (a command that pip installed has none)")
+        Error::usage(format!("the library that belongs into the unit {why}: {}", path.display())).help(
+            "`cargo build --release` makes it beside the command; keep both in one folder (a command that pip \
+                   installed has none)",
+        )
     };
     let library = std::fs::read(&path).map_err(|e| wrong(format!("cannot be read ({e})")))?;
     let holds = |text: &str| library.windows(text.len()).any(|window| window == text.as_bytes());

@@ -33,9 +33,9 @@ pub(crate) struct Options {
     set: Vec<String>,
     #[command(flatten)]
     start: StartOptions,
-    /// Motion of a coordinate that the scene gives at its start: `constant`, `trapezoid`, `polynomial`, `table:FILE.csv`
-    /// or a formula of `t`, with `NAME=` before it where the scene gives several; those without a motion stay where
-    /// they are [default: constant]
+    /// Motion of a coordinate that the scene gives at its start: `constant`, `trapezoid`, `polynomial`,
+    /// `table:FILE.csv` or a formula of `t`, with `NAME=` before it where the scene gives several; those without a
+    /// motion stay where they are [default: constant]
     #[arg(long, value_name = "[NAME=]MOTION", allow_hyphen_values = true)]
     motion: Vec<String>,
     /// Rate of a constant motion, mean rate of the others [default: the scene's]

@@ -24,7 +24,8 @@ fn compiled(models: &[Model]) -> Option<String> {
     };
     models.iter().any(Model::is_interpreted).then(|| {
         format!(
-            "compiled: {}; interpreted, with the same numbers: {} (QRM_SCENES=all before the build command compiles all)",
+            "compiled: {}; interpreted, with the same numbers: {} (QRM_SCENES=all before the build command compiles \
+             all)",
             names(false),
             names(true)
         )

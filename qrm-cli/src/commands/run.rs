@@ -53,8 +53,8 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     if options.parquet {
         parquet::require()?;
     }
-    let setup =
-        Setup::from_found(options.scene.name.find(models)?, &options.scene, &options.method)?.starting_from(&options.start)?;
+    let setup = Setup::from_found(options.scene.name.find(models)?, &options.scene, &options.method)?
+        .starting_from(&options.start)?;
     let plots = Plots::new(&setup, &options.plots)?;
     let out = options.out.folder(&setup.path);
     for file in ["trajectory.csv", "trajectory.parquet", "trajectory.units.json", "summary.json"] {

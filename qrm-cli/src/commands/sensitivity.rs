@@ -36,8 +36,8 @@ pub(crate) struct Options {
     /// more entries
     #[arg(long, value_name = "NAME=VALUE")]
     hessian_vector: Vec<String>,
-    /// Skip the motions by steps half as long, which estimate errors, and those at other values of the parameters, which
-    /// check the derivatives
+    /// Skip the motions by steps half as long, which estimate errors, and those at other values of the parameters,
+    /// which check the derivatives
     #[arg(long)]
     no_check: bool,
     #[command(flatten)]
@@ -173,7 +173,8 @@ fn derive(
     asked: SensitivityRequest,
 ) -> Result<Sensitivity, Error> {
     let keep_running = |t, end_time| progress.keep_running(t, end_time);
-    let request = SensitivityRequest { step: Some(setup.step()), end: setup.end(), keep_running: Some(&keep_running), ..asked };
+    let request =
+        SensitivityRequest { step: Some(setup.step()), end: setup.end(), keep_running: Some(&keep_running), ..asked };
     sensitivity(setup.model, replace, &request).map_err(|reason| no_sensitivity(setup, &reason))
 }
 

@@ -7,10 +7,10 @@ mod report_lines;
 mod survey;
 mod table;
 
-use qrm_sim::position::{Start, assemble};
 use clap::Args;
 use qrm_core::Model;
 use qrm_sim::integrate::AUTO;
+use qrm_sim::position::{Start, assemble};
 
 use crate::error::Error;
 use crate::options::{MethodOptions, OutFolder, SceneOptions};

@@ -6,8 +6,8 @@ use qrm_scene::scene::Scene;
 /// The data that determine the functions of a scene: its text without comments and without the values of parameters,
 /// and which of the parameters are zero.
 ///
-/// Values also decide the order of elimination in the kernel. The order of the first derivation stays, so that numbers may
-/// differ from those of a new derivation in the last digit.
+/// Values also decide the order of elimination in the kernel. The order of the first derivation stays, so that numbers
+/// may differ from those of a new derivation in the last digit.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct DerivationKey {
     text: String,

@@ -115,7 +115,8 @@ mod tests {
 
     #[test]
     fn starts_of_links_and_sliders_are_written() {
-        let text = "[links]\ncrank = { bar = [\"O\", \"A\"], angle = 0.5, rate = 3 } # driven\nrod = { coordinate = \"psi\" }\n\
+        let text = "[links]\ncrank = { bar = [\"O\", \"A\"], angle = 0.5, rate = 3 } # driven\nrod = { coordinate = \
+                    \"psi\" }\n\
                     [joints]\nguide = { prismatic = [\"a\", \"b\"], start = 0.1 }\n";
         let values = [("phi_crank", 0.75), ("phi_crank_dot", 4.0), ("s_guide", 0.2)];
         let values = BTreeMap::from(values.map(|(name, x)| (name.to_owned(), x)));

@@ -55,8 +55,8 @@ impl Quantity {
         };
         let Some(axis) = ["x", "y"].iter().position(|axis| *axis == component) else {
             return Err(Error::usage(format!("there is no column `{point}.{component}`")).help(format!(
-                "components of points are `{point}.x` and `{point}.y`; their rates become columns under [outputs], such as \
-                 `{point}_x_dot = {{ rate = '{point}.x', unit = \"m/s\" }}`"
+                "components of points are `{point}.x` and `{point}.y`; their rates become columns under [outputs], \
+                 such as `{point}_x_dot = {{ rate = '{point}.x', unit = \"m/s\" }}`"
             )));
         };
         let name = format!("{point}.{component}");

@@ -29,8 +29,8 @@ pub(crate) fn choose(program: PathBuf) {
     let _ = EMBEDDED.set(program);
 }
 
-/// The engine: the one that was chosen, or that `QRM_ENGINE` names; or else the one beside this program, the one that was
-/// built in the clone that this program lies in, or one on the `PATH`.
+/// The engine: the one that was chosen, or that `QRM_ENGINE` names; or else the one beside this program, the one that
+/// was built in the clone that this program lies in, or one on the `PATH`.
 pub(crate) fn program() -> Option<PathBuf> {
     let chosen = EMBEDDED.get().cloned().filter(|program| program.is_file());
     if let Some(program) = chosen.or_else(qrm_build::engine::named) {

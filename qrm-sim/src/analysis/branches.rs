@@ -21,8 +21,8 @@ const SAME: f64 = 1e-6;
 ///
 /// Guesses are spread evenly over all angles and over lengths of the size of the first position (an additive recurrence
 /// with the generalized golden ratio), so that the same positions are found each time. A position that almost no guess
-/// leads to may be missed. Angles are those nearest to the first position. The search ends when `keep_running` says so, or with
-/// [`MAX_BRANCHES`] positions.
+/// leads to may be missed. Angles are those nearest to the first position. The search ends when `keep_running` says so,
+/// or with [`MAX_BRANCHES`] positions.
 pub fn branches(mechanism: &dyn Mechanism, start: &Start, mut keep_running: impl FnMut() -> bool) -> Vec<Vec<f64>> {
     let description = mechanism.description();
     let own = assemble_from_guesses(mechanism, start).ok().map(|(q, _)| q);

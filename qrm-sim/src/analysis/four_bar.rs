@@ -60,10 +60,11 @@ impl FourBar {
         })
     }
 
-    /// The smallest transmission angle, in rad: the acute angle between coupler and output as far as the input can move;
-    /// `None` if the loop cannot be closed.
+    /// The smallest transmission angle, in rad: the acute angle between coupler and output as far as the input can
+    /// move; `None` if the loop cannot be closed.
     ///
-    /// With the distance `f` of the far ends of input and ground, `cos mu = (coupler^2 + output^2 - f^2)/(2 coupler output)`.
+    /// With the distance `f` of the far ends of input and ground, `cos mu = (coupler^2 + output^2 - f^2)/(2 coupler
+    /// output)`.
     pub fn transmission_angle(&self) -> Option<f64> {
         self.class()?;
         let Self { ground, input, coupler, output } = *self;

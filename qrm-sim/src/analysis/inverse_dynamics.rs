@@ -76,7 +76,8 @@ const MAX_STEPS: u32 = 100_000;
 const SHORTEST: f64 = 1e-9;
 
 impl<'m> PrescribedMotion<'m> {
-    /// The motion at its first time, on the branch of the start; there the given coordinates have their prescribed values.
+    /// The motion at its first time, on the branch of the start; there the given coordinates have their prescribed
+    /// values.
     ///
     /// # Errors
     /// The mechanism cannot be assembled, or not be moved, or has friction that the motion leaves open.

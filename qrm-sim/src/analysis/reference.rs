@@ -30,13 +30,13 @@ pub struct ReferenceState {
 ///
 /// Parameters have the doubles that a simulation has too; coordinates and rates at the start that the scene gives have
 /// all digits of its formulae. Steps are those of the extrapolated midpoint rule, after each of which coordinates and
-/// rates are projected onto the constraints in the mass metric. They end at corners and jumps of the equations of motion,
-/// up to which the smooth continuation from the beginning of a step is followed. Tolerances below 1e-26 drown in
-/// rounding errors.
+/// rates are projected onto the constraints in the mass metric. They end at corners and jumps of the equations of
+/// motion, up to which the smooth continuation from the beginning of a step is followed. Tolerances below 1e-26 drown
+/// in rounding errors.
 ///
 /// # Errors
-/// The constraints cannot be met at the start; the accelerations are not determined; or it would take more than some 1e8 operations, a few seconds, as it does with stiff motions and
-/// with motions along a jump.
+/// The constraints cannot be met at the start; the accelerations are not determined; or it would take more than some
+/// 1e8 operations, a few seconds, as it does with stiff motions and with motions along a jump.
 pub fn reference_states(
     model: &Model,
     replace: ParameterOverrides,

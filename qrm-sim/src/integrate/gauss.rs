@@ -30,8 +30,8 @@ const DIVERGED: f64 = 50.0;
 /// The method is given up when attempts count so much against it.
 const GIVEN_UP: u32 = 80;
 
-/// A polynomial that misses accelerations at the ends of a step by more than this multiple of the root of the tolerance, in
-/// changes of rates, has missed a load that acts between an end and the node beside it.
+/// A polynomial that misses accelerations at the ends of a step by more than this multiple of the root of the
+/// tolerance, in changes of rates, has missed a load that acts between an end and the node beside it.
 const ENDS: f64 = 20.0;
 
 /// Steps of the Gauss method, and by `auto` where it does not suit.

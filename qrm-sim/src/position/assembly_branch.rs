@@ -100,8 +100,8 @@ impl AssemblyBranch {
 }
 
 impl SceneStart {
-    /// The position that the scene's own one becomes when parameters and given values change to those of a mechanism and
-    /// a start; `None` if it meets a singular position on the way.
+    /// The position that the scene's own one becomes when parameters and given values change to those of a mechanism
+    /// and a start; `None` if it meets a singular position on the way.
     fn follow(&self, mechanism: &dyn Mechanism, start: &Start) -> Option<Position> {
         let (mut now, mut done, mut step) = (self.position.clone(), 0.0, 0.125_f64);
         while done < 1.0 {

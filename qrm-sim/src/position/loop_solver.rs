@@ -75,7 +75,8 @@ pub(crate) const CONTINUATION: f64 = 0.1;
 const ROUNDING: f64 = 1e-12;
 /// Steps shorter than this fraction of the way are not tried.
 const SHORTEST: f64 = 1e-10;
-/// The distance beyond a limit position at which constraints are looked at, in rad, or against the size of the mechanism.
+/// The distance beyond a limit position at which constraints are looked at, in rad, or against the size of the
+/// mechanism.
 const BEYOND: f64 = 1e-2;
 /// Nor are steps of shorter angles: where branches cross, rounding errors join them at about this distance.
 const SHORTEST_ANGLE: f64 = 1e-7;

@@ -30,8 +30,8 @@ impl Start {
         start
     }
 
-    /// Gives a coordinate, or a rate such as `phi_dot`, another value; `None` if it is not given, so that it follows from
-    /// the others.
+    /// Gives a coordinate, or a rate such as `phi_dot`, another value; `None` if it is not given, so that it follows
+    /// from the others.
     pub fn set(&mut self, description: &Description, name: &str, value: f64) -> Option<()> {
         let place = |name: &str| description.coordinates.iter().position(|coordinate| coordinate.name == name);
         let rate = || name.strip_suffix("_dot").and_then(place);

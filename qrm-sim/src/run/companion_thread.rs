@@ -106,8 +106,8 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         }
     }
 
-    /// Follows rows of a run, the last of its integrator, of which the first has the number `first`; `extremes` are known
-    /// after them.
+    /// Follows rows of a run, the last of its integrator, of which the first has the number `first`; `extremes` are
+    /// known after them.
     pub(crate) fn follow(&mut self, run: &Integrator, (rows, first): (&[f64], u64), extremes: &[Extremes]) {
         if self.beside.is_none() && self.thread.is_none() {
             return;

@@ -133,32 +133,33 @@ impl StepError {
                 let constraint = &description.constraints[e.constraint];
                 let (name, unit) = (constraint.name, constraint.unit);
                 let text = format!(
-                    "constraint `{name}` could not be closed again after the step: still {:.3e} {unit} open after {} corrections",
+                    "constraint `{name}` could not be closed again after the step: still {:.3e} {unit} open after {} \
+                     corrections",
                     e.residual, e.iterations
                 );
-                let help = "use a shorter --step, or a smaller --tolerance with a method that chooses its steps; if it happens at \
-                            the same position with every step, the mechanism is singular there";
+                let help = "use a shorter --step, or a smaller --tolerance with a method that chooses its steps; if it \
+                            happens at the same position with every step, the mechanism is singular there";
                 (text, help.to_owned())
             }
             Self::Massless(coordinate) => {
                 let name = description.coordinates[*coordinate].name;
                 let text = format!(
-                    "no mass resists a motion of coordinate `{name}` that the constraints allow, so its acceleration is not \
-                     determined"
+                    "no mass resists a motion of coordinate `{name}` that the constraints allow, so its acceleration \
+                     is not determined"
                 );
                 (text, "give the bodies that move with it a mass or an inertia".to_owned())
             }
             Self::StepTooShort { h } => {
                 let text = format!(
-                    "steps had to become as short as {h:.1e} s, and time stands still: the tolerance is beyond double precision, \
-                     or the mechanism is singular here, or without inertia"
+                    "steps had to become as short as {h:.1e} s, and time stands still: the tolerance is beyond double \
+                     precision, or the mechanism is singular here, or without inertia"
                 );
                 (text, "use a larger --tolerance".to_owned())
             }
             Self::TooManySteps { attempts, h } => {
                 let text = format!(
-                    "{attempts} steps were tried, now of {h:.1e} s, and the next row is far: the motion is too fast, too stiff or \
-                     too near a singular position for the tolerance and the time that it is to be followed"
+                    "{attempts} steps were tried, now of {h:.1e} s, and the next row is far: the motion is too fast, \
+                     too stiff or too near a singular position for the tolerance and the time that it is to be followed"
                 );
                 (text, "use a larger --tolerance, an earlier --end-time, or a shorter --step between rows".to_owned())
             }
@@ -184,8 +185,8 @@ impl StepError {
             Self::NotFinite | Self::ForcesNotFinite => {
                 let text = "the next state is not finite: numbers grew beyond all bounds, or a formula left its domain"
                     .to_owned();
-                let help = "use a shorter --step, or a smaller --tolerance with a method that chooses its steps; look for roots, \
-                            logarithms and quotients in the scene";
+                let help = "use a shorter --step, or a smaller --tolerance with a method that chooses its steps; look \
+                            for roots, logarithms and quotients in the scene";
                 (text, help.to_owned())
             }
             Self::NoLinearization if !description.friction.is_empty() => {

@@ -57,8 +57,8 @@ const ROWS: usize = 5;
 
 /// Follows columns row by row and looks between the rows with polynomials of degree 4 through five of them.
 ///
-/// Polynomials tell where extremes may lie between the rows. Those places are handed out, and extremes are noted as they
-/// are found in the motion there.
+/// Polynomials tell where extremes may lie between the rows. Those places are handed out, and extremes are noted as
+/// they are found in the motion there.
 #[derive(Clone, Debug)]
 pub struct ExtremesTracker<D = f64> {
     /// Rows so far.
@@ -191,8 +191,8 @@ impl<D: Number> ExtremesTracker<D> {
         [minimum, maximum][end]
     }
 
-    /// Takes up what five rows around a row do not tell: turns near the last rows, and the last row, beside which a column
-    /// may be larger.
+    /// Takes up what five rows around a row do not tell: turns near the last rows, and the last row, beside which a
+    /// column may be larger.
     pub fn finish(&mut self) {
         for column in 0..self.found.len() {
             for middle in 1..self.window().saturating_sub(1) {
@@ -272,7 +272,8 @@ impl<D: Number> ExtremesTracker<D> {
         self.values[column][(self.rows - self.window() + i) % ROWS]
     }
 
-    /// Searches the vertex near a row, its value and its time; the value differs from that of the row by `reach` at most.
+    /// Searches the vertex near a row, its value and its time; the value differs from that of the row by `reach` at
+    /// most.
     fn search(&self, column: usize, end: usize, middle: usize, reach: f64) -> Option<(D, D)> {
         let row = |i: usize| (self.time(i).re(), self.value(i, column).re());
         // At a corner one row bends alone, and a polynomial through it would overshoot.

@@ -116,7 +116,8 @@ impl Simulation {
         })
     }
 
-    /// Watches the motion from here on, so that it can be judged as a run is: see [`rejection_reasons`](Self::rejection_reasons).
+    /// Watches the motion from here on, so that it can be judged as a run is: see
+    /// [`rejection_reasons`](Self::rejection_reasons).
     ///
     /// A second motion at 3/2 of the step, or with shorter steps where a tolerance chooses them, estimates the error.
     /// Where the parameters change, it begins with this one again, and the errors add up.

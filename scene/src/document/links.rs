@@ -37,8 +37,8 @@ pub struct LinkSyntax {
 pub enum Shape {
     /// A slender bar from the origin along its x axis.
     Bar(Formula),
-    /// A thin triangle: its first corner is the origin, the second one is on the x axis, and the third one on the left of
-    /// that. Sides from the first to the second corner, from there to the third, and back.
+    /// A thin triangle: its first corner is the origin, the second one is on the x axis, and the third one on the left
+    /// of that. Sides from the first to the second corner, from there to the third, and back.
     Triangle([Formula; 3]),
 }
 

@@ -117,8 +117,8 @@ pub(super) fn output(r: &mut Reader, identifier: Identifier, value: table::Value
     }
     let table = r.table(&format!("output `{}`", identifier.name), value)?;
     let doc = table.string(r, "doc");
-    let help = "an output is a value, its rate, its second rate, the reaction of a constraint, the power of a load, or the \
-                force in a joint, its moment, or its drive";
+    let help = "an output is a value, its rate, its second rate, the reaction of a constraint, the power of a load, or \
+                the force in a joint, its moment, or its drive";
     let kind = table.one_of(r, &KEYS, help)?;
     let unit = match (table.string(r, "unit"), kind) {
         (unit, "shaking_force") if unit.is_empty() => "N".to_owned(),

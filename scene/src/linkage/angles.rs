@@ -7,7 +7,8 @@ use crate::parser::Formula;
 
 /// The angles of all links.
 pub(super) struct Angles {
-    /// The coordinates, each with a link that has it; the angles of the links are numbered from 1, that of the ground is 0.
+    /// The coordinates, each with a link that has it; the angles of the links are numbered from 1, that of the ground
+    /// is 0.
     pub(super) coordinates: Vec<(String, usize)>,
     of_links: Vec<Angle>,
 }

@@ -124,8 +124,8 @@ fn add_phase(joint: &Joint, value: Formula) -> Formula {
     joint.syntax.phase.clone().map_or(value.clone(), |phase| add(value, phase))
 }
 
-/// The pairs of points that a pin holds together and the tree does not, with what follows the name of the joint in those
-/// of their constraints.
+/// The pairs of points that a pin holds together and the tree does not, with what follows the name of the joint in
+/// those of their constraints.
 pub(super) fn open_pins(tree: &Tree, joint: &Joint, number: usize, places: &Places) -> Vec<(String, PointId, PointId)> {
     let roots: Vec<PointId> = joint.ends.iter().copied().filter(|end| !tree.places(number, *end)).collect();
     let Some((to, others)) = roots.split_first() else { return Vec::new() };

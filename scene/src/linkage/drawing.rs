@@ -11,7 +11,8 @@ use super::places::Places;
 use super::terms::{add, difference, direction, dot, multiply, negate, substituted, sum, whole};
 use crate::document::{DrawnSyntax, Identifier, JointKind, Position};
 
-/// Gears and belts below all others, links as bars and plates, links that slide as blocks, pins on the ground as pivots.
+/// Gears and belts below all others, links as bars and plates, links that slide as blocks, pins on the ground as
+/// pivots.
 pub(super) fn drawing(
     graph: &Graph,
     angles: &Angles,

@@ -86,8 +86,8 @@ pub(super) fn moments_of_teeth(linkage: &Linkage, number: usize, on: PointId) ->
     })
 }
 
-/// The work of teeth in a virtual displacement of all that a pin or a weld holds on the side of one of its ends, which is
-/// given for each axis.
+/// The work of teeth in a virtual displacement of all that a pin or a weld holds on the side of one of its ends, which
+/// is given for each axis.
 fn work_of_teeth(
     linkage: &Linkage,
     number: usize,

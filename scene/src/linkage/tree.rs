@@ -81,7 +81,8 @@ impl Tree {
     }
 }
 
-/// The link that is placed next, by the joint with the fewest coordinates, and of those by the shortest way to the ground.
+/// The link that is placed next, by the joint with the fewest coordinates, and of those by the shortest way to the
+/// ground.
 fn nearest(graph: &Graph, depths: &[Option<usize>]) -> Option<(usize, Placement, usize)> {
     let mut candidates = Vec::new();
     for (joint, Joint { syntax, ends, .. }) in graph.joints.iter().enumerate() {

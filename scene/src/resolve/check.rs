@@ -203,8 +203,8 @@ fn prescribed_bodies(scene: &Scene, findings: &mut Vec<Diagnostic>) {
                     "depends on `t`",
                 )
                 .help(
-                    "give the motion a coordinate, and drive it by a constraint such as `s - A*sin(w*t)`: its multiplier is \
-                     then the force that drives the body",
+                    "give the motion a coordinate, and drive it by a constraint such as `s - A*sin(w*t)`: its \
+                     multiplier is then the force that drives the body",
                 ),
             );
         }

@@ -184,8 +184,8 @@ impl Size {
         let terms = self.derivative.max(self.terms);
         if terms > most {
             let help = format!(
-                "this formula and its derivative have at most {most} terms, multiplied out with points written out; make \
-                 a part of it a coordinate that a constraint holds"
+                "this formula and its derivative have at most {most} terms, multiplied out with points written out; \
+                 make a part of it a coordinate that a constraint holds"
             );
             return Some(("a formula is too large to be differentiated", written(terms, "terms"), help));
         }

@@ -32,8 +32,8 @@ pub enum OutputKind {
         coordinate: usize,
     },
     /// The force or moment on bodies besides loads and constraints, by a virtual displacement `(d, w)` of the bodies:
-    /// `sum (m a . d + I alpha w) - Q + lambda' dC + sum c lambda + sum k f`, with the work `Q` of loads and the change `dC` of
-    /// constraints. A force where bodies move, a moment where they turn.
+    /// `sum (m a . d + I alpha w) - Q + lambda' dC + sum c lambda + sum k f`, with the work `Q` of loads and the change
+    /// `dC` of constraints. A force where bodies move, a moment where they turn.
     FreeBody {
         /// The virtual displacements, all made at once.
         displacements: Vec<Displacement>,
@@ -45,7 +45,8 @@ pub enum OutputKind {
     /// Force of the mechanism on the ground along a direction: `sum (m (g - a) + F) . e`, with the forces `F` that act
     /// from outside.
     ShakingForce([Value; 2]),
-    /// Moment of the mechanism on the ground about a point `P`: `sum ((x - P) x (m (g - a)) - I alpha) + sum (x_F - P) x F`.
+    /// Moment of the mechanism on the ground about a point `P`: `sum ((x - P) x (m (g - a)) - I alpha) + sum (x_F - P)
+    /// x F`.
     ShakingMoment(usize),
     /// Size of the vector of two outputs before it.
     Norm {

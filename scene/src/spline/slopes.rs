@@ -19,8 +19,8 @@ pub(super) fn natural_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     tridiagonal(&rows, &rows.iter().map(|row| row[3]).collect::<Vec<f64>>())
 }
 
-/// The slopes of the periodic spline at its points. The equations are tridiagonal but for two corners, which a multiple of
-/// another solution makes up for.
+/// The slopes of the periodic spline at its points. The equations are tridiagonal but for two corners, which a multiple
+/// of another solution makes up for.
 pub(super) fn periodic_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     let count = x.len() - 1;
     let period = x[count] - x[0];

@@ -4,8 +4,8 @@
 //! The record in `record/` says nothing about right or wrong; other tests do. It shows what a change of the code
 //! changes that no accuracy test sees: numbers of steps, estimates, extremes between rows, statistics.
 //!
-//! `QRM_REFRESH=1 cargo test --release --package qrm-functions --test integration record` writes it anew: read the difference
-//! before keeping it.
+//! `QRM_REFRESH=1 cargo test --release --package qrm-functions --test integration record` writes it anew: read the
+//! difference before keeping it.
 
 use qrm_sim::position::{Start, assemble};
 use std::fmt::{Debug, Write};

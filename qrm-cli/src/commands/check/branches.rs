@@ -1,7 +1,7 @@
 //! The positions at which a mechanism can be assembled.
 
-use qrm_sim::position::Start;
 use qrm_sim::analysis::{MAX_BRANCHES, branches};
+use qrm_sim::position::Start;
 use qrm_sim::solve::constraint_rank;
 
 use crate::error::Error;
@@ -52,7 +52,8 @@ pub(super) fn text(setup: &Setup) -> Result<String, Error> {
         text += &format!("\n  {label:>2}  {}{note}", cells.join("   "));
     }
     if number > 1 {
-        text += "\n\nGuesses near the values of a branch choose it: `solve` in [initial], `near` and `angle` in links and joints";
+        text += "\n\nGuesses near the values of a branch choose it: `solve` in [initial], `near` and `angle` in links \
+                 and joints";
     }
     Ok(text)
 }

@@ -1,10 +1,10 @@
 //! Positions at rest, and the forces that balance the loads there.
 
-use qrm_sim::position::Start;
 use qrm_core::Mechanism;
 use qrm_scene::names::suggestion;
 use qrm_scene::scene::Quantity;
 use qrm_sim::analysis::{NoEquilibrium, static_equilibrium};
+use qrm_sim::position::Start;
 
 use super::unit_of_force;
 use crate::error::Error;

@@ -10,8 +10,8 @@ use crate::setup::Setup;
 /// Columns of derivatives that stand side by side on a terminal.
 const ABREAST: usize = 5;
 
-/// `sensitivity.csv`: a row for each quantity; for each parameter a column of derivatives, of products of the Hessian with
-/// the vector where there is one, and of the errors of both where they are estimated.
+/// `sensitivity.csv`: a row for each quantity; for each parameter a column of derivatives, of products of the Hessian
+/// with the vector where there is one, and of the errors of both where they are estimated.
 pub(super) fn csv(rows: &[Quantity], by: &[&str]) -> Result<Vec<u8>, Error> {
     let mut header = ["quantity", "of", "unit", "value"].map(str::to_owned).to_vec();
     for (prefix, suffix, _) in rows.first().map(|row| columns(row.value)).unwrap_or_default() {

@@ -194,8 +194,8 @@ fn recommendation(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
     );
     sentences.push(if counts.stability_bound > 0 {
         format!(
-            "Stiff: stability bound {} of {} explicit steps. Write `stiff = true` under [run] in {}, for implicit ones; \
-             build again if the scene is compiled.",
+            "Stiff: stability bound {} of {} explicit steps. Write `stiff = true` under [run] in {}, for implicit \
+             ones; build again if the scene is compiled.",
             counts.stability_bound, counts.accepted, setup.path
         )
     } else if needed > STIFF * counts.accepted as f64 {

@@ -10,9 +10,9 @@ use qrm_core::ParameterOverrides;
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::time_scales::time_scales;
 use qrm_sim::batch::{DesignResult, LaneCount, SweepRequest, sweep};
-use qrm_sim::run::End;
 use qrm_sim::columns::Column;
 use qrm_sim::integrate::{DOP853, MethodSettings};
+use qrm_sim::run::End;
 
 use super::axes::Axes;
 use super::rows::{self, Field, Row};
@@ -172,7 +172,8 @@ impl Designs {
             move |name: &str| self.axes.value(&values, name).or_else(|| own(name))
         };
         let replacements: Vec<_> = values.iter().map(replacing).collect();
-        let replacements: Vec<ParameterOverrides> = replacements.iter().map(|replace| replace as ParameterOverrides).collect();
+        let replacements: Vec<ParameterOverrides> =
+            replacements.iter().map(|replace| replace as ParameterOverrides).collect();
         let parameters: Vec<Vec<f64>> =
             replacements.iter().map(|replace| parameter_values(&self.setup.scene, replace)).collect();
         let refused: Vec<Option<String>> = parameters.iter().map(|parameters| self.refused(parameters)).collect();

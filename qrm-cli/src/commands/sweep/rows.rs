@@ -159,7 +159,8 @@ pub(super) fn row(
     let tolerance = setup.settings.tolerance();
     let reason = match &finished.status {
         Ok(Status::Completed | Status::Stopped) => {
-            let rejection_reasons = finished.rejection_reasons.iter().map(|reason| reason.text(tolerance, setup.description));
+            let rejection_reasons =
+                finished.rejection_reasons.iter().map(|reason| reason.text(tolerance, setup.description));
             rejection_reasons.chain(passed_over).collect::<Vec<_>>().join("; and ")
         }
         Ok(status) => messages::status(status, (finished.end_time, None), setup.description, &setup.until).text,

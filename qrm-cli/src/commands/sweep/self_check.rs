@@ -138,8 +138,8 @@ impl Agreement {
         let [own, exact] = values.map(number);
         let text = format!("`{column}` of design {design} is {own}, and {exact} in a run of its own");
         Some(Message::new(text).help(
-            "lanes look at outputs four times a step, and miss narrow peaks and corners: use a shorter `--max-step`, or \
-             `--lanes one`",
+            "lanes look at outputs four times a step, and miss narrow peaks and corners: use a shorter `--max-step`, \
+             or `--lanes one`",
         ))
     }
 }

@@ -7,9 +7,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::motions::Motions;
+use super::options::{Distribution, Options};
 use super::parameter::TolerancedParameter;
 use super::worst_case::Probes;
-use super::options::{Distribution, Options};
 use crate::error::Error;
 
 /// The ends of the samples.

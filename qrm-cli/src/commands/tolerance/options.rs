@@ -14,8 +14,8 @@ pub(crate) struct Options {
     /// repeated
     #[arg(long, value_name = "NAME=VALUE+-TOL", required = true, allow_hyphen_values = true)]
     pub(super) vary: Vec<String>,
-    /// The column of `qrm sweep` to analyse, such as `x6_max` or `end_time`; may be repeated [default: the extremes of all
-    /// outputs]
+    /// The column of `qrm sweep` to analyse, such as `x6_max` or `end_time`; may be repeated [default: the extremes of
+    /// all outputs]
     #[arg(long, value_name = "NAME")]
     pub(super) of: Vec<String>,
     /// Number of Monte Carlo samples

@@ -3,12 +3,12 @@
 use qrm_view::figure::Figure;
 use serde::Serialize;
 
-use super::monte_carlo::Samples;
-use super::parameter::TolerancedParameter;
-use super::worst_case::Probes;
 use super::histogram;
+use super::monte_carlo::Samples;
 use super::options::Options;
+use super::parameter::TolerancedParameter;
 use super::quantity::Quantity;
+use super::worst_case::Probes;
 use crate::error::Error;
 use crate::format::full;
 use crate::output::{Named, csv};

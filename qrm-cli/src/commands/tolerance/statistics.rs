@@ -9,8 +9,8 @@ pub(super) struct Statistics {
     pub(super) deviation: f64,
     /// Smallest value, quantiles of 0.135 %, 50 % and 99.865 %, and largest value.
     pub(super) quantiles: [f64; 5],
-    /// The square of the correlation with each parameter: its share in the square of the deviation, where the quantity is
-    /// linear.
+    /// The square of the correlation with each parameter: its share in the square of the deviation, where the quantity
+    /// is linear.
     pub(super) correlations: Vec<f64>,
 }
 

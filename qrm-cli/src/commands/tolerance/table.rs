@@ -114,8 +114,8 @@ fn warnings(report: &Report) -> Vec<String> {
         uncertain.map(|quantity| format!("{} ({:.1e})", quantity.name, quantity.sample_error)).collect();
     if !uncertain.is_empty() {
         warnings.push(format!(
-            "samples with ? have errors that matter: {}. Peaks that are narrow against a step, and corners of outputs, are \
-             not always seen in lanes; try a shorter --max-step",
+            "samples with ? have errors that matter: {}. Peaks that are narrow against a step, and corners of outputs, \
+             are not always seen in lanes; try a shorter --max-step",
             list(uncertain)
         ));
     }

@@ -67,8 +67,8 @@ impl Step {
         Err(Reason::NotCrossed)
     }
 
-    /// The time at which a coordinate takes a value, and the states then: one step of the interval Newton method in time,
-    /// from an estimate.
+    /// The time at which a coordinate takes a value, and the states then: one step of the interval Newton method in
+    /// time, from an estimate.
     fn cross(
         &self,
         flow: &mut Flow,

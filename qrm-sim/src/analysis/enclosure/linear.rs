@@ -6,9 +6,9 @@ use super::matrix::{IntervalMatrix, sum};
 
 /// Linear equations that have one solution for every matrix in an interval matrix `A`.
 ///
-/// With an approximate inverse `R` of the midpoints and `G = I - R A`, a solution is `x = R b + G x`. Where `|G| d <= g d`
-/// with positive weights `d` and `g < 1`, every matrix has an inverse, and `x` is at most `|R b| / (1 - g)` in the norm
-/// with these weights (S. M. Rump, Verification methods, Acta Numerica 19, 2010).
+/// With an approximate inverse `R` of the midpoints and `G = I - R A`, a solution is `x = R b + G x`. Where `|G| d <= g
+/// d` with positive weights `d` and `g < 1`, every matrix has an inverse, and `x` is at most `|R b| / (1 - g)` in the
+/// norm with these weights (S. M. Rump, Verification methods, Acta Numerica 19, 2010).
 #[derive(Clone, Debug)]
 pub(super) struct Linear {
     /// `R`.

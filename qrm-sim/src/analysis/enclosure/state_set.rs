@@ -67,8 +67,8 @@ fn hull(center: &[Interval], basis: &IntervalMatrix, parts: &[Interval]) -> Vec<
     states.into_iter().zip(center).map(|(x, center)| x.hull(*center)).collect()
 }
 
-/// A nearly orthogonal basis: the normals of constraints, then the directions of derivatives, those of the longest sides
-/// first.
+/// A nearly orthogonal basis: the normals of constraints, then the directions of derivatives, those of the longest
+/// sides first.
 fn basis(constraint_jacobian: &IntervalMatrix, derivatives: &IntervalMatrix, r: &[Interval]) -> IntervalMatrix {
     let (normals, directions) = (constraint_jacobian.mid().transpose(), derivatives.mid());
     let length = |j: usize| directions.column(j).norm() * r[j].width();

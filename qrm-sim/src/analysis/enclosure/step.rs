@@ -99,8 +99,8 @@ impl Step {
 /// box is not proved, with its reason if there is no series in it.
 ///
 /// The high-order enclosure of G. F. Corliss and R. Rihm (1996): where the series with its remainder over the box lies
-/// inside the box for all times, no motion gets to its border. The remainder `p (1 - s)^(p - 1) x_p ds`, integrated over
-/// the step, has most of its weight where the step begins, so that it is bounded in parts.
+/// inside the box for all times, no motion gets to its border. The remainder `p (1 - s)^(p - 1) x_p ds`, integrated
+/// over the step, has most of its weight where the step begins, so that it is bounded in parts.
 fn bound(
     flow: &mut Flow,
     t: Interval,

@@ -6,7 +6,8 @@ use super::equations::DualState;
 use super::error::SensitivityError;
 use super::number::{Inner, Number, Place, has_derivatives};
 
-/// The state near the time `t` at which a function keeps its value while parameters change: `dt/dp = -(dg/dp) / (dg/dt)`.
+/// The state near the time `t` at which a function keeps its value while parameters change: `dt/dp = -(dg/dp) /
+/// (dg/dt)`.
 ///
 /// `at` makes the state at a time, and the value of the function there; `by_time` is `dg/dt` along the motion.
 ///

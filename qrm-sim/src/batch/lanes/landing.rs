@@ -81,8 +81,8 @@ impl LaneSweep<'_> {
         }
     }
 
-    /// The value of the stop condition, negative until it is true, where accelerations and multipliers are not known; not
-    /// a number without one.
+    /// The value of the stop condition, negative until it is true, where accelerations and multipliers are not known;
+    /// not a number without one.
     fn condition_value(&self, design: usize, at: &State) -> f64 {
         let mechanism = &*self.designs[design];
         let event = self.event.as_ref().inspect(|event| event.set_parameters(mechanism));
