@@ -7,6 +7,7 @@ mod inverse;
 mod kernel;
 mod layout;
 mod naming;
+mod plan;
 mod scene_formula;
 mod switching;
 
@@ -21,7 +22,8 @@ use crate::graph::{Graph, Id, Op, Signed};
 use crate::notes::notes;
 use crate::term::{Equations, Symbol};
 use body::Body;
-use layout::{Layout, Plan};
+use layout::Layout;
+use plan::Plan;
 use qrm_core::NamedTape;
 use qrm_core::named_tape::{Argument, Function, Part, place};
 

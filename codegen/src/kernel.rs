@@ -6,6 +6,7 @@ mod block;
 mod builder;
 mod elimination;
 mod inverse;
+mod named_quantities;
 mod normal_forces;
 mod range_space;
 
@@ -13,7 +14,7 @@ use std::collections::{HashMap, HashSet};
 
 use crate::graph::{Id, Signed};
 use crate::lower::Lowering;
-use crate::term::{Equations, KernelEquations, Named, NamedKind, NormalForce, Push, Root, Symbol, Term};
+use crate::term::{Equations, KernelEquations, NormalForce, Push, Symbol, Term};
 use algebra::{Matrix, Value};
 pub use block::Block;
 use builder::Builder;
@@ -233,78 +234,6 @@ impl Builder<'_> {
         let roots = results.into_iter().flatten().flatten().map(|value| value.id).collect();
         let needed = self.needed(&solved.locals, roots);
         needed.iter().map(|&id| self.lowering.graph.op(id).operands().len().saturating_sub(1)).sum()
-    }
-
-    /// Values and slopes of named quantities.
-    fn names(&mut self, names: &[Named]) {
-        for (k, named) in names.iter().enumerate() {
-            let (block, slopes, inverse) = match &named.kind {
-                NamedKind::Root(root) => (Block::Roots, &root.slopes, self.named_root(k, &named.name, root)),
-                NamedKind::Formula(formula) => {
-                    let value = self.named(Block::Names, &named.name, &formula.value);
-                    self.bind(Symbol::Named(k), value);
-                    (Block::Names, &formula.slopes, Some(self.lowering.graph.number(1.0)))
-                }
-            };
-            for (i, slope) in slopes.iter().enumerate() {
-                let slope = self.value(slope);
-                let slope = self.multiply(slope, inverse);
-                let slope = self.keep(block, &format!("{}_{}", named.name, self.scene.coordinates[i].name), slope);
-                self.bind(Symbol::NamedSlope(k, i), slope);
-            }
-        }
-    }
-
-    /// A named root; one over it.
-    fn named_root(&mut self, k: usize, name: &str, root: &Root) -> Value {
-        let radicand = self.lowering.term(&root.radicand);
-        let radicand = self.keep(Block::Roots, &format!("{name}_sq"), Some(radicand));
-        let value = self.root(radicand);
-        let value = self.keep(Block::Roots, name, value);
-        self.bind(Symbol::Named(k), value);
-        // Both need the radicand alone and can be under way at once; the reciprocal of the root would have to wait.
-        let over = self.reciprocal(radicand);
-        let inverse = self.multiply(value, over);
-        let inverse = self.keep(Block::Roots, &format!("inv_{name}"), inverse);
-        if let (Some(value), Some(inverse)) = (value, inverse) {
-            self.lowering.inverses.insert(value.id, inverse.id);
-        }
-        inverse
-    }
-
-    /// Rates and biases of named quantities.
-    fn named_rates(&mut self, names: &[Named]) {
-        for (k, Named { name, kind }) in names.iter().enumerate() {
-            match kind {
-                NamedKind::Root(root) => self.root_rate(k, name, root),
-                NamedKind::Formula(formula) => {
-                    let rate = self.named(Block::NamedRates, &format!("{name}_dot"), &formula.rate);
-                    self.bind(Symbol::NamedRate(k), rate);
-                    let bias = self.named(Block::NamedRates, &format!("{name}_bias"), &formula.bias);
-                    self.bind(Symbol::NamedBias(k), bias);
-                }
-            }
-        }
-    }
-
-    fn root_rate(&mut self, k: usize, name: &str, root: &Root) {
-        let n = self.scene.coordinates.len();
-        let slopes: Vec<Value> = (0..n).map(|i| self.bound(Symbol::NamedSlope(k, i))).collect();
-        let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
-        let moved = self.dot(&slopes, &rates);
-        let time_derivative = self.value(&root.half_time_derivative);
-        let root_value = self.bound(Symbol::Named(k));
-        let inverse = self.reciprocal(root_value);
-        let time_derivative = self.multiply(time_derivative, inverse);
-        let rate = self.sum(moved.into_iter().chain(time_derivative).collect());
-        let rate = self.keep(Block::Rates, &format!("{name}_dot"), rate);
-        self.bind(Symbol::NamedRate(k), rate);
-        let square = self.multiply(rate, rate);
-        let half = self.value(&root.half_bias);
-        let sum = self.difference(half, square);
-        let bias = self.multiply(sum, inverse);
-        let bias = self.keep(Block::Rates, &format!("{name}_bias"), bias);
-        self.bind(Symbol::NamedBias(k), bias);
     }
 
     /// The reduced forces, each push in the form that takes fewer operations.

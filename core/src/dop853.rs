@@ -7,8 +7,10 @@ mod coefficients;
 pub use coefficients::{DENSE, END_3, ERROR_3, ERROR_5, NODES, ROWS, Row};
 
 use crate::kernel::Kernel;
-use crate::rk4::{KernelState, StepEnd, StepResult, along, difference, finish, has_constraints, largest, scaled, sum};
+use crate::kernel_state::{KernelState, StepResult};
 use crate::scalar::Scalar;
+use crate::step_end::{StepEnd, finish, has_constraints};
+use crate::vectors::{along, difference, largest, scaled, sum};
 
 /// Stages of a step; the end of the step is the stage after them.
 const STAGES: usize = 12;

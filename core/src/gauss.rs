@@ -1,6 +1,7 @@
 //! Steps of the Gauss method of order 16 by a kernel, its eight nodes in the lanes of vectors.
 
 #[cfg(target_arch = "x86_64")]
+mod at_nodes;
 mod coefficients;
 #[cfg(target_arch = "x86_64")]
 mod steps;

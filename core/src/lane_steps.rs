@@ -16,8 +16,8 @@ pub use layout::{BatchRequest, CHECKPOINTS};
 use crate::angles::Angles;
 use crate::description::Description;
 use crate::kernel::Kernel;
+use crate::kernel_state::KernelState;
 use crate::lanes::{Lanes, Token};
-use crate::rk4::KernelState;
 #[cfg(target_arch = "x86_64")]
 use crate::scalar::Fused;
 use crate::scalar::Scalar;

@@ -46,6 +46,7 @@ mod gauss;
 mod interpreted;
 mod interval;
 mod kernel;
+mod kernel_state;
 #[cfg(feature = "simd")]
 mod lane_steps;
 #[cfg(feature = "simd")]
@@ -62,9 +63,11 @@ mod rows;
 mod scalar;
 mod sine;
 mod single_step;
+mod step_end;
 mod stored_tape;
 #[cfg(feature = "std")]
 mod tape;
+mod vectors;
 #[cfg(feature = "simd")]
 mod width;
 
@@ -88,6 +91,7 @@ pub use interval::Interval;
 pub use kernel::{
     Dynamics, Equations, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,
 };
+pub use kernel_state::{KernelState, StepResult};
 #[cfg(feature = "simd")]
 pub use lane_steps::{BatchRequest, BoxedLaneSteps, CHECKPOINTS, LaneSteps};
 pub use mechanism::Mechanism;
@@ -96,11 +100,12 @@ pub use model::{Model, ParameterOverrides};
 #[cfg(feature = "std")]
 pub use named_tape::NamedTape;
 pub use projection::{ProjectionResult, StateMut};
-pub use rk4::{CORRECTION_ROUNDING, KernelState, MAX_CORRECTIONS, RESIDUAL_ROUNDING, StepResult, rk4_step};
+pub use rk4::rk4_step;
 pub use rows::{RowLayout, RowRequest, RowResult, StopReason};
 pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;
 pub use single_step::{StepEstimate, StepMut, StepRequest};
+pub use step_end::{CORRECTION_ROUNDING, MAX_CORRECTIONS, RESIDUAL_ROUNDING};
 pub use stored_tape::StoredTape;
 #[cfg(feature = "std")]
 pub use tape::{

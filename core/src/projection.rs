@@ -2,8 +2,9 @@
 
 use crate::angles::Angles;
 use crate::kernel::{Kernel, MAX_GROWTH};
-use crate::rk4::{StepEnd, largest};
 use crate::scalar::Scalar;
+use crate::step_end::StepEnd;
+use crate::vectors::largest;
 
 /// Room for a state.
 #[derive(Debug)]

@@ -2,7 +2,8 @@
 
 use crate::angles::Angles;
 use crate::kernel::Kernel;
-use crate::rk4::{KernelState, rk4_step};
+use crate::kernel_state::KernelState;
+use crate::rk4::rk4_step;
 use crate::scalar::Scalar;
 
 /// The layout of a row: `t`, `q`, `qd`, `qdd`, `multipliers`, the number of corrections of the coordinates in the step

@@ -4,149 +4,17 @@
 //! be a mistake of this library, becomes `fmi3Fatal` instead of passing into the importer.
 
 mod absent;
+mod handle;
 mod integration;
 mod kept;
+mod pointers;
 
-use std::ffi::{CStr, CString, c_char, c_int, c_void};
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::slice;
+use std::ffi::{c_char, c_void};
 
-use qrm_core::Model;
-
-use crate::failure::Failure;
 use crate::instance::{Instance, Interface};
 use crate::phase::Phase;
-
-/// `fmi3Status`.
-type Status = c_int;
-const OK: Status = 0;
-const DISCARD: Status = 2;
-const ERROR: Status = 3;
-const FATAL: Status = 4;
-
-/// `fmi3LogMessageCallback`.
-type LogMessage = unsafe extern "C" fn(*mut c_void, Status, *const c_char, *const c_char);
-
-unsafe extern "Rust" {
-    /// Defined by [`export`](crate::export).
-    fn qrm_fmu_models() -> &'static [Model];
-}
-
-/// The handle that an importer holds: an instance, and the callback that receives its messages.
-struct Handle {
-    instance: Instance,
-    environment: *mut c_void,
-    log_message: Option<LogMessage>,
-}
-
-impl Handle {
-    fn log(&self, status: Status, message: &str) {
-        report(self.log_message, self.environment, status, message);
-    }
-}
-
-fn report(log_message: Option<LogMessage>, environment: *mut c_void, status: Status, message: &str) {
-    let Some(log_message) = log_message else { return };
-    let Ok(message) = CString::new(message.replace('\0', "")) else { return };
-    let category = if status == FATAL { c"fatal" } else { c"error" };
-    // SAFETY: the importer gave this function with this environment, and both strings end with zero and outlive the
-    // call.
-    unsafe { log_message(environment, status, category.as_ptr(), message.as_ptr()) }
-}
-
-/// Does something with an instance.
-fn with(handle: *mut c_void, work: impl FnOnce(&mut Instance) -> Result<(), Failure>) -> Status {
-    // SAFETY: the interface hands back what `instantiate` gave, from one thread at a time, until `fmi3FreeInstance`.
-    let Some(handle) = (unsafe { handle.cast::<Handle>().as_mut() }) else { return ERROR };
-    match catch_unwind(AssertUnwindSafe(|| work(&mut handle.instance))) {
-        Ok(Ok(())) => OK,
-        Ok(Err(Failure::Error(message))) => {
-            handle.log(ERROR, &message);
-            ERROR
-        }
-        Ok(Err(Failure::Discard(message))) => {
-            handle.log(DISCARD, &message);
-            DISCARD
-        }
-        Err(_) => {
-            handle.log(FATAL, "a mistake of this library: please report it with the scene");
-            FATAL
-        }
-    }
-}
-
-/// Does something with an instance that is in one of the given phases.
-fn in_phase(handle: *mut c_void, phases: &[Phase], work: impl FnOnce(&mut Instance) -> Result<(), Failure>) -> Status {
-    with(handle, |instance| {
-        if !phases.contains(&instance.state.phase) {
-            return Err(format!("not possible while the instance is {}", instance.state.phase.name()).into());
-        }
-        work(instance)
-    })
-}
-
-/// An array of the importer's; empty where there is none.
-///
-/// # Safety
-/// `values` points to `count` values, or to nothing.
-unsafe fn read<'a, T>(values: *const T, count: usize) -> &'a [T] {
-    // SAFETY: the caller's contract; an array of no elements may be a null pointer in C, not in Rust.
-    if values.is_null() || count == 0 { &[] } else { unsafe { slice::from_raw_parts(values, count) } }
-}
-
-/// An array of the importer's to write into; empty where there is none.
-///
-/// # Safety
-/// `values` points to `count` values that nobody else uses, or to nothing.
-unsafe fn room<'a, T>(values: *mut T, count: usize) -> &'a mut [T] {
-    // SAFETY: as above.
-    if values.is_null() || count == 0 { &mut [] } else { unsafe { slice::from_raw_parts_mut(values, count) } }
-}
-
-/// Writes a result, where the importer wants it.
-///
-/// # Safety
-/// `place` points to a value, or to nothing.
-unsafe fn put<T>(place: *mut T, value: T) {
-    if !place.is_null() {
-        // SAFETY: the caller's contract.
-        unsafe { place.write(value) }
-    }
-}
-
-/// Refuses a null pointer to where the one result of a function belongs.
-fn is_there<T>(place: *mut T) -> Result<(), Failure> {
-    if place.is_null() { Err("there is no place for the result".into()) } else { Ok(()) }
-}
-
-fn same_count(given: usize, needed: usize) -> Result<(), Failure> {
-    if given == needed { Ok(()) } else { Err(format!("{given} values were given where there are {needed}").into()) }
-}
-
-fn instantiate(
-    interface: Interface,
-    token: *const c_char,
-    environment: *mut c_void,
-    log_message: Option<LogMessage>,
-) -> *mut c_void {
-    let made = catch_unwind(|| {
-        if token.is_null() {
-            return Err("there is no instantiation token".to_owned());
-        }
-        // SAFETY: the importer gives a text that ends with zero.
-        let token = unsafe { CStr::from_ptr(token) }.to_string_lossy();
-        // SAFETY: `export` defines it with this signature.
-        let models = unsafe { qrm_fmu_models() };
-        Instance::new(&token, interface, models)
-    });
-    match made.unwrap_or_else(|_| Err("a mistake of this library".to_owned())) {
-        Ok(instance) => Box::into_raw(Box::new(Handle { instance, environment, log_message })).cast(),
-        Err(message) => {
-            report(log_message, environment, ERROR, &message);
-            std::ptr::null_mut()
-        }
-    }
-}
+use handle::{ERROR, Handle, LogMessage, Status, in_phase, instantiate, report, with};
+use pointers::{put, read, room, same_count};
 
 /// Functions of the interface.
 macro_rules! interface {

@@ -4,6 +4,7 @@ mod builtins;
 mod comment;
 mod expression;
 mod function;
+mod reserved_words;
 mod structs;
 mod templates;
 
@@ -12,8 +13,8 @@ use super::ir::{Function, Program, StructKind};
 use super::lines::summary;
 use super::names::Names;
 use crate::untranslated::Untranslated;
-use builtins::{is_header, is_keyword};
 use comment::comment;
+use reserved_words::{is_header, is_keyword};
 
 /// Header and source of a program.
 pub(super) fn write(program: &Program) -> Result<Vec<File>, Untranslated> {

@@ -14,6 +14,7 @@ mod names;
 mod precedence;
 pub mod rust;
 pub mod source_excerpts;
+mod sparsity;
 mod texts;
 mod untranslated;
 

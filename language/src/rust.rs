@@ -7,6 +7,7 @@ mod kernel;
 mod own_struct;
 mod read;
 mod scene_items;
+mod scope;
 
 use proc_macro2::TokenStream;
 use qrm_core::NamedTape;
@@ -106,14 +107,6 @@ const NOT_PRINTED: [&str; 2] = ["switching_functions", "tanh_arguments"];
 /// Whether a function is no function of a module by itself.
 pub(crate) fn is_part_of_type(name: &str) -> bool {
     METHODS.contains(&name) || NOT_PRINTED.contains(&name)
-}
-
-/// Matrices with more entries than this are written by those that are not zero, if these are few.
-const LARGE: usize = 100;
-
-/// Whether a matrix is written by its entries that are not zero.
-pub(crate) fn is_sparse(entries: usize, filled: usize) -> bool {
-    entries > LARGE && filled < entries / 4
 }
 
 /// The lines of a documentation as attributes hold them.

@@ -75,3 +75,17 @@ pub(crate) fn mechanism(scene: &Scene, source: &str) -> String {
 fn after_name(words: &[&str]) -> String {
     words.iter().filter(|word| !word.is_empty()).map(|word| format!(", {word}")).collect()
 }
+
+/// The lines of a documentation; formulae in it are set in by four spaces.
+pub(crate) fn lines(doc: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    let mut in_formulae = false;
+    for line in doc.lines() {
+        match line.starts_with("```") {
+            true => in_formulae = !in_formulae,
+            false if in_formulae => lines.push(format!("    {line}")),
+            false => lines.push(line.to_owned()),
+        }
+    }
+    lines
+}

@@ -1,11 +1,13 @@
 //! A scene that runs again and again.
 
+mod answer;
+
 use qrm_sim::position::Start;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::io;
 
-use qrm_core::{Description, Mechanism, Model, StoredTape};
+use qrm_core::{Mechanism, Model, StoredTape};
 use qrm_pictures::{Frame, Recording, Sources, motion, position_error};
 use qrm_scene::evaluate::{self, constant, parameter_values};
 use qrm_scene::scene::{Quantity, Scene};
@@ -14,11 +16,10 @@ use qrm_sim::columns::{self, Kind};
 use qrm_sim::integrate::{DOP853, Integrator, MethodSettings};
 use qrm_sim::run::{Observer, Outcome, Reason, Request, Row, SimError, Status, simulate};
 use qrm_sim::state::State;
-use qrm_view::motion::Motion;
-use serde::Serialize;
 
 use crate::named_values::NamedValues;
 use crate::packed::Packed;
+use answer::{About, Answer, Run, failure, json, settable};
 
 /// Most frames of a motion: a screen shows no more of them.
 const MAX_FRAMES: usize = 400;
@@ -57,54 +58,6 @@ struct LastRun {
     row: Option<State>,
     /// The coordinates at the end of the last drag; none before the first one.
     dragged: Option<Vec<f64>>,
-}
-
-/// A scene, for the page.
-#[derive(Serialize)]
-struct About {
-    name: &'static str,
-    doc: String,
-    parameters: Vec<Settable>,
-    /// The coordinates that are given at the start.
-    start: Vec<Settable>,
-    /// The parameters that are zero in the scene, and left out of its functions.
-    left_out: &'static [&'static str],
-    /// The latest end of the motion.
-    end_time: f64,
-}
-
-/// A number that the page can change.
-#[derive(Serialize)]
-struct Settable {
-    name: &'static str,
-    unit: &'static str,
-    doc: &'static str,
-    value: f64,
-    /// Whether the value follows from other parameters.
-    follows: bool,
-}
-
-/// A run with its motion.
-#[derive(Serialize)]
-struct Answer {
-    run: Run,
-    motion: Motion,
-}
-
-/// A run, for the page.
-#[derive(Serialize)]
-struct Run {
-    end_time: f64,
-    /// Why it did not come to its end.
-    failure: Option<String>,
-    steps: u64,
-    estimated_error: Option<f64>,
-    /// The reasons not to trust its numbers.
-    distrust: Vec<String>,
-    q: Vec<f64>,
-    qd: Vec<f64>,
-    /// The current values of the quantities that the page can change; some follow from others.
-    values: BTreeMap<&'static str, f64>,
 }
 
 impl Simulator {
@@ -288,38 +241,6 @@ impl Simulator {
     }
 }
 
-/// The parameters, and the coordinates that are given at the start.
-fn settable(mechanism: &dyn Mechanism, start: &Start) -> [Vec<Settable>; 2] {
-    let description = mechanism.description();
-    let parameters = description.parameters.iter().zip(mechanism.parameters());
-    let given = description.coordinates.iter().zip(&start.q).zip(&start.given).filter(|(_, given)| **given);
-    let row = |(name, unit, doc, value)| Settable { name, unit, doc, value, follows: false };
-    [
-        parameters.map(|(p, value)| row((p.name, p.unit, p.doc, *value))).collect(),
-        given.map(|((c, value), _)| row((c.name, c.unit, c.doc, *value))).collect(),
-    ]
-}
-
-/// Why a run did not come to its end.
-fn failure(outcome: &Outcome, description: &'static Description) -> Option<String> {
-    let t = outcome.end_time;
-    Some(match &outcome.status {
-        Status::Completed | Status::Stopped => return None,
-        Status::StopNotReached { .. } => {
-            format!("`{}` did not become true until the latest end, t = {t} s", description.until)
-        }
-        Status::Interrupted => {
-            format!("the page follows this motion up to t = {t} s, and `qrm run` to its end")
-        }
-        Status::Failed(error) => {
-            let reason = Reason::Failed { t, error: *error };
-            SimError { reason, description }.to_string()
-        }
-        Status::NotFinite { t, .. } => format!("the motion breaks off: a value is not finite at t = {t} s"),
-        Status::Unwritable(error) => error.to_string(),
-    })
-}
-
 /// Ends a run after a number of rows.
 struct RowLimit {
     rows: u64,
@@ -335,8 +256,4 @@ impl Observer for RowLimit {
     fn keep_running(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
         Ok(self.rows < self.max_rows)
     }
-}
-
-fn json(value: &impl Serialize) -> Result<String, String> {
-    serde_json::to_string(value).map_err(|e| e.to_string())
 }

@@ -1,11 +1,11 @@
 //! Shows that a long command goes on, and lets the user end it.
 
-use std::cell::{Cell, OnceCell};
+use std::cell::Cell;
 use std::io::{self, IsTerminal};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
 use qrm_sim::run::{Observer, Row};
 
 /// The time that a run goes on in silence before it shows its progress.
@@ -52,69 +52,55 @@ pub(crate) fn watch_interrupts() {
     });
 }
 
-/// A progress bar on a terminal; nothing elsewhere.
-fn bar(length: u64, template: &str) -> ProgressBar {
-    let style = ProgressStyle::with_template(template);
-    match style {
-        Ok(style) if io::stderr().is_terminal() && EMBEDDER.get().is_none() => {
-            ProgressBar::new(length).with_style(style)
-        }
-        _ => ProgressBar::hidden(),
-    }
-}
-
-/// An observer that shows the progress of a run, and ends it when it is interrupted.
+/// What a command shows of its progress on a terminal; nothing elsewhere.
 pub(crate) struct Progress {
+    bar: ProgressBar,
     begun: Instant,
-    bar: Option<ProgressBar>,
-}
-
-impl Progress {
-    pub(crate) fn new() -> Self {
-        watch_interrupts();
-        Self { begun: Instant::now(), bar: None }
-    }
-}
-
-impl Observer for Progress {
-    fn row(&mut self, _row: &Row) -> io::Result<()> {
-        Ok(())
-    }
-
-    fn keep_running(&mut self, t: f64, end_time: f64) -> io::Result<bool> {
-        if self.bar.is_none() && self.begun.elapsed() > PROGRESS_DELAY {
-            self.bar = Some(bar(10_000, "{bar:40} t = {msg} s, {eta} left"));
-        }
-        if let Some(bar) = &self.bar {
-            bar.set_position((1e4 * t / end_time) as u64);
-            bar.set_message(format!("{t:.3} of {end_time:.3}"));
-        }
-        Ok(!interrupted())
-    }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-/// The progress of several motions, one after the other.
-pub(crate) struct MotionProgress {
-    begun: Instant,
+    /// The number of motions, one after the other.
     count: u32,
     /// Motions that have ended, and the time of the one under way.
     done: Cell<(u32, f64)>,
-    bar: OnceCell<ProgressBar>,
 }
 
-impl MotionProgress {
-    pub(crate) fn new(count: usize) -> Self {
+impl Progress {
+    /// The progress of a motion.
+    pub(crate) fn new() -> Self {
+        Self::motions(1)
+    }
+
+    /// The progress of motions, one after the other. A short one is not shown.
+    pub(crate) fn motions(count: usize) -> Self {
         watch_interrupts();
         let count = u32::try_from(count).unwrap_or(u32::MAX);
-        Self { begun: Instant::now(), count, done: Cell::default(), bar: OnceCell::new() }
+        Self { count, ..Self::hidden(10_000, "{bar:40} {msg}, {eta} left") }
+    }
+
+    /// The progress of designs, some of which are done.
+    pub(crate) fn designs(count: usize, done: usize) -> Self {
+        let progress = Self::hidden(count as u64, "{bar:40} {pos} of {len} designs, {per_sec}, {eta} left");
+        progress.bar.set_position(done as u64);
+        progress.reveal();
+        progress
+    }
+
+    /// A sign of life with a text.
+    pub(crate) fn spinner() -> Self {
+        let progress = Self::hidden(0, "{spinner} {elapsed} {msg}");
+        progress.reveal();
+        progress
+    }
+
+    fn hidden(length: u64, template: &str) -> Self {
+        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+        let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::hidden());
+        let bar = bar.with_style(style).with_finish(ProgressFinish::AndClear);
+        Self { bar, begun: Instant::now(), count: 1, done: Cell::default() }
+    }
+
+    fn reveal(&self) {
+        if self.bar.is_hidden() && io::stderr().is_terminal() && EMBEDDER.get().is_none() {
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
     }
 
     /// Shows the progress of the motion under way; false once the user wants the command to end.
@@ -124,59 +110,35 @@ impl MotionProgress {
         let done = if t < last { done + 1 } else { done };
         self.done.set((done, t));
         if self.begun.elapsed() > PROGRESS_DELAY {
-            let bar = self.bar.get_or_init(|| bar(10_000, "{bar:40} {msg}, {eta} left"));
+            self.reveal();
             let part = (f64::from(done) + t / end_time) / f64::from(self.count);
-            bar.set_position((1e4 * part) as u64);
-            bar.set_message(format!("motion {} of {}", done + 1, self.count));
+            self.bar.set_position((1e4 * part) as u64);
+            self.bar.set_message(match self.count {
+                1 => format!("t = {t:.3} of {end_time:.3} s"),
+                count => format!("motion {} of {count}", done + 1),
+            });
         }
         !interrupted()
     }
-}
 
-impl Drop for MotionProgress {
-    fn drop(&mut self) {
-        if let Some(bar) = self.bar.get() {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-/// The progress of designs that are run one after the other.
-pub(crate) struct DesignProgress(ProgressBar);
-
-impl DesignProgress {
-    pub(crate) fn new(count: usize, done: usize) -> Self {
-        let bar = bar(count as u64, "{bar:40} {pos} of {len} designs, {per_sec}, {eta} left");
-        Self(bar.with_position(done as u64))
-    }
-
+    /// Counts designs that are done.
     pub(crate) fn add(&self, count: usize) {
-        self.0.inc(count as u64);
-    }
-}
-
-impl Drop for DesignProgress {
-    fn drop(&mut self) {
-        self.0.finish_and_clear();
-    }
-}
-
-/// A sign of life with a text.
-pub(crate) struct Spinner(ProgressBar);
-
-impl Spinner {
-    pub(crate) fn new() -> Self {
-        Self(bar(0, "{spinner} {elapsed} {msg}"))
+        self.bar.inc(count as u64);
     }
 
+    /// Shows a text.
     pub(crate) fn show(&self, text: String) {
-        self.0.set_message(text);
-        self.0.tick();
+        self.bar.set_message(text);
+        self.bar.tick();
     }
 }
 
-impl Drop for Spinner {
-    fn drop(&mut self) {
-        self.0.finish_and_clear();
+impl Observer for Progress {
+    fn row(&mut self, _row: &Row) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn keep_running(&mut self, t: f64, end_time: f64) -> io::Result<bool> {
+        Ok(Self::keep_running(self, t, end_time))
     }
 }

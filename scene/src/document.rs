@@ -3,6 +3,7 @@
 mod characters;
 mod drawing;
 mod form;
+mod identifier;
 mod joints;
 mod known;
 mod links;
@@ -10,6 +11,7 @@ mod loads;
 mod lookup_tables;
 mod outputs;
 mod places;
+mod reader;
 mod sections;
 mod table;
 mod values;
@@ -17,11 +19,12 @@ mod values;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::parser::{Condition, Formula};
 pub use drawing::{DrawnSyntax, ForceElementKind};
+pub use identifier::{Identifier, Target};
 pub use joints::{JointFriction, JointKind, JointSyntax, LinkPoint};
 pub use links::{LinkSyntax, Mass, Shape};
 pub use loads::{Along, FrictionSyntax, LoadSyntax, SpringSyntax};
 pub use outputs::{DisplacementSyntax, JointPart, OutputSyntax, OutputValue};
-use table::Reader;
+use reader::Reader;
 
 /// A scene file as written: every formula parsed, no name looked up.
 #[derive(Debug, Default)]
@@ -81,15 +84,6 @@ pub struct FourBar {
     pub sides: [[String; 2]; 4],
     /// The angles of the links beside the ground.
     pub angles: [String; 2],
-}
-
-/// A name and its place.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Identifier {
-    /// The name.
-    pub name: String,
-    /// Where it stands.
-    pub span: Span,
 }
 
 /// An entry of `coordinates`.
@@ -166,15 +160,6 @@ pub struct ConstraintSyntax {
     pub is_drive: bool,
     /// The description of the constraint.
     pub doc: String,
-}
-
-/// The point or body that a force, a torque or a reaction acts on.
-#[derive(Debug)]
-pub enum Target {
-    /// `at = "point"`
-    Point(Identifier),
-    /// `on = "body"`
-    Body(Identifier),
 }
 
 /// An entry of `[reference]`.

@@ -21,6 +21,7 @@ mod moments;
 mod outputs;
 mod places;
 mod resolved;
+mod rough_places;
 mod start;
 pub(crate) mod terms;
 mod tree;
@@ -34,7 +35,7 @@ pub(crate) use friction::load_of_joint;
 use graph::Graph;
 use places::{Places, origin_names, slide};
 use resolved::Linkage;
-use start::Rough;
+use rough_places::Rough;
 use tree::{Placement, Tree};
 
 /// Adds to a scene what its links and joints are in coordinates, points, bodies, constraints and drawings.

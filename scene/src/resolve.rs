@@ -11,25 +11,23 @@ mod loads;
 mod outputs;
 mod points;
 mod references;
+mod run;
 mod scope;
 mod start;
 mod usage;
+mod values;
 
 pub use usage::all_values;
 pub use usage::motion_values;
 
-use std::collections::HashSet;
-
-use crate::diagnostic::{Diagnostic, MAX_SHOWN, Report, errors};
-use crate::document::{Document, Identifier, Position};
+use crate::diagnostic::{Diagnostic, Report};
+use crate::document::{Document, Identifier};
 use crate::evaluate::parameter_values;
-use crate::expression::Node;
 use crate::linkage;
-use crate::names::suggestion;
-use crate::parser::{Condition, Formula};
-use crate::scene::{Body, Constraint, Load, Parameter, Quantity, Run, Scene, Value};
+use crate::parser::Condition;
+use crate::scene::{Body, Constraint, Load, Parameter, Quantity, Scene};
 use context::Context;
-use points::{point_order, point_value};
+use points::point_order;
 use scope::{Kind, Scope};
 
 /// Reads a scene. `path` is only for the messages.
@@ -224,13 +222,6 @@ impl Resolver<'_> {
         }
     }
 
-    fn position(&mut self, position: &Position, context: Context) -> Option<[Value; 2]> {
-        match position {
-            Position::Point(point) => self.point(point).map(|i| point_value(i, point.span.clone())),
-            Position::Pair([x, y]) => Some([self.value(x, context), self.value(y, context)]),
-        }
-    }
-
     fn constraints(&mut self, document: &Document) -> Vec<Constraint> {
         let mut constraints = Vec::new();
         for syntax in &document.constraints {
@@ -247,125 +238,6 @@ impl Resolver<'_> {
         }
         constraints
     }
-
-    fn run(&mut self, document: &Document) -> Run {
-        let run = &document.run;
-        let missing = || {
-            let mut value = Value::new();
-            value.push(Node::Number(crate::expression::Number::whole(1)), run.span.clone());
-            value
-        };
-        let mut constant = |f: &Option<Formula>| f.as_ref().map(|f| self.value(f, Context::Constant));
-        let step = constant(&run.step).unwrap_or_else(missing);
-        let (max_time, end_time) = (constant(&run.max_time), constant(&run.end_time));
-        let until = run.until.as_ref().map(|condition| self.condition(condition));
-        let wrong = match (&until, &max_time, &end_time) {
-            (Some(_), _, Some(_)) => Some((
-                "[run] has both `until` and `end_time`",
-                "two ends",
-                "`until` goes with `max_time`, `end_time` stands alone",
-            )),
-            (Some(_), None, None) => Some((
-                "[run] has `until` but no `max_time`",
-                "could run for ever",
-                "add `max_time`: a mechanism that stalls never meets its stop condition",
-            )),
-            (None, Some(_), _) => Some((
-                "[run] has `max_time` but no `until`",
-                "nothing to wait for",
-                "write `end_time` alone, or add `until = '...'` to `max_time`",
-            )),
-            (None, None, None) => Some((
-                "[run] does not say when to end",
-                "no end",
-                "add `end_time = ...`, or `until = '...'` with `max_time = ...`",
-            )),
-            (Some(_), Some(_), None) | (None, None, Some(_)) => None,
-        };
-        if let (Some((title, label, help)), true) = (wrong, run.is_whole) {
-            self.findings.push(Diagnostic::error(title, run.span.clone(), label).help(help));
-        }
-        Run {
-            step,
-            until,
-            end_time: max_time.or(end_time).unwrap_or_else(missing),
-            stiff: run.stiff.is_some(),
-            inverse: run.inverse.is_some(),
-        }
-    }
-
-    fn condition(&mut self, condition: &Condition<String>) -> Condition<Quantity> {
-        let before = self.findings.len();
-        let difference = self.value(&condition.difference, Context::Condition);
-        let is_constant = difference.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi));
-        if is_constant && self.findings.len() == before {
-            self.findings.push(
-                Diagnostic::error("the stop condition never changes", difference.whole_span(), "nothing moves in it")
-                    .help("compare coordinates, points, their rates, outputs or the time `t`"),
-            );
-        }
-        Condition { difference, comparison: condition.comparison }
-    }
-
-    /// Looks up every name of a formula and checks what its context forbids.
-    fn value(&mut self, formula: &Formula, context: Context) -> Value {
-        let mut left = MAX_SHOWN.saturating_sub(errors(&self.findings));
-        let (scope, findings, has_unknown) = (&self.scope, &mut self.findings, &mut self.has_unknown);
-        let mut reported: HashSet<String> = HashSet::new();
-        let value = formula.map(|name, span| {
-            // What could not be read was reported where it was read, and of very many errors not all are shown.
-            if name.is_empty() || left == 0 {
-                *has_unknown |= left == 0;
-                return Quantity::Unknown;
-            }
-            scope.look_up(name, span.clone(), context).unwrap_or_else(|finding| {
-                *has_unknown = true;
-                // A name that is used again in the same formula is not wrong twice.
-                if (scope.knows(name) || !self.lost_names) && reported.insert(name.clone()) {
-                    findings.push(finding);
-                    left -= 1;
-                }
-                Quantity::Unknown
-            })
-        });
-        if !matches!(context, Context::Constant | Context::Profile | Context::Picture | Context::Condition) {
-            check::differentiable(&value, context == Context::Geometry, &mut self.findings);
-        }
-        value
-    }
-
-    fn find(&mut self, what: &str, identifier: &Identifier, names: &[&str]) -> Option<usize> {
-        let place = names.iter().position(|name| *name == identifier.name);
-        self.has_unknown |= place.is_none();
-        if place.is_none() && !self.lost_names {
-            let title = format!("unknown {what} `{}`", identifier.name);
-            self.findings.push(Diagnostic::error(title, identifier.span.clone(), "not known").help(near_or_all(
-                what,
-                &identifier.name,
-                names,
-            )));
-        }
-        place
-    }
-
-    fn point(&mut self, identifier: &Identifier) -> Option<usize> {
-        let names: Vec<String> = self.scope.points().map(str::to_owned).collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        self.find("point", identifier, &names)
-    }
-
-    fn body_named(&mut self, scene: &Scene, identifier: &Identifier) -> Option<Body> {
-        let names: Vec<&str> = scene.bodies.iter().map(|b| b.name.as_str()).collect();
-        self.find("body", identifier, &names).map(|i| scene.bodies[i].clone())
-    }
-}
-
-/// Help for an unknown name.
-fn near_or_all(what: &str, name: &str, known: &[&str]) -> String {
-    suggestion(name, known.iter().copied(), || match known {
-        [] => format!("the scene has no {what}"),
-        _ => format!("known: {}", known.join(", ")),
-    })
 }
 
 /// Gives parameters their numbers, and tells which of them are left out: those that are zero and can only be zero.

@@ -1,5 +1,7 @@
 //! Straight-line function bodies: sines and cosines first, then named intermediate values, then the result.
 
+mod operations;
+
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
@@ -8,12 +10,8 @@ use qrm_scene::function::Function;
 
 use super::naming::{power_name, untaken};
 use crate::graph::{Graph, Id, Op, Signed};
-use crate::term::Symbol;
 use qrm_core::NamedTape;
 use qrm_core::named_tape::Statement;
-
-/// Sums of more than twice so many terms are made in parts, which need not wait for each other.
-const CHAIN: usize = 8;
 
 /// Makes the statements of one function.
 pub(super) struct Body<'g> {
@@ -261,129 +259,6 @@ impl<'g> Body<'g> {
     pub(super) fn root(&mut self, root: Signed) -> u32 {
         let value = self.value(root.id);
         if root.negative { self.tape.borrow_mut().negative(value) } else { value }
-    }
-
-    fn compute(&mut self, id: Id) -> u32 {
-        let graph = self.graph;
-        match graph.op(id) {
-            Op::Number(bits) => self.tape.borrow_mut().number(f64::from_bits(*bits)),
-            Op::Input(Symbol::Pi) => self.operation(Operation::Pi),
-            Op::Input(symbol) => unreachable!("{symbol:?} stands outside"),
-            Op::Sum(terms) => self.sum(terms),
-            Op::Product(factors) => self.product(factors),
-            Op::Reciprocal(a) => {
-                let value = self.value(*a);
-                self.operation(Operation::Recip(value))
-            }
-            Op::Power(a, exponent) => {
-                let value = self.value(*a);
-                self.operation(Operation::PowF(value, f64::from_bits(*exponent)))
-            }
-            Op::Call(function, a) => {
-                let value = self.value(*a);
-                self.operation(function.operation(&[value]))
-            }
-        }
-    }
-
-    /// A sum, a positive term first where there is one.
-    fn sum(&mut self, terms: &[Signed]) -> u32 {
-        if let Some(depths) = self.depths {
-            return self.joined_sum(terms, depths);
-        }
-        let mut ordered: Vec<Signed> = terms.to_vec();
-        if let Some(first) = ordered.iter().position(|t| !t.negative) {
-            let first = ordered.remove(first);
-            ordered.insert(0, first);
-        }
-        let mut sum = self.root(ordered[0]);
-        for term in &ordered[1..] {
-            sum = self.added(sum, *term);
-        }
-        sum
-    }
-
-    /// A sum and another term.
-    fn added(&mut self, sum: u32, term: Signed) -> u32 {
-        let value = self.value(term.id);
-        self.operation(if term.negative { Operation::Sub(sum, value) } else { Operation::Add(sum, value) })
-    }
-
-    /// A sum whose products are added as they are made, the deepest last.
-    fn joined_sum(&mut self, terms: &[Signed], depths: &[u32]) -> u32 {
-        let is_product = |body: &Self, id: Id| {
-            matches!(body.graph.op(id), Op::Product(_))
-                && !body.values.contains_key(&id)
-                && !body.outside.contains_key(&id)
-        };
-        let mut ordered = terms.to_vec();
-        ordered.sort_by_key(|term| (is_product(self, term.id), depths[term.id]));
-        if ordered.len() > 2 * CHAIN {
-            let parts: Vec<u32> = ordered.chunks(CHAIN).map(|part| self.joined_sum(part, depths)).collect();
-            let sum = parts.into_iter().reduce(|sum, part| self.operation(Operation::Add(sum, part)));
-            return sum.unwrap_or_else(|| unreachable!("a long sum has parts"));
-        }
-        let first = ordered.iter().position(|t| !t.negative && (ordered.len() == 1 || !is_product(self, t.id)));
-        let first = first.or_else(|| ordered.iter().position(|t| !is_product(self, t.id)));
-        let first = first.or_else(|| ordered.iter().position(|t| !t.negative)).unwrap_or(0);
-        let first = ordered.remove(first);
-        let mut sum = self.root(first);
-        for term in ordered {
-            let graph = self.graph;
-            sum = match graph.op(term.id) {
-                Op::Product(factors) if is_product(self, term.id) => {
-                    let factors = self.by_depth(factors);
-                    let last = self.value(factors[factors.len() - 1]);
-                    let others = self.product(&factors[..factors.len() - 1]);
-                    self.operation(match term.negative {
-                        true => Operation::NegMulAdd(others, last, sum),
-                        false => Operation::MulAdd(others, last, sum),
-                    })
-                }
-                _ => self.added(sum, term),
-            };
-        }
-        sum
-    }
-
-    fn by_depth(&self, factors: &[Id]) -> Vec<Id> {
-        let mut factors = factors.to_vec();
-        if let Some(depths) = self.depths {
-            factors.sort_by_key(|&id| depths[id]);
-        }
-        factors
-    }
-
-    /// A product; reciprocals that serve only here become divisions.
-    fn product(&mut self, factors: &[Id]) -> u32 {
-        let graph = self.graph;
-        let factors = &self.by_depth(factors)[..];
-        let divisor = |body: &Self, id: Id| match graph.op(id) {
-            // A kernel keeps them apart: they need not wait for the other factors.
-            Op::Reciprocal(a)
-                if body.depths.is_none() && !body.values.contains_key(&id) && !body.outside.contains_key(&id) =>
-            {
-                Some(*a)
-            }
-            _ => None,
-        };
-        let mut product: Option<u32> = None;
-        for &factor in factors {
-            if divisor(self, factor).is_some() {
-                continue;
-            }
-            let value = self.value(factor);
-            product = Some(product.map_or(value, |product| self.operation(Operation::Mul(product, value))));
-        }
-        for &factor in factors {
-            let Some(divisor) = divisor(self, factor) else { continue };
-            let value = self.value(divisor);
-            product = Some(match product {
-                Some(product) => self.operation(Operation::Div(product, value)),
-                None => self.operation(Operation::Recip(value)),
-            });
-        }
-        product.unwrap_or_else(|| unreachable!("a product has factors"))
     }
 
     /// The statements so far.

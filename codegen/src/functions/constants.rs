@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::Writer;
 use super::body::Body;
-use super::layout::Plan;
 use super::naming::{power_name, untaken};
+use super::plan::Plan;
 use super::scene_formula;
 use crate::graph::{Id, Op, Signed};
 use crate::term::Symbol;

@@ -1,18 +1,17 @@
 //! The linear equations of a kernel, solved by hand as it were: constraints for the coordinates that depend on the
 //! others, in an order that leaves zeros zero, and what is left for the others.
 
-use std::collections::{HashMap, HashSet};
+mod pivots;
+mod solutions;
+
+use std::collections::HashSet;
 
 use super::algebra::{Matrix, Value};
 use super::block::Block;
 use super::builder::Builder;
-use crate::graph::{Op, Signed};
-use crate::term::{Equations, Symbol, Term};
-use qrm_scene::evaluate::{constant, parameter_values};
-use qrm_scene::scene::Start;
-
-/// Entries this much smaller than the largest of their row are no pivots.
-const SMALL: f64 = 0.05;
+use crate::graph::Signed;
+use crate::term::Equations;
+use pivots::pivots;
 
 /// A factorised system.
 pub(super) struct Elimination {
@@ -235,172 +234,4 @@ impl Elimination {
         let mut seen = HashSet::new();
         all.filter(|value| seen.insert(value.id)).map(Some).collect()
     }
-
-    /// A solution of `C_q x = right` in which independent coordinates rest.
-    pub(super) fn particular(&self, builder: &mut Builder, right: &[Value], block: Block, what: &str) -> Vec<Value> {
-        let solved = self.solve(builder, right, |builder, k, value| {
-            let name = format!("{}_{what}", self.name(builder, self.pivots[k].1));
-            builder.keep(block, &name, value)
-        });
-        let mut x = vec![None; self.mass.len()];
-        for (k, value) in solved.into_iter().enumerate() {
-            x[self.pivots[k].1] = value;
-        }
-        x
-    }
-
-    /// The solution of `C_q x = ...` with `T' (Mbar x - forces) = 0`.
-    pub(super) fn free(
-        &self,
-        builder: &mut Builder,
-        particular: &[Value],
-        forces: Option<&[Value]>,
-        block: Block,
-        what: &str,
-    ) -> Vec<Value> {
-        let f = self.independent.len();
-        let mut y: Vec<Value> = Vec::new();
-        for place in 0..f {
-            let mut terms: Vec<Signed> = Vec::new();
-            if let Some(forces) = forces {
-                terms.extend(self.tangents[place].iter().zip(forces).filter_map(|(t, f)| builder.multiply(*t, *f)));
-            }
-            terms.extend(
-                self.momenta[place]
-                    .iter()
-                    .zip(particular)
-                    .filter_map(|(u, p)| builder.multiply(*u, *p))
-                    .map(Signed::negated),
-            );
-            terms
-                .extend((0..place).filter_map(|k| builder.multiply(self.factors[place][k], y[k])).map(Signed::negated));
-            let sum = builder.sum(terms);
-            let name = self.name(builder, self.independent[place]);
-            y.push(builder.keep(block, &format!("drive_{name}_{what}"), sum));
-        }
-        let mut a: Vec<Value> = vec![None; f];
-        for place in (0..f).rev() {
-            let own = builder.multiply(y[place], self.inverse_inertia[place]);
-            let others =
-                (place + 1..f).filter_map(|k| builder.multiply(self.factors[k][place], a[k])).map(Signed::negated);
-            let terms = own.into_iter().chain(others.collect::<Vec<_>>()).collect();
-            let sum = builder.sum(terms);
-            let name = format!("{}_{what}", self.name(builder, self.independent[place]));
-            a[place] = builder.keep(block, &name, sum);
-        }
-        let coordinate = |builder: &mut Builder, i: usize| {
-            if let Some(place) = self.independent.iter().position(|&by| by == i) {
-                return a[place];
-            }
-            let mut terms: Vec<Signed> = particular[i].into_iter().collect();
-            terms.extend((0..f).filter_map(|k| builder.multiply(self.tangents[k][i], a[k])));
-            let sum = builder.sum(terms);
-            let name = format!("{}_{what}", self.name(builder, i));
-            builder.keep(block, &name, sum)
-        };
-        (0..self.mass.len()).map(|i| coordinate(builder, i)).collect()
-    }
-
-    /// The multipliers: `C_q' lambda = forces - Mbar qdd` in the rows of dependent coordinates.
-    pub(super) fn multipliers(&self, builder: &mut Builder, forces: &[Value], accelerations: &[Value]) -> Vec<Value> {
-        let m = self.pivots.len();
-        let excess = |builder: &mut Builder, i: usize| {
-            let mut terms: Vec<Signed> = forces[i].into_iter().collect();
-            terms.extend(
-                self.mass[i]
-                    .iter()
-                    .zip(accelerations)
-                    .filter_map(|(m, a)| builder.multiply(*m, *a))
-                    .map(Signed::negated),
-            );
-            terms
-        };
-        let mut x: Vec<Value> = vec![None; m];
-        for k in 0..m {
-            let mut terms = excess(builder, self.pivots[k].1);
-            terms.extend((0..k).filter_map(|j| builder.multiply(self.upper[j][k], x[j])).map(Signed::negated));
-            let sum = builder.sum(terms);
-            x[k] = if (k + 1..m).any(|j| self.upper[k][j].is_some()) {
-                builder.keep(Block::Multipliers, &format!("excess_{}", self.name(builder, self.pivots[k].1)), sum)
-            } else {
-                sum
-            };
-        }
-        let mut multipliers = vec![None; self.constraints];
-        for k in (0..m).rev() {
-            let mut terms: Vec<Signed> = x[k].into_iter().collect();
-            let (row, _) = self.pivots[k];
-            terms.extend((k + 1..m).filter_map(|i| builder.multiply(self.lower[i][k], x[i])).map(Signed::negated));
-            let sum = builder.sum(terms);
-            let value = builder.multiply(sum, self.inverses[k]);
-            let name = format!("lambda_{}", builder.scene.constraints[row].name);
-            x[k] = builder.keep(Block::Multipliers, &name, value);
-            multipliers[row] = x[k];
-        }
-        multipliers
-    }
-}
-
-/// Constraint and coordinate of each pivot: large enough at the scene's start, not of a coordinate that is given there
-/// if that can be helped, and first those that leave most zeros as they are.
-fn pivots(builder: &Builder, equations: &Equations, jacobian: &Matrix) -> Vec<(usize, usize)> {
-    let scene = builder.scene;
-    let parameters = parameter_values(scene, |_| None);
-    let start = |i: usize| match &scene.coordinates[i].position {
-        Start::Given(value) | Start::Guess(value) => constant(value, &parameters),
-        Start::Free => 0.0,
-    };
-    let mut named: HashMap<Symbol, f64> = HashMap::new();
-    let value = |term: &Term, named: &HashMap<Symbol, f64>| {
-        term.evaluate(&|symbol: Symbol| match symbol {
-            Symbol::Parameter(i) => parameters[i],
-            Symbol::Pi => std::f64::consts::PI,
-            Symbol::Coordinate(i) => start(i),
-            symbol => named.get(&symbol).copied().unwrap_or(0.0),
-        })
-    };
-    for (symbol, term) in equations.names.iter().enumerate().flat_map(|(k, quantity)| quantity.definitions(k)) {
-        let value = value(&term, &named);
-        named.insert(symbol, value);
-    }
-    let mut size: Vec<Vec<f64>> = equations
-        .constraint_jacobian
-        .iter()
-        .map(|row| row.iter().map(|entry| value(entry, &named)).collect())
-        .collect();
-    let mut filled: Vec<Vec<bool>> = jacobian
-        .iter()
-        .map(|row| {
-            row.iter().map(|entry| entry.is_some_and(|v| *builder.lowering.graph.op(v.id) != Op::Number(0))).collect()
-        })
-        .collect();
-    let is_given = |i: usize| matches!(scene.coordinates[i].position, Start::Given(_));
-    let (mut rows, mut columns): (Vec<usize>, Vec<usize>) =
-        ((0..jacobian.len()).collect(), (0..scene.coordinates.len()).collect());
-    let mut pivots = Vec::new();
-    while !rows.is_empty() {
-        let rank = |&(r, c): &(usize, usize)| {
-            let largest = columns.iter().filter(|&&j| filled[r][j]).map(|&j| size[r][j].abs()).fold(0.0, f64::max);
-            let is_small = !(size[r][c].abs() >= SMALL * largest && size[r][c] != 0.0);
-            let others = |count: usize| count.saturating_sub(1);
-            let in_row = others(columns.iter().filter(|&&j| filled[r][j] && !is_given(j)).count());
-            let in_column = others(rows.iter().filter(|&&i| filled[i][c]).count());
-            (is_given(c), is_small, in_row * in_column, in_row + in_column, r, c)
-        };
-        let candidates = rows.iter().flat_map(|&r| columns.iter().map(move |&c| (r, c)));
-        let Some((r, c)) = candidates.filter(|&(r, c)| filled[r][c]).min_by_key(rank) else { break };
-        pivots.push((r, c));
-        rows.retain(|&row| row != r);
-        columns.retain(|&column| column != c);
-        for &i in &rows {
-            if filled[i][c] {
-                let ratio = size[i][c] / size[r][c];
-                for &j in &columns {
-                    size[i][j] -= if ratio.is_finite() { ratio * size[r][j] } else { 0.0 };
-                    filled[i][j] |= filled[r][j];
-                }
-            }
-        }
-    }
-    pivots
 }

@@ -5,8 +5,8 @@ use super::layout::{DEFINED, PARTS};
 use super::step_control::REJECTED;
 use crate::dop853::{DenseOutput, Dop853Step};
 use crate::kernel::Kernel;
+use crate::kernel_state::KernelState;
 use crate::lanes::{Lanes, Token};
-use crate::rk4::KernelState;
 use crate::scalar::Scalar;
 
 /// Fourth differences of a smooth output are at most this part of the second ones.

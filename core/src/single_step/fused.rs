@@ -5,8 +5,8 @@ use crate::angles::Angles;
 use crate::buffers::StateRef;
 use crate::dop853::{DENSE, Slopes, dop853_step};
 use crate::kernel::{Kernel, MAX_GROWTH};
+use crate::kernel_state::KernelState;
 use crate::projection::padded;
-use crate::rk4::KernelState;
 use crate::scalar::{Fused, Scalar};
 
 /// Makes a step: see [`Mechanism::dop853_step`](crate::Mechanism::dop853_step).

@@ -3,7 +3,8 @@
 use std::vec;
 use std::vec::Vec;
 
-use super::nodes::{Node, Nodes, is_above};
+use super::node::{Node, is_above};
+use super::nodes::Nodes;
 use super::{Tape, TapeFunction};
 use crate::Interval;
 

@@ -3,7 +3,8 @@
 
 use std::ffi::{c_char, c_int, c_void};
 
-use super::{Status, interface, with};
+use super::handle::{Status, with};
+use super::interface;
 
 fn refuse(handle: *mut c_void, why: &str) -> Status {
     with(handle, |_| Err(why.into()))

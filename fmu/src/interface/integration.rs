@@ -2,7 +2,9 @@
 
 use std::ffi::c_void;
 
-use super::{Status, in_phase, interface, is_there, put, read, room, same_count, with};
+use super::handle::{Status, in_phase, with};
+use super::interface;
+use super::pointers::{is_there, put, read, room, same_count};
 use crate::instance::Interface;
 use crate::phase::Phase::{Event, Initializing, Integrating, Terminated};
 

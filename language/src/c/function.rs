@@ -1,7 +1,7 @@
 //! Functions.
 
-use super::builtins::is_reserved;
 use super::comment::comment;
+use super::reserved_words::is_reserved;
 use super::{Writer, is_own_macro};
 use crate::ir::{Expression, Function, Shape, Statement};
 use crate::lines;

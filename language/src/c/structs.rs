@@ -1,8 +1,8 @@
 //! Structs.
 
 use super::Writer;
-use super::builtins::is_keyword;
 use super::comment::comment;
+use super::reserved_words::is_keyword;
 use crate::ir::{Struct, StructKind};
 
 impl Writer<'_> {

@@ -5,12 +5,12 @@ use std::collections::{BTreeSet, HashMap};
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
-use super::expression::{Piece, expression};
-use super::{doc_lines, is_sparse};
+use super::doc_lines;
+use super::scope::Scope;
 use crate::identifier::ident;
 use crate::texts;
 use qrm_core::NamedTape;
-use qrm_core::named_tape::{Argument, Function, Shape, Value, place};
+use qrm_core::named_tape::{Argument, Function, Shape, place};
 use qrm_scene::names::struct_name;
 use qrm_scene::scene::Scene;
 
@@ -20,13 +20,6 @@ pub(super) struct Printer<'t> {
     pub(super) tape: &'t NamedTape,
     /// The struct that is the mechanism.
     pub(super) own: Ident,
-}
-
-/// The names that values have in a function.
-struct Scope<'t> {
-    tape: &'t NamedTape,
-    names: HashMap<u32, TokenStream>,
-    used: BTreeSet<u32>,
 }
 
 /// The result of a function: the statements before it and the values of its parts.
@@ -274,85 +267,5 @@ impl<'t> Printer<'t> {
         let sizes = (*structure != "Position").then(|| quote!(, #n, #m));
         let structure = format_ident!("{structure}");
         (quote!(#structure<R #sizes>), quote!(#structure { #(#fields,)* #nothing }))
-    }
-}
-
-impl Scope<'_> {
-    /// The statements of a function, and the values of its parts.
-    fn print(&mut self, function: &Function) -> (Vec<TokenStream>, Vec<TokenStream>) {
-        let mut statements = Vec::new();
-        for statement in &function.statements {
-            let value = self.computed(statement.value).tokens;
-            let names: Vec<Ident> = statement.names.iter().map(|name| format_ident!("{name}")).collect();
-            // The printer keeps documentation alone; comments are made of it.
-            let comment = statement.comment.iter().map(|text| format!(" {text}"));
-            statements.push(match &names[..] {
-                [sine, cosine] => quote!(#(#[doc = #comment])* let (#sine, #cosine) = #value;),
-                names => quote!(#(#[doc = #comment])* let #(#names)* = #value;),
-            });
-            self.names.extend((statement.value..).zip(names.iter().map(|name| quote!(#name))));
-        }
-        let parts = function.parts.iter().map(|part| self.shape(&part.values)).collect();
-        (statements, parts)
-    }
-
-    /// A value, by name if it has one.
-    fn value(&mut self, value: u32) -> Piece {
-        let Some(name) = self.names.get(&value) else { return self.computed(value) };
-        self.used.insert(value);
-        Piece::whole(name.clone())
-    }
-
-    /// The operation that computes a value.
-    fn computed(&mut self, value: u32) -> Piece {
-        match self.tape.values()[value as usize] {
-            Value::Operation(operation) => expression(operation, |operand| self.value(operand)),
-            Value::Input => unreachable!("an input has a name"),
-            Value::Cosine => unreachable!("a cosine is named with its sine"),
-        }
-    }
-
-    fn list(&mut self, values: &[u32]) -> TokenStream {
-        let values = values.iter().map(|value| self.value(*value).tokens);
-        quote!([#(#values),*])
-    }
-
-    fn shape(&mut self, shape: &Shape<u32>) -> TokenStream {
-        match shape {
-            Shape::Scalar(value) => self.value(*value).tokens,
-            Shape::Vector(values) => self.list(values),
-            Shape::Matrix(rows) if self.is_sparse(rows) => self.sparse(rows),
-            Shape::Matrix(rows) => {
-                let rows = rows.iter().map(|row| self.list(row));
-                quote!([#(#rows),*])
-            }
-        }
-    }
-
-    fn is_sparse(&self, rows: &[Vec<u32>]) -> bool {
-        let entries = rows.iter().map(Vec::len).sum::<usize>();
-        let filled = rows.iter().flatten().filter(|entry| !self.tape.is_zero(**entry)).count();
-        is_sparse(entries, filled)
-    }
-
-    /// A matrix by its entries that are not zero: the code of a large mechanism grows with what is in it, not with its
-    /// square.
-    fn sparse(&mut self, rows: &[Vec<u32>]) -> TokenStream {
-        let [height, width] = [rows.len(), rows.first().map_or(0, Vec::len)].map(Literal::usize_unsuffixed);
-        let mut entries = Vec::new();
-        for (i, row) in rows.iter().enumerate() {
-            for (j, entry) in row.iter().enumerate() {
-                if !self.tape.is_zero(*entry) {
-                    let value = self.value(*entry).tokens;
-                    let [i, j] = [i, j].map(Literal::usize_unsuffixed);
-                    entries.push(quote!(rows[#i][#j] = #value;));
-                }
-            }
-        }
-        quote!({
-            let mut rows = [[R::zero(); #width]; #height];
-            #(#entries)*
-            rows
-        })
     }
 }

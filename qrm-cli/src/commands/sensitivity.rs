@@ -16,7 +16,7 @@ use crate::format::counted;
 use crate::messages::step_error;
 use crate::options::{MethodOptions, OutFolder, SceneOptions, assignments, check_parameter};
 use crate::output::{check_target, print, save};
-use crate::progress::{MotionProgress, interrupted};
+use crate::progress::{Progress, interrupted};
 use crate::setup::Setup;
 use check::Check;
 pub(crate) use quantities::Quantity;
@@ -107,7 +107,7 @@ impl Asked {
         let Self { by, of, vector, is_checked } = self;
         let direction: Vec<(&str, f64)> = vector.iter().map(|(name, entry)| (name.as_str(), *entry)).collect();
         let checking = if is_checked { check::motions(by.len()) } else { 0 };
-        let progress = MotionProgress::new(SensitivityRequest::motions(by.len()) + checking);
+        let progress = Progress::motions(SensitivityRequest::motions(by.len()) + checking);
         let request = SensitivityRequest {
             by: &by,
             settings: setup.settings,
@@ -168,7 +168,7 @@ fn check_outputs(setup: &Setup, asked: &[String]) -> Result<(), Error> {
 
 /// The derivatives that are asked for, at other values of parameters.
 fn derive(
-    (setup, progress): (&Setup, &MotionProgress),
+    (setup, progress): (&Setup, &Progress),
     replace: ParameterOverrides,
     asked: SensitivityRequest,
 ) -> Result<Sensitivity, Error> {

@@ -19,7 +19,7 @@ use crate::error::Error;
 use crate::format::counted;
 use crate::options::{MethodOptions, SceneOptions, default_folder};
 use crate::output::print;
-use crate::progress::{DesignProgress, watch_interrupts};
+use crate::progress::{Progress, watch_interrupts};
 use crate::setup::Setup;
 pub(crate) use axes::Axes;
 pub use designs::THREADS;
@@ -178,7 +178,7 @@ impl<'s> Plan<'s> {
     /// Runs all designs but those that are done; returns the first that was not written.
     fn run(&self, journal: &mut Journal, done: usize) -> Result<usize, Error> {
         let (begin, end) = self.range;
-        let progress = DesignProgress::new(end - begin, done);
+        let progress = Progress::designs(end - begin, done);
         let records = |rows: Vec<Row>| rows.into_iter().map(Record::from).collect();
         self.designs.run((begin + done, end), self.threads, records, |records: Vec<Record>| {
             journal.write(&records)?;

@@ -14,7 +14,7 @@ use qrm_core::{DERIVING, DerivedScene, WAITING};
 
 use super::cache::{self, Entry};
 use crate::error::Error;
-use crate::progress::{Spinner, interrupted, watch_interrupts};
+use crate::progress::{Progress, interrupted, watch_interrupts};
 
 /// Time between two looks at the engine.
 pub(crate) const POLL_INTERVAL: Duration = Duration::from_millis(1);
@@ -52,7 +52,7 @@ pub(crate) fn build_if_missing(said: impl FnOnce(&str)) -> Result<(), Error> {
     let Some(sources) = sources().filter(|_| program().is_none() && EMBEDDED.get().is_none()) else { return Ok(()) };
     watch_interrupts();
     said(BUILDING);
-    let spinner = Spinner::new();
+    let spinner = Progress::spinner();
     let keep_running = || {
         spinner.show("building the symbolic engine".to_owned());
         !interrupted()
@@ -75,7 +75,7 @@ pub(super) fn derive(path: &Path, source: &str) -> Result<DerivedScene, Error> {
         }
         thread::sleep(POLL_INTERVAL);
         if begun.elapsed() > NOTICE_DELAY {
-            let spinner = spinner.get_or_insert_with(Spinner::new);
+            let spinner = spinner.get_or_insert_with(Progress::spinner);
             match derivation.is_waiting() {
                 true => spinner.show(format!("{}: another derivation on this machine goes first", path.display())),
                 false => spinner.show(format!("deriving {}", path.display())),

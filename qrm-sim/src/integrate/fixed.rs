@@ -5,7 +5,8 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::adaptive::KeepState;
 use super::classical::CLASSICAL;
-use super::corners::{Corner, Corners, LEFT, MOST_PARTS};
+use super::corner::Corner;
+use super::corners::{Corners, LEFT, MOST_PARTS};
 use super::explicit::Explicit;
 use super::methods::MethodSettings;
 use super::step_error::StepError;

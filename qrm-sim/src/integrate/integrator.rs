@@ -1,18 +1,17 @@
 //! A motion from one row to the next, by any method.
 
-use qrm_core::{Mechanism, RowLayout, RowRequest, StopReason};
+mod block;
+
+use qrm_core::{Mechanism, RowLayout};
 
 use super::adaptive::{Adaptive, Counts, IntermediateRows};
-use super::corners::{Corner, Corners};
 use super::fixed::{Fixed, StepBy};
 use super::formula::Formula;
 use super::methods::MethodSettings;
 use super::step_error::StepError;
-use crate::solve::{Projection, ProjectionTolerance, Solver, SolverStats};
-use crate::state::{State, state_in};
+use crate::solve::{Solver, SolverStats};
+use crate::state::State;
 
-/// Rows that the kernel makes before it is known whether the equations of motion had a corner between them.
-const ROWS_BETWEEN_CORNERS: usize = 16;
 /// Most numbers of states between rows that are kept.
 const MOST_INNER: usize = 1 << 20;
 
@@ -37,15 +36,6 @@ enum Steps {
     Fixed(Box<Fixed>),
     /// Steps are chosen by a tolerance.
     Adaptive(Box<Adaptive>),
-}
-
-/// The end of a block of rows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Block {
-    /// The number of rows.
-    pub(crate) rows_written: usize,
-    /// The reason why it ended; an error if the next row could not be made.
-    pub(crate) reason: Result<StopReason, StepError>,
 }
 
 impl Integrator {
@@ -230,105 +220,6 @@ impl Integrator {
         Ok(to)
     }
 
-    /// Fills a block with rows after its first one, by the generated kernel where the method allows it.
-    pub(crate) fn fill(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, rows: &mut [f64]) -> Block {
-        self.inner.clear();
-        if let Steps::Adaptive(adaptive) = &mut self.steps {
-            adaptive.forget_steps();
-        }
-        // The rows are borrowed beside the rest of the integrator.
-        let mut pair = std::mem::replace(&mut self.pair, [State::zero(0, 0), State::zero(0, 0)]);
-        let block = self.fill_with(mechanism, request, rows, &mut pair);
-        self.pair = pair;
-        block
-    }
-
-    fn fill_with(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        request: &RowRequest,
-        rows: &mut [f64],
-        [from, to]: &mut [State; 2],
-    ) -> Block {
-        let (layout, width) = (self.layout, self.layout.width());
-        from.read(rows);
-        let mut made = 0;
-        loop {
-            if self.is_by_kernel() {
-                let rest = RowRequest { first: request.first + made as u64, ..*request };
-                let room = self.rows_to_corner(&rest, rows.len() / width - made - 1, rows[made * width]);
-                let result = mechanism.integrate_rk4(&rest, &mut rows[made * width..(made + room + 1) * width]);
-                let smooth = self.rows_without_corner(&rows[made * width..(made + result.rows_written + 1) * width]);
-                made += smooth;
-                if smooth == result.rows_written && room > 0 {
-                    match result.reason {
-                        Some(StopReason::Full) if rows.len() >= (made + 2) * width => continue,
-                        Some(reason) => return Block { rows_written: made, reason: Ok(reason) },
-                        None => {}
-                    }
-                }
-                from.read(&rows[made * width..]);
-            }
-            if rows.len() < (made + 2) * width {
-                return Block { rows_written: made, reason: Ok(StopReason::Full) };
-            }
-            match self.row(mechanism, request.first + made as u64, request, from, to) {
-                Err(reason) => return Block { rows_written: made, reason: Err(reason) },
-                Ok(event) => {
-                    made += 1;
-                    to.write(&mut rows[made * width..]);
-                    rows[made * width + layout.event()] = event;
-                    if let Some(reason) = end_of_row(event, to, request, made, rows.len() / width) {
-                        return Block { rows_written: made, reason: Ok(reason) };
-                    }
-                    std::mem::swap(from, to);
-                }
-            }
-        }
-    }
-
-    /// The number of rows, at most `room`, for the kernel to make from `t` on.
-    fn rows_to_corner(&mut self, request: &RowRequest, room: usize, t: f64) -> usize {
-        let Some(corners) = self.corners() else { return room };
-        if corners.at(t).is_some() {
-            return 0;
-        }
-        let end = corners.next_time(t).map_or(f64::INFINITY, Corner::just_before);
-        let room = room.min(ROWS_BETWEEN_CORNERS);
-        (0..room).take_while(|row| request.time(request.first + *row as u64 + 1) <= end).count()
-    }
-
-    /// The corners that end steps of a fixed length.
-    fn corners(&mut self) -> Option<&mut Corners> {
-        match &mut self.steps {
-            Steps::Fixed(fixed) => fixed.corners.as_mut(),
-            Steps::Adaptive(_) => None,
-        }
-    }
-
-    /// The number of rows of a block after its first one before which the motion meets no corner.
-    fn rows_without_corner(&mut self, rows: &[f64]) -> usize {
-        let (layout, width) = (self.layout, self.layout.width());
-        let count = rows.len() / width - 1;
-        let Some(corners) = self.corners() else { return count };
-        let row = |i: usize| state_in(layout, &rows[i * width..]);
-        (0..count).find(|i| corners.may_meet(&row(*i), &row(i + 1))).unwrap_or(count)
-    }
-
-    /// Makes the row after row `row` by the plain functions, and returns the value of the event there.
-    fn row(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        row: u64,
-        request: &RowRequest,
-        from: &State,
-        to: &mut State,
-    ) -> Result<f64, StepError> {
-        self.advance(mechanism, from, request.time(row + 1), to)?;
-        let event = if request.watches_event { mechanism.event(&to.as_ref()) } else { None };
-        Ok(event.unwrap_or(-1.0))
-    }
-
     /// The largest difference between energy and work at the end of any step; `None` if rows are the steps.
     pub fn imbalance(&self) -> Option<f64> {
         match &self.steps {
@@ -356,105 +247,5 @@ impl Integrator {
             Steps::Fixed(_) => Counts { accepted: rows, evaluations: 4 * rows, ..Counts::default() },
             Steps::Adaptive(adaptive) => adaptive.counts(),
         }
-    }
-}
-
-fn end_of_row(event: f64, row: &State, request: &RowRequest, made: usize, room: usize) -> Option<StopReason> {
-    // Written so that a value that is not a number ends the block too.
-    if !(event < 0.0) {
-        Some(StopReason::Event)
-    } else if row.t >= request.end_time {
-        Some(StopReason::End)
-    } else if made + 1 == room {
-        Some(StopReason::Full)
-    } else {
-        None
-    }
-}
-
-impl Solver {
-    /// Moves a state along its rates and accelerations to a time so near that nothing else changes.
-    ///
-    /// # Errors
-    /// The projection does not converge, or the accelerations are not determined.
-    pub(super) fn cross(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        projection: (Projection, ProjectionTolerance),
-        t: f64,
-        state: &mut State,
-    ) -> Result<(), StepError> {
-        state.move_along(t - state.t);
-        state.t = t;
-        self.projected(mechanism, projection, state)
-    }
-
-    /// Completes a state by its accelerations and multipliers.
-    ///
-    /// # Errors
-    /// The accelerations are not determined, or not finite.
-    pub fn complete(&mut self, mechanism: &dyn Mechanism, state: &mut State) -> Result<(), StepError> {
-        let State { t, q, qd, qdd, multipliers, .. } = state;
-        self.accelerations(mechanism, *t, (q, qd), (qdd, multipliers))?;
-        if state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
-    }
-
-    /// Closes the loops of a state under other parameters, if they are to be closed, and completes it.
-    ///
-    /// # Errors
-    /// The projection does not converge, or the accelerations are not determined.
-    pub(crate) fn make_consistent(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        settings: &MethodSettings,
-        state: &mut State,
-    ) -> Result<(), StepError> {
-        if settings.projection != Projection::None {
-            let projection = (settings.projection, settings.projection_tolerance);
-            self.project(mechanism, projection, state.t, &mut state.q, &mut state.qd)?;
-        }
-        state.corrections = 0;
-        self.complete(mechanism, state)
-    }
-
-    /// Projects the coordinates and rates of a state, and completes it, by the kernel where the projection allows it.
-    ///
-    /// # Errors
-    /// The projection does not converge, or the accelerations are not determined.
-    pub(super) fn projected(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        (projection, tolerance): (Projection, ProjectionTolerance),
-        state: &mut State,
-    ) -> Result<(), StepError> {
-        if self.projects_by_kernel((projection, tolerance))
-            && self.project_by_kernel(mechanism, tolerance.residual, state)
-        {
-            return Ok(());
-        }
-        if projection == Projection::Mass {
-            self.factor_mass(mechanism, &state.q);
-        }
-        self.projected_by_functions(mechanism, (projection, tolerance), state)
-    }
-
-    /// Whether kernels make this projection, and steps with it: not where constraints repeat others.
-    pub(super) fn projects_by_kernel(&self, (projection, tolerance): (Projection, ProjectionTolerance)) -> bool {
-        projection.is_by_kernel(&tolerance) && !self.is_redundant()
-    }
-
-    /// Projects and completes a state by the plain functions, in the metric that is known.
-    ///
-    /// # Errors
-    /// The projection does not converge, or the accelerations are not determined.
-    pub(super) fn projected_by_functions(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        projection: (Projection, ProjectionTolerance),
-        state: &mut State,
-    ) -> Result<(), StepError> {
-        let State { t, q, qd, .. } = state;
-        state.corrections = self.project(mechanism, projection, *t, q, qd)?;
-        self.complete(mechanism, state)
     }
 }

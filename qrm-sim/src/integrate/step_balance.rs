@@ -2,7 +2,7 @@
 
 use qrm_core::Mechanism;
 
-use super::corners::Corner;
+use super::corner::Corner;
 use super::dense_output::DenseOutput;
 use super::step_formula::{Evaluator, StepFormula, Task};
 use crate::solve::Solver;

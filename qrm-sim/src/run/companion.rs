@@ -1,11 +1,10 @@
 //! A companion run beside a run, whose difference from it estimates the error.
 
-use std::f64::consts::TAU;
+mod errors;
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
-use super::differences::{Difference, Differences};
-use super::error_estimate::{ErrorEstimates, rounding};
+use super::differences::Differences;
 use super::extremes::FoundExtreme;
 use super::quantities::Quantities;
 use super::stop_condition::StopCondition;
@@ -16,15 +15,6 @@ use crate::state::{State, state_in};
 /// The numbers of steps of a run and of its companion that cover the same time. Steps that are no multiples of each
 /// other see different moments of a load, and come differently near to a singular position.
 const COMPANION_STEPS: [u64; 2] = [3, 2];
-
-/// The ratio of the difference of the two to the error of the finer one. It is `(3/2)^p - 1`, 4.06 for order 4, where
-/// errors follow an order; long steps show less.
-const RICHARDSON_FACTOR: f64 = 2.0;
-/// The ratio where steps are so long that errors follow no order: ratios from 0.43 to 4.06 were measured, and estimates
-/// are to hold within a factor of 3 both ways.
-const RATIO_OF_LONG_STEPS: f64 = 1.37;
-/// Steps are long where the difference is a larger part than this of the largest coordinate, or of a turn.
-const LONG: f64 = 1e-5;
 
 /// Below this, a companion has the fraction of the tolerance that belongs to order 4: smaller ones may be out of reach
 /// near singular positions.
@@ -258,54 +248,6 @@ impl Companion {
         difference.at_extremes[extreme.end] = found;
     }
 
-    /// The errors after so many steps; `None` if the companion broke off or never met the run.
-    pub(crate) fn errors(&self, steps: u64) -> Option<ErrorEstimates> {
-        if self.failed || !self.differences.has_met {
-            return None;
-        }
-        let differences = &self.differences;
-        let floors = self.floors(steps);
-        let ratio = self.ratio();
-        let errors = |own: &dyn Fn(&Difference) -> f64| -> Vec<f64> {
-            let differences = differences.each.iter().map(own).zip(&self.before).zip(&floors);
-            differences.map(|((own, before), floor)| ((own + before) / ratio).max(*floor)).collect()
-        };
-        Some(ErrorEstimates {
-            quantities: differences.quantities,
-            start: self.start,
-            largest: errors(&|difference| difference.largest),
-            at_extremes: if ESTIMATES_EXTREMES {
-                [0, 1].map(|end| errors(&|difference| difference.at_extremes[end]))
-            } else {
-                [const { Vec::new() }; 2]
-            },
-            at_end: errors(&|difference| difference.latest),
-            of_end_time: self.of_end_time.map(|difference| (difference / ratio).max(rounding(self.at.t, steps))),
-        })
-    }
-
-    /// The ratio of differences to errors.
-    fn ratio(&self) -> f64 {
-        if !self.integrator.is_fixed() {
-            return 1.0;
-        }
-        let of_coordinates = &self.differences.each[..self.layout.n];
-        let total = of_coordinates.iter().zip(&self.before).map(|(own, before)| own.largest + before);
-        let size = size(of_coordinates);
-        if total.fold(0.0, f64::max) > LONG * size.min(TAU) { RATIO_OF_LONG_STEPS } else { RICHARDSON_FACTOR }
-    }
-
-    /// The errors below which a difference says nothing: the rounding errors of both runs may agree.
-    fn floors(&self, steps: u64) -> Vec<f64> {
-        let groups = self.differences.quantities.groups().into_iter().map(|group| &self.differences.each[group]);
-        groups
-            .flat_map(|group| {
-                let rounding = rounding(size(group), steps);
-                group.iter().map(move |difference| rounding.max(difference.noise))
-            })
-            .collect()
-    }
-
     /// The number of values of a row.
     pub(crate) fn width(&self) -> usize {
         self.layout.width()
@@ -315,11 +257,6 @@ impl Companion {
     pub(crate) fn failed(&self) -> bool {
         self.failed
     }
-}
-
-/// The largest value of any of some quantities.
-fn size(of: &[Difference]) -> f64 {
-    of.iter().flat_map(|difference| difference.range).fold(0.0, |size, value| size.max(value.abs()))
 }
 
 /// The change of a column along the motion within the resolution of the times of corners: where it has a corner itself,

@@ -2,7 +2,8 @@
 
 use qrm_core::{Mechanism, RowLayout};
 
-use super::extremes::{ExtremesTracker, Vertex};
+use super::extremes::Vertex;
+use super::extremes_tracker::ExtremesTracker;
 use crate::columns::number;
 use crate::integrate::Integrator;
 use crate::maximum::peak_between;

@@ -1,6 +1,6 @@
 //! The integral of a column over time.
 
-use super::extremes::{Number, Polynomial};
+use super::polynomial::{Number, Polynomial};
 use crate::quadrature::GAUSS_3;
 
 /// Rows that a polynomial goes through.

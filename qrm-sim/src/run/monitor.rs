@@ -3,7 +3,7 @@
 use qrm_core::{Mechanism, RowLayout, RowQuantities, StateRef};
 
 use super::balance::Balance;
-use super::extremes::ExtremesTracker;
+use super::extremes_tracker::ExtremesTracker;
 use super::observer::{Observer, Row};
 use super::outcome::{NonFiniteQuantity, Status};
 use super::singularity_monitor::SingularityMonitor;

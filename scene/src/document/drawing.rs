@@ -1,6 +1,7 @@
 //! Entries of `[drawing]`.
 
-use super::table::{self, Reader, Table};
+use super::reader::{self, Reader};
+use super::table::Table;
 use super::values::position;
 use super::{Identifier, Position};
 use crate::diagnostic::Diagnostic;
@@ -101,7 +102,7 @@ impl ForceElementKind {
 const KINDS: [&str; 13] =
     ["link", "rod", "block", "pivot", "guide", "spring", "damper", "actuator", "gear", "rack", "belt", "cam", "path"];
 
-pub(super) fn drawn(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<DrawnSyntax> {
+pub(super) fn drawn(r: &mut Reader, identifier: &Identifier, value: reader::Value) -> Option<DrawnSyntax> {
     let table = r.table(&format!("drawing of `{}`", identifier.name), value)?;
     let kind = table.one_of(r, &KINDS, "a part of a drawing is of one kind")?;
     let asked = table.required(r, kind)?;
@@ -153,11 +154,11 @@ fn optional(r: &mut Reader, table: &Table, key: &str) -> Option<Formula> {
 }
 
 fn required(r: &mut Reader, table: &Table, key: &str) -> Formula {
-    table.required(r, key).map_or_else(table::placeholder, |v| r.formula(v))
+    table.required(r, key).map_or_else(reader::placeholder, |v| r.formula(v))
 }
 
 /// Two or more places.
-fn places(r: &mut Reader, value: table::Value) -> Option<Vec<Position>> {
+fn places(r: &mut Reader, value: reader::Value) -> Option<Vec<Position>> {
     let items = list(r, value)?;
     if items.len() < 2 {
         let error = Diagnostic::error("a line needs two places or more", value.span(), "too few");
@@ -168,7 +169,7 @@ fn places(r: &mut Reader, value: table::Value) -> Option<Vec<Position>> {
 }
 
 /// Two places.
-fn ends(r: &mut Reader, key: &str, value: table::Value) -> Option<[Position; 2]> {
+fn ends(r: &mut Reader, key: &str, value: reader::Value) -> Option<[Position; 2]> {
     let items = list(r, value)?;
     let [first, second] = items[..] else {
         let error =
@@ -180,7 +181,7 @@ fn ends(r: &mut Reader, key: &str, value: table::Value) -> Option<[Position; 2]>
     Some([first?, second?])
 }
 
-fn list<'t, 'v>(r: &mut Reader, value: table::Value<'t, 'v>) -> Option<Vec<table::Value<'t, 'v>>> {
+fn list<'t, 'v>(r: &mut Reader, value: reader::Value<'t, 'v>) -> Option<Vec<reader::Value<'t, 'v>>> {
     if !value.is_array() {
         r.wrong_type(value, "an array of places");
         return None;

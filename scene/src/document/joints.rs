@@ -1,6 +1,7 @@
 //! `[joints]`: what holds links together.
 
-use super::table::{self, Reader, Table};
+use super::reader::{self, Reader};
+use super::table::Table;
 use super::values::side;
 use super::{Identifier, Side};
 use crate::diagnostic::Diagnostic;
@@ -125,7 +126,7 @@ impl JointKind {
 }
 
 /// Reads an entry of `[joints]`.
-pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<JointSyntax> {
+pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<JointSyntax> {
     let what = format!("joint `{}`", identifier.name);
     let table = r.table(&what, value)?;
     let keys = JointKind::ALL.map(|(key, _)| key);
@@ -147,13 +148,13 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: table::Value)
     let drive = formula("drive", matches!(kind, JointKind::Revolute | JointKind::Prismatic | JointKind::PinInSlot));
     let start = formula("start", kind.is_slider() || kind == JointKind::Cam);
     let rate = formula("rate", kind.is_slider());
-    let needed = |r: &mut Reader, key: &str| table.required(r, key).map_or_else(table::placeholder, |v| r.formula(v));
+    let needed = |r: &mut Reader, key: &str| table.required(r, key).map_or_else(reader::placeholder, |v| r.formula(v));
     let radii = (key == "belt").then(|| radii_of_belt(r, &table)).flatten();
     let size = match key {
         "rod" => Some(needed(r, "length")),
         "gear" => Some(needed(r, "ratio")),
         "rack" => Some(needed(r, "radius")),
-        "belt" => Some(radii.as_ref().map_or_else(table::placeholder, |(_, ratio)| ratio.clone())),
+        "belt" => Some(radii.as_ref().map_or_else(reader::placeholder, |(_, ratio)| ratio.clone())),
         _ => None,
     };
     let radii = radii.map(|(radii, _)| radii);
@@ -202,7 +203,7 @@ fn radii_of_belt(r: &mut Reader, table: &Table) -> Option<([Formula; 2], Formula
 }
 
 /// `friction = { mu = ..., radius = ..., slip = ... }`, of a slider without radius.
-fn friction_of(r: &mut Reader, joint: &str, value: table::Value, is_slider: bool) -> Option<JointFriction> {
+fn friction_of(r: &mut Reader, joint: &str, value: reader::Value, is_slider: bool) -> Option<JointFriction> {
     let table = r.table(&format!("the friction of {joint}"), value)?;
     let mut formula = |key: &str| table.required(r, key).map(|v| r.formula(v));
     let (mu, slip) = (formula("mu"), formula("slip"));

@@ -1,12 +1,12 @@
 //! Values of a mechanism that are known from elsewhere: `[reference]` and `[[extreme]]`.
 
-use super::table::{self, Reader};
+use super::reader::{self, Reader};
 use super::{ExtremeSyntax, Identifier, ReferenceSyntax};
 use crate::parser::Formula;
 
-pub(super) fn reference(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<ReferenceSyntax> {
+pub(super) fn reference(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<ReferenceSyntax> {
     let table = r.table(&format!("reference `{}`", identifier.name), value)?;
-    let mut number = |key: &str| table.required(r, key).map_or_else(table::placeholder, |v| r.formula(v));
+    let mut number = |key: &str| table.required(r, key).map_or_else(reader::placeholder, |v| r.formula(v));
     let (t, accuracy) = (number("t"), number("accuracy"));
     let values = table.required(r, "values").map(|v| values(r, "values", v)).unwrap_or_default();
     let doc = table.string(r, "doc");
@@ -14,7 +14,7 @@ pub(super) fn reference(r: &mut Reader, identifier: Identifier, value: table::Va
     Some(ReferenceSyntax { identifier, doc, t, accuracy, values })
 }
 
-pub(super) fn extreme(r: &mut Reader, value: table::Value) -> Option<ExtremeSyntax> {
+pub(super) fn extreme(r: &mut Reader, value: reader::Value) -> Option<ExtremeSyntax> {
     let table = r.table("an extreme", value)?;
     let identifier = table.required(r, "name").and_then(|v| r.text(v));
     let doc = table.string(r, "doc");
@@ -27,7 +27,7 @@ pub(super) fn extreme(r: &mut Reader, value: table::Value) -> Option<ExtremeSynt
 }
 
 /// Formulae under names.
-pub(super) fn values(r: &mut Reader, what: &str, value: table::Value) -> Vec<(Identifier, Formula)> {
+pub(super) fn values(r: &mut Reader, what: &str, value: reader::Value) -> Vec<(Identifier, Formula)> {
     let Some(table) = r.table(what, value) else { return Vec::new() };
     table.all().into_iter().map(|(identifier, value)| (identifier, r.formula(value))).collect()
 }

@@ -1,6 +1,7 @@
 //! `[links]`: rigid bodies with points in their own frames.
 
-use super::table::{self, Reader, Table};
+use super::reader::{self, Reader};
+use super::table::Table;
 use super::values::position;
 use super::{Identifier, Position};
 use crate::diagnostic::Diagnostic;
@@ -52,7 +53,7 @@ pub enum Mass {
 }
 
 /// Reads an entry of `[links]`.
-pub(super) fn link(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<LinkSyntax> {
+pub(super) fn link(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<LinkSyntax> {
     let table = r.table(&format!("link `{}`", identifier.name), value)?;
     let mut points: Vec<(Identifier, [Formula; 2])> = Vec::new();
     let has_shape = table.is_there("bar") || table.is_there("triangle");
@@ -101,7 +102,7 @@ fn shape(r: &mut Reader, table: &Table, points: &mut Vec<(Identifier, [Formula; 
     }
     let zero = || [terms::whole(0), terms::whole(0)];
     if kind == "bar" {
-        let length = table.required(r, "length").map_or_else(table::placeholder, |v| r.formula(v));
+        let length = table.required(r, "length").map_or_else(reader::placeholder, |v| r.formula(v));
         let Ok([from, to]) = <[Identifier; 2]>::try_from(names) else {
             return wrong(r, corners, "a bar has two ends", "write `bar = [\"A\", \"B\"]`");
         };
@@ -121,7 +122,7 @@ fn shape(r: &mut Reader, table: &Table, points: &mut Vec<(Identifier, [Formula; 
     Some(Shape::Triangle(lengths))
 }
 
-fn wrong(r: &mut Reader, value: table::Value, title: &str, help: &str) -> Option<Shape> {
+fn wrong(r: &mut Reader, value: reader::Value, title: &str, help: &str) -> Option<Shape> {
     r.lost = true;
     let error = Diagnostic::error(title, value.span(), "another number of them");
     r.findings.push(error.help(format!("{help}, or give all points by `points = {{ ... }}`")));

@@ -1,6 +1,7 @@
 //! Entries of `[loads]`.
 
-use super::table::{self, Reader, Table};
+use super::reader::{self, Reader};
+use super::table::Table;
 use super::{Identifier, Target};
 use crate::diagnostic::Diagnostic;
 use crate::parser::Formula;
@@ -67,7 +68,7 @@ pub enum Along {
     Between(Identifier, Identifier),
 }
 
-pub(super) fn load(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<LoadSyntax> {
+pub(super) fn load(r: &mut Reader, identifier: &Identifier, value: reader::Value) -> Option<LoadSyntax> {
     let table = r.table(&format!("load `{}`", identifier.name), value)?;
     table.string(r, "doc");
     let help = "what acts along a length has `along`, what acts between two points `between`, with `spring`, \

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use num_rational::BigRational;
 
 use super::Identifier;
-use super::table::{self, Reader};
+use super::reader::{self, Reader};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::to_f64;
 use crate::function::Function;
 use crate::spline::Spline;
 
 /// Reads a function given by points: lines between them, or a spline.
-pub(super) fn lookup_table(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<Arc<Spline>> {
+pub(super) fn lookup_table(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<Arc<Spline>> {
     let what = format!("table `{}`", identifier.name);
     let meaning = match identifier.name.as_str() {
         name if Function::named(name).is_some() => Some("a function"),

@@ -1,6 +1,6 @@
 //! Entries of `[outputs]`.
 
-use super::table::{self, Reader};
+use super::reader::{self, Reader};
 use super::{Identifier, Target};
 use crate::diagnostic::Diagnostic;
 use crate::linkage::terms;
@@ -110,7 +110,7 @@ const KEYS: [&str; 12] = [
     "norm",
 ];
 
-pub(super) fn output(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<OutputSyntax> {
+pub(super) fn output(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<OutputSyntax> {
     if !value.is_table() {
         let value = OutputValue::Value(r.formula(value));
         return Some(OutputSyntax { identifier, value, unit: String::new(), doc: String::new() });
@@ -174,7 +174,7 @@ pub(super) fn output(r: &mut Reader, identifier: Identifier, value: table::Value
     Some(OutputSyntax { identifier, value: value?, unit, doc })
 }
 
-fn displacement(r: &mut Reader, value: table::Value) -> Option<DisplacementSyntax> {
+fn displacement(r: &mut Reader, value: reader::Value) -> Option<DisplacementSyntax> {
     let table = r.table("a displacement", value)?;
     let mut list = |key: &str| table.optional(key).map(|v| names(r, v)).unwrap_or_default();
     let (bodies, points) = (list("bodies"), list("points"));
@@ -191,6 +191,6 @@ fn displacement(r: &mut Reader, value: table::Value) -> Option<DisplacementSynta
 }
 
 /// A list of names.
-fn names(r: &mut Reader, value: table::Value) -> Vec<Identifier> {
+fn names(r: &mut Reader, value: reader::Value) -> Vec<Identifier> {
     r.array(value).into_iter().filter_map(|item| r.text(item)).collect()
 }

@@ -7,7 +7,8 @@ use super::links::link;
 use super::loads::load;
 use super::lookup_tables::lookup_table;
 use super::outputs::output;
-use super::table::{self, Reader, Table};
+use super::reader::{self, Reader};
+use super::table::{self, Table};
 use super::values::{position, side};
 use super::{BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, ParameterSyntax};
 use crate::diagnostic::Diagnostic;
@@ -130,7 +131,7 @@ impl Document {
     }
 }
 
-fn coordinate(r: &mut Reader, value: table::Value) -> Option<CoordinateSyntax> {
+fn coordinate(r: &mut Reader, value: reader::Value) -> Option<CoordinateSyntax> {
     let syntax = if value.is_table() {
         let table = r.table("a coordinate", value)?;
         let identifier = table.required(r, "name").and_then(|v| r.text(v));
@@ -144,20 +145,20 @@ fn coordinate(r: &mut Reader, value: table::Value) -> Option<CoordinateSyntax> {
     Some(syntax)
 }
 
-fn parameter(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<ParameterSyntax> {
+fn parameter(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<ParameterSyntax> {
     if !value.is_table() {
         let value = r.formula(value);
         return Some(ParameterSyntax { identifier, value, unit: String::new(), doc: String::new(), runtime: false });
     }
     let table = r.table(&format!("parameter `{}`", identifier.name), value)?;
-    let value = table.required(r, "value").map_or_else(table::placeholder, |v| r.formula(v));
+    let value = table.required(r, "value").map_or_else(reader::placeholder, |v| r.formula(v));
     let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
     let runtime = table.optional("runtime").is_some_and(|v| r.boolean(v));
     table.finish(r);
     Some(ParameterSyntax { identifier, value, unit, doc, runtime })
 }
 
-fn body(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<BodySyntax> {
+fn body(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<BodySyntax> {
     let table = r.table(&format!("body `{}`", identifier.name), value)?;
     let syntax = BodySyntax {
         mass: table.optional("mass").map(|v| r.formula(v)),
@@ -171,9 +172,9 @@ fn body(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<B
     Some(syntax)
 }
 
-fn constraint(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<ConstraintSyntax> {
+fn constraint(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<ConstraintSyntax> {
     let table = r.table(&format!("constraint `{}`", identifier.name), value)?;
-    let residual = table.required(r, "residual").map_or_else(table::placeholder, |v| r.formula(v));
+    let residual = table.required(r, "residual").map_or_else(reader::placeholder, |v| r.formula(v));
     let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
     let one_sided = table.optional("one_sided").and_then(|v| r.text(v)).and_then(|text| side(r, &text));
     table.finish(r);

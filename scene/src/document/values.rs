@@ -1,11 +1,11 @@
 //! Values that several tables have.
 
-use super::table::{self, Reader};
+use super::reader::{self, Reader};
 use super::{Identifier, Position, Side};
 use crate::diagnostic::Diagnostic;
 
 /// The name of a point, or two formulae.
-pub(super) fn position(r: &mut Reader, value: table::Value) -> Option<Position> {
+pub(super) fn position(r: &mut Reader, value: reader::Value) -> Option<Position> {
     if value.is_array() {
         return Some(Position::Pair(r.pair(value)));
     }

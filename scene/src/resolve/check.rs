@@ -1,13 +1,16 @@
 //! Rules that a scene must keep beyond knowing its names.
 
-use std::collections::HashSet;
+mod columns;
+mod freedoms;
 
 use super::usage::all_values;
 use crate::diagnostic::Diagnostic;
-use crate::document::{BodySyntax, Document, Identifier};
+use crate::document::{BodySyntax, Document};
 use crate::evaluate::{evaluate, known_values};
 use crate::expression::Node;
-use crate::scene::{Friction, Known, Load, LoadKind, Quantity, Scene, Start, Value};
+use crate::scene::{Friction, Known, Load, LoadKind, Quantity, Scene, Value};
+use columns::columns;
+use freedoms::freedoms;
 
 /// Checks the parts of a scene whose parameters have their numbers. What depends on unknown names is left unchecked.
 pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
@@ -272,100 +275,4 @@ fn references(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>
             findings.push(error.help("give the largest error of the values"));
         }
     }
-}
-
-/// Every name that a trajectory has a column for must be the name of one column alone.
-fn columns(document: &Document, findings: &mut Vec<Diagnostic>) {
-    let mut columns: Vec<String> =
-        ["t", "residual_position", "residual_velocity", "energy"].map(str::to_owned).to_vec();
-    let coordinates =
-        document.coordinates.iter().flat_map(|c| ["", "_dot", "_ddot"].map(|suffix| ("", &c.identifier, suffix)));
-    let constraints = document.constraints.iter().map(|c| ("lambda_", &c.identifier, ""));
-    for (prefix, Identifier { name, span }, suffix) in coordinates.chain(constraints) {
-        let column = format!("{prefix}{name}{suffix}");
-        if columns.contains(&column) {
-            let title = format!("`{name}` makes a second column `{column}`");
-            findings.push(
-                Diagnostic::error(title, span.clone(), "every trajectory has this column already")
-                    .help("choose another name"),
-            );
-        }
-        columns.push(column);
-    }
-    let mut outputs = HashSet::new();
-    for output in &document.outputs {
-        let name = &output.identifier.name;
-        if !outputs.insert(name) {
-            let title = format!("two outputs make the column `{name}`");
-            findings.push(
-                Diagnostic::error(title, output.identifier.span.clone(), "a force in a joint has `_x` and `_y`")
-                    .help("choose another name"),
-            );
-        }
-        if columns.contains(&output.identifier.name) {
-            findings.push(
-                Diagnostic::error(
-                    format!("output `{}` has the name of another column", output.identifier.name),
-                    output.identifier.span.clone(),
-                    "every trajectory has this column",
-                )
-                .help("choose another name, or take the output out"),
-            );
-        }
-    }
-}
-
-/// Constraints may repeat others, so that the mechanism has more degrees of freedom than coordinates less constraints;
-/// the rank of `C_q` tells that only where the mechanism is assembled.
-fn freedoms(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
-    let (n, m) = (scene.coordinates.len(), scene.constraints.len());
-    let freedoms = n.saturating_sub(m);
-    let balance = format!("{} - {} = {}", count(n, "coordinate"), count(m, "constraint"), count(freedoms, "freedom"));
-    let given = |start: fn(&crate::scene::Coordinate) -> &Start| {
-        scene
-            .coordinates
-            .iter()
-            .filter(|c| matches!(start(c), Start::Given(_)))
-            .map(|c| c.name.as_str())
-            .collect::<Vec<_>>()
-    };
-    for (what, names) in [("position", given(|c| &c.position)), ("rate", given(|c| &c.rate))] {
-        if names.len() < freedoms {
-            let suffix = if what == "rate" { "_dot" } else { "" };
-            let listed = names.iter().map(|name| format!("{name}{suffix}")).collect::<Vec<_>>().join(", ");
-            let listed = if names.is_empty() { String::new() } else { format!(" ({listed})") };
-            let label = format!("{}{listed}", count(names.len(), &format!("given {what}")));
-            let title = format!(
-                "{balance}, but {} given",
-                if names.len() == 1 { format!("1 {what} is") } else { format!("{} {what}s are", names.len()) }
-            );
-            let help = format!("give as many {what}s as there are freedoms, as `NAME{suffix} = ...` in `given`");
-            findings.push(Diagnostic::error(title, document.given_span.clone(), label).help(help));
-        }
-    }
-    for (coordinate, syntax) in scene.coordinates.iter().zip(&document.coordinates) {
-        if matches!(coordinate.position, Start::Free) {
-            findings.push(
-                Diagnostic::error(
-                    format!("coordinate `{}` has neither a given value nor a first guess", coordinate.name),
-                    syntax.identifier.span.clone(),
-                    "where does it start?",
-                )
-                .help(format!("add `{} = ...` to `solve` in [initial]", coordinate.name)),
-            );
-        }
-    }
-    for (identifier, _) in document.solve.iter().filter(|(i, _)| i.name.ends_with("_dot")) {
-        if scene.coordinates.iter().any(|c| format!("{}_dot", c.name) == identifier.name) {
-            findings.push(
-                Diagnostic::error("a rate needs no first guess", identifier.span.clone(), "not needed").help(
-                    "rates that are not given follow from the constraints by one linear solve: remove this entry",
-                ),
-            );
-        }
-    }
-}
-
-fn count(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

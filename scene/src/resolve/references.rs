@@ -1,7 +1,8 @@
 //! Values that are known from elsewhere.
 
+use super::Resolver;
 use super::context::Context;
-use super::{Resolver, near_or_all};
+use super::values::near_or_all;
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier};
 use crate::parser::Formula;

@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
+use super::Resolver;
 use super::context::Context;
-use super::{Resolver, near_or_all};
+use super::values::near_or_all;
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier};
 use crate::scene::{Coordinate, Start};

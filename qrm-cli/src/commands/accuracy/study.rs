@@ -11,7 +11,7 @@ use qrm_sim::solve::Projection;
 use crate::error::{Error, Message};
 use crate::format::seconds;
 use crate::methods::series_name;
-use crate::progress::{Spinner, interrupted};
+use crate::progress::{Progress, interrupted};
 use crate::reference::{Errors, Reference, ReferenceKind};
 use crate::setup::Setup;
 
@@ -131,7 +131,7 @@ struct Series {
 }
 
 fn run_study(setup: &Setup, reference: &Reference, deadline: Instant) -> (Vec<Sample>, Option<Cut>) {
-    let spinner = Spinner::new();
+    let spinner = Progress::spinner();
     let floor = reference.uncertainty.judged();
     let size = reference.size();
     let mut all = all_series(setup);

@@ -7,7 +7,7 @@ use qrm_sim::integrate::MethodSettings;
 
 use super::quantities::{Quantity, quantities};
 use crate::error::Error;
-use crate::progress::{MotionProgress, interrupted};
+use crate::progress::{Progress, interrupted};
 use crate::setup::Setup;
 
 /// Parameters are changed by this part of their value, or by this where they are zero.
@@ -44,7 +44,7 @@ pub(super) fn motions(parameters: usize) -> usize {
 
 /// Takes every derivative in another way, until it is interrupted, and judges its estimated error.
 pub(super) fn check(
-    (setup, progress): (&Setup, &MotionProgress),
+    (setup, progress): (&Setup, &Progress),
     by: &[&'static str],
     exact: &[Quantity],
     of: &[String],

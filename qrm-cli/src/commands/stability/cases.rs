@@ -12,7 +12,7 @@ use super::TOLERANCE;
 use crate::error::Error;
 use crate::messages;
 use crate::options::{MethodOptions, SceneOptions};
-use crate::progress::{Spinner, interrupted};
+use crate::progress::{Progress, interrupted};
 use crate::reference::Reference;
 use crate::run_report::distrust;
 use crate::setup::Setup;
@@ -57,7 +57,7 @@ const PATIENCE: Repetitions = Repetitions { least: 3, time: Duration::from_milli
 
 /// Tries every method on every variant; those that an interrupt leaves unfinished are left out.
 pub(super) fn cases(models: &'static [Model], options: &SceneOptions, setup: &Setup) -> Result<Vec<Case>, Error> {
-    let (mut cases, spinner) = (Vec::new(), Spinner::new());
+    let (mut cases, spinner) = (Vec::new(), Progress::spinner());
     for extreme in &setup.scene.extremes {
         cases.extend(case(models, options, setup, extreme, &spinner)?);
     }
@@ -69,7 +69,7 @@ fn case(
     options: &SceneOptions,
     setup: &Setup,
     extreme: &Extreme,
-    spinner: &Spinner,
+    spinner: &Progress,
 ) -> Result<Option<Case>, Error> {
     let parameters = setup.parameters();
     let set = |(place, value): &(usize, _)| {

@@ -7,7 +7,7 @@ use qrm_sim::run::{End, Observer, Request, Row, Status, simulate};
 
 use super::survey::Survey;
 use crate::error::Error;
-use crate::progress::{Spinner, interrupted};
+use crate::progress::{Progress, interrupted};
 use crate::setup::Setup;
 
 /// The longest steps of RK4.
@@ -58,7 +58,7 @@ impl Limit {
         if !predicted.is_finite() || survey.problem.is_some() {
             return limit;
         }
-        let spinner = Spinner::new();
+        let spinner = Progress::spinner();
         let holds = |h: f64| {
             spinner.show(format!("steps of {h:.2e} s by trial"));
             h < until && holds(setup, survey, h, until.min(MAX_STEPS * h))

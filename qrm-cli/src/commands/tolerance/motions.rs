@@ -6,7 +6,7 @@ use super::parameter::TolerancedParameter;
 use crate::commands::sweep::{Axes, Cell, Designs, Field, Row};
 use crate::error::Error;
 use crate::format::counted;
-use crate::progress::{DesignProgress, interrupted, watch_interrupts};
+use crate::progress::{Progress, interrupted, watch_interrupts};
 use crate::setup::Setup;
 
 /// Runs designs and takes the quantities out of their rows.
@@ -70,7 +70,7 @@ impl Motions {
         let mut found =
             Found { values: self.places.iter().map(|_| Vec::with_capacity(count)).collect(), failures: Vec::new() };
         watch_interrupts();
-        let progress = DesignProgress::new(count, 0);
+        let progress = Progress::designs(count, 0);
         let take = |rows: Vec<Row>| {
             progress.add(rows.len());
             rows.iter().for_each(|row| found.take(row, &self.places, self.reason));

@@ -1,0 +1,80 @@
+//! Quantities that stand under a name: values, slopes, rates and biases.
+
+use super::algebra::Value;
+use super::block::Block;
+use super::builder::Builder;
+use crate::term::{Named, NamedKind, Root, Symbol};
+
+impl Builder<'_> {
+    /// Values and slopes of named quantities.
+    pub(super) fn names(&mut self, names: &[Named]) {
+        for (k, named) in names.iter().enumerate() {
+            let (block, slopes, inverse) = match &named.kind {
+                NamedKind::Root(root) => (Block::Roots, &root.slopes, self.named_root(k, &named.name, root)),
+                NamedKind::Formula(formula) => {
+                    let value = self.named(Block::Names, &named.name, &formula.value);
+                    self.bind(Symbol::Named(k), value);
+                    (Block::Names, &formula.slopes, Some(self.lowering.graph.number(1.0)))
+                }
+            };
+            for (i, slope) in slopes.iter().enumerate() {
+                let slope = self.value(slope);
+                let slope = self.multiply(slope, inverse);
+                let slope = self.keep(block, &format!("{}_{}", named.name, self.scene.coordinates[i].name), slope);
+                self.bind(Symbol::NamedSlope(k, i), slope);
+            }
+        }
+    }
+
+    /// A named root; one over it.
+    fn named_root(&mut self, k: usize, name: &str, root: &Root) -> Value {
+        let radicand = self.lowering.term(&root.radicand);
+        let radicand = self.keep(Block::Roots, &format!("{name}_sq"), Some(radicand));
+        let value = self.root(radicand);
+        let value = self.keep(Block::Roots, name, value);
+        self.bind(Symbol::Named(k), value);
+        // Both need the radicand alone and can be under way at once; the reciprocal of the root would have to wait.
+        let over = self.reciprocal(radicand);
+        let inverse = self.multiply(value, over);
+        let inverse = self.keep(Block::Roots, &format!("inv_{name}"), inverse);
+        if let (Some(value), Some(inverse)) = (value, inverse) {
+            self.lowering.inverses.insert(value.id, inverse.id);
+        }
+        inverse
+    }
+
+    /// Rates and biases of named quantities.
+    pub(super) fn named_rates(&mut self, names: &[Named]) {
+        for (k, Named { name, kind }) in names.iter().enumerate() {
+            match kind {
+                NamedKind::Root(root) => self.root_rate(k, name, root),
+                NamedKind::Formula(formula) => {
+                    let rate = self.named(Block::NamedRates, &format!("{name}_dot"), &formula.rate);
+                    self.bind(Symbol::NamedRate(k), rate);
+                    let bias = self.named(Block::NamedRates, &format!("{name}_bias"), &formula.bias);
+                    self.bind(Symbol::NamedBias(k), bias);
+                }
+            }
+        }
+    }
+
+    fn root_rate(&mut self, k: usize, name: &str, root: &Root) {
+        let n = self.scene.coordinates.len();
+        let slopes: Vec<Value> = (0..n).map(|i| self.bound(Symbol::NamedSlope(k, i))).collect();
+        let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
+        let moved = self.dot(&slopes, &rates);
+        let time_derivative = self.value(&root.half_time_derivative);
+        let root_value = self.bound(Symbol::Named(k));
+        let inverse = self.reciprocal(root_value);
+        let time_derivative = self.multiply(time_derivative, inverse);
+        let rate = self.sum(moved.into_iter().chain(time_derivative).collect());
+        let rate = self.keep(Block::Rates, &format!("{name}_dot"), rate);
+        self.bind(Symbol::NamedRate(k), rate);
+        let square = self.multiply(rate, rate);
+        let half = self.value(&root.half_bias);
+        let sum = self.difference(half, square);
+        let bias = self.multiply(sum, inverse);
+        let bias = self.keep(Block::Rates, &format!("{name}_bias"), bias);
+        self.bind(Symbol::NamedBias(k), bias);
+    }
+}

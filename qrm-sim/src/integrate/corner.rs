@@ -1,0 +1,30 @@
+//! A corner of the equations of motion, and the times beside it.
+
+/// Times nearer to each other than this part of themselves are equal.
+pub(super) const EQUAL: f64 = 16.0 * f64::EPSILON;
+
+/// The time at which the equations of motion have a corner or a jump.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Corner(pub(crate) f64);
+
+impl Corner {
+    /// The shortest way from `t` to a corner for a step.
+    pub(super) fn resolution(t: f64) -> f64 {
+        4.0 * equal(t)
+    }
+
+    /// The end of a step towards it, where no stage is behind it yet.
+    pub(crate) fn just_before(self) -> f64 {
+        self.0 - equal(self.0)
+    }
+
+    /// The beginning of a step from it on.
+    pub(crate) fn just_after(self) -> f64 {
+        self.0 + equal(self.0)
+    }
+}
+
+/// The distance within which times are equal.
+pub(super) fn equal(t: f64) -> f64 {
+    (EQUAL * t.abs()).max(f64::MIN_POSITIVE)
+}

@@ -1,0 +1,95 @@
+//! States that are projected onto the constraints, and completed by their accelerations and multipliers.
+
+use qrm_core::Mechanism;
+
+use super::methods::MethodSettings;
+use super::step_error::StepError;
+use crate::solve::{Projection, ProjectionTolerance, Solver};
+use crate::state::State;
+
+impl Solver {
+    /// Moves a state along its rates and accelerations to a time so near that nothing else changes.
+    ///
+    /// # Errors
+    /// The projection does not converge, or the accelerations are not determined.
+    pub(super) fn cross(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        projection: (Projection, ProjectionTolerance),
+        t: f64,
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        state.move_along(t - state.t);
+        state.t = t;
+        self.projected(mechanism, projection, state)
+    }
+
+    /// Completes a state by its accelerations and multipliers.
+    ///
+    /// # Errors
+    /// The accelerations are not determined, or not finite.
+    pub fn complete(&mut self, mechanism: &dyn Mechanism, state: &mut State) -> Result<(), StepError> {
+        let State { t, q, qd, qdd, multipliers, .. } = state;
+        self.accelerations(mechanism, *t, (q, qd), (qdd, multipliers))?;
+        if state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
+    }
+
+    /// Closes the loops of a state under other parameters, if they are to be closed, and completes it.
+    ///
+    /// # Errors
+    /// The projection does not converge, or the accelerations are not determined.
+    pub(crate) fn make_consistent(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        settings: &MethodSettings,
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        if settings.projection != Projection::None {
+            let projection = (settings.projection, settings.projection_tolerance);
+            self.project(mechanism, projection, state.t, &mut state.q, &mut state.qd)?;
+        }
+        state.corrections = 0;
+        self.complete(mechanism, state)
+    }
+
+    /// Projects the coordinates and rates of a state, and completes it, by the kernel where the projection allows it.
+    ///
+    /// # Errors
+    /// The projection does not converge, or the accelerations are not determined.
+    pub(super) fn projected(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        (projection, tolerance): (Projection, ProjectionTolerance),
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        if self.projects_by_kernel((projection, tolerance))
+            && self.project_by_kernel(mechanism, tolerance.residual, state)
+        {
+            return Ok(());
+        }
+        if projection == Projection::Mass {
+            self.factor_mass(mechanism, &state.q);
+        }
+        self.projected_by_functions(mechanism, (projection, tolerance), state)
+    }
+
+    /// Whether kernels make this projection, and steps with it: not where constraints repeat others.
+    pub(super) fn projects_by_kernel(&self, (projection, tolerance): (Projection, ProjectionTolerance)) -> bool {
+        projection.is_by_kernel(&tolerance) && !self.is_redundant()
+    }
+
+    /// Projects and completes a state by the plain functions, in the metric that is known.
+    ///
+    /// # Errors
+    /// The projection does not converge, or the accelerations are not determined.
+    pub(super) fn projected_by_functions(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        projection: (Projection, ProjectionTolerance),
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        let State { t, q, qd, .. } = state;
+        state.corrections = self.project(mechanism, projection, *t, q, qd)?;
+        self.complete(mechanism, state)
+    }
+}

@@ -1,0 +1,316 @@
+//! The extremes of columns as they are followed row by row, between the rows too.
+
+use super::extremes::{Extremes, TIE, Vertex};
+use super::polynomial::{Number, Polynomial};
+
+/// Where a column is smooth, it bends at neighbouring rows by at least this part of what it bends at a vertex.
+const EVEN: f64 = 0.3;
+
+/// Iterations for a vertex; halving alone takes fewer.
+const MOST_ITERATIONS: usize = 60;
+
+/// The value of a vertex may be off by this part of its height above the row.
+const SLACK: f64 = 0.1;
+
+/// A polynomial tells a vertex where its value differs from that of the motion by no more than this part of the way
+/// between the rows beside it: the time of the vertex is then known to about a hundred thousandth of their distance.
+const AGREEMENT: f64 = 1e-8;
+
+/// Most vertices of a column that may be its smallest or its largest value.
+const MOST_VERTICES: usize = 3;
+
+/// Rows are at the same time where they are nearer to each other than this part of the way between those before.
+const SAME: f64 = 1e-6;
+
+/// Rows that a polynomial goes through.
+const ROWS: usize = 5;
+
+/// Follows columns row by row and looks between the rows with polynomials of degree 4 through five of them.
+///
+/// Polynomials tell where extremes may lie between the rows. Those places are handed out, and extremes are noted as
+/// they are found in the motion there.
+#[derive(Clone, Debug)]
+pub struct ExtremesTracker<D = f64> {
+    /// Rows so far.
+    rows: usize,
+    /// The times of the last five rows; row `k` stands at `k` modulo 5.
+    times: Vec<D>,
+    /// The values of each column in them.
+    values: Vec<[D; ROWS]>,
+    found: Vec<Extremes<D>>,
+    /// For each column the smallest values and the largest ones between rows, the best first.
+    vertices: Vec<[Vec<Vertex<D>>; 2]>,
+}
+
+impl<D> Default for ExtremesTracker<D> {
+    fn default() -> Self {
+        Self { rows: 0, times: Vec::new(), values: Vec::new(), found: Vec::new(), vertices: Vec::new() }
+    }
+}
+
+impl<D: Number> ExtremesTracker<D> {
+    /// Takes the next row, with as many values as the first one.
+    pub fn row(&mut self, t: D, values: &[D]) {
+        if self.rows == 0 {
+            self.found = values.iter().map(|value| Extremes { minimum: (*value, t), maximum: (*value, t) }).collect();
+            self.vertices = vec![[const { Vec::new() }; 2]; values.len()];
+            self.times = vec![t; ROWS];
+            self.values = values.iter().map(|value| [*value; ROWS]).collect();
+        }
+        let begin = (self.rows > 0).then(|| self.time(0));
+        // Of rows at the same time, no polynomial goes through more than the last one.
+        let is_at_last = self.rows > 1 && {
+            let [before, last] = [2, 1].map(|back| self.times[(self.rows - back) % ROWS].re());
+            t.re() - last < SAME * (last - before)
+        };
+        self.rows -= usize::from(is_at_last);
+        self.times[self.rows % ROWS] = t;
+        let place = self.rows % ROWS;
+        for ((found, kept), value) in self.found.iter_mut().zip(&mut self.values).zip(values) {
+            found.note(t, *value, begin);
+            kept[place] = *value;
+        }
+        self.rows += 1;
+        if self.rows == 2 && !is_at_last {
+            self.take_up_end([0, 1]);
+        }
+        if self.window() < ROWS || is_at_last {
+            return;
+        }
+        // The rows around the middle of the window, and around the second row once.
+        let first = self.rows - ROWS;
+        for middle in if first == 0 { 1..3 } else { 2..3 } {
+            let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| (first + i) % ROWS);
+            for column in 0..self.values.len() {
+                let kept = &self.values[column];
+                if is_turn([before, at, after].map(|place| kept[place].re())) {
+                    self.turn(column, middle);
+                }
+            }
+        }
+    }
+
+    /// Takes up a turn near a row: the vertex of a polynomial, or a corner at the row.
+    fn turn(&mut self, column: usize, middle: usize) {
+        let value = |i: usize| self.value(i, column).re();
+        let [before, at, after] = [value(middle - 1), value(middle), value(middle + 1)];
+        let end = usize::from(at > before || at > after);
+        // A vertex near this row that cannot beat what was found already is not worth its search.
+        let reach = (at - before).abs() + (after - at).abs();
+        if sign(end) * (self.extreme(column, end).0.re() - at) > reach {
+            return;
+        }
+        let row = (self.value(middle, column), self.time(middle));
+        // The polynomial says little of a corner.
+        let (estimate, slack, agreement) = match self.search(column, end, middle, reach) {
+            Some(vertex) => (vertex, SLACK * (vertex.0.re() - at).abs(), Some(AGREEMENT * reach)),
+            None => (row, reach, None),
+        };
+        let bracket = [self.time(middle - 1), self.time(middle + 1)];
+        self.take_up(Vertex { column, end, estimate, bracket, slack, agreement });
+    }
+
+    /// Takes up a vertex, unless better ones are known.
+    fn take_up(&mut self, vertex: Vertex<D>) {
+        if !self.may_be_extreme(&vertex) {
+            return;
+        }
+        let tie = self.tie(vertex.column);
+        let known = &mut self.vertices[vertex.column][vertex.end];
+        let lead = |other: &Vertex<D>| sign(vertex.end) * (vertex.estimate.0.re() - other.estimate.0.re());
+        let place = known.iter().position(|other| lead(other) > tie).unwrap_or(known.len());
+        let mut worse = vertex;
+        known[place..].iter_mut().for_each(|known| std::mem::swap(known, &mut worse));
+        if known.len() < MOST_VERTICES {
+            known.push(worse);
+        }
+    }
+
+    /// Whether the column may be smaller or larger there than in any row.
+    pub(crate) fn may_be_extreme(&self, vertex: &Vertex<D>) -> bool {
+        let lead = vertex.estimate.0.re() - self.extreme(vertex.column, vertex.end).0.re();
+        sign(vertex.end) * lead + vertex.slack >= 0.0
+    }
+
+    fn extreme(&self, column: usize, end: usize) -> (D, D) {
+        let Extremes { minimum, maximum } = self.found[column];
+        [minimum, maximum][end]
+    }
+
+    /// Takes up what five rows around a row do not tell: turns near the last rows, and the last row, beside which a
+    /// column may be larger.
+    pub fn finish(&mut self) {
+        for column in 0..self.found.len() {
+            for middle in 1..self.window().saturating_sub(1) {
+                let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| self.value(i, column).re());
+                if is_turn([before, at, after]) {
+                    self.turn(column, middle);
+                }
+            }
+        }
+        if let Some(before) = self.window().checked_sub(2) {
+            self.take_up_end([before + 1, before]);
+        }
+    }
+
+    /// Takes up a row at an end of the series, with the row beside it: the column may rise from there, as from a row
+    /// that is no extreme itself.
+    fn take_up_end(&mut self, [at, beside]: [usize; 2]) {
+        let times = [at.min(beside), at.max(beside)].map(|i| self.time(i));
+        for column in 0..self.found.len() {
+            let [own, other] = [at, beside].map(|i| self.value(i, column));
+            let end = usize::from(own.re() > other.re());
+            let (estimate, slack) = ((own, self.time(at)), (own.re() - other.re()).abs());
+            self.take_up(Vertex { column, end, estimate, bracket: times, slack, agreement: None });
+        }
+    }
+
+    /// Takes away what may be extremes between the rows, for the motion there to be looked at.
+    pub(crate) fn take_vertices(&mut self) -> Vec<Vertex<D>> {
+        let mut all = Vec::new();
+        self.vertices.iter_mut().flatten().for_each(|known| all.append(known));
+        all.retain(|vertex| self.may_be_extreme(vertex));
+        all
+    }
+
+    /// Takes up the value and the time of a vertex; of values that tie at other places, the first one counts.
+    pub(crate) fn note(&mut self, vertex: &Vertex<D>, found: (D, D)) {
+        let (known, t) = self.extreme(vertex.column, vertex.end);
+        let lead = sign(vertex.end) * (found.0.re() - known.re());
+        let is_here = vertex.bracket[0].re() <= t.re() && t.re() <= vertex.bracket[1].re();
+        let tie = if is_here { 0.0 } else { self.tie(vertex.column) };
+        if lead > tie || (!is_here && lead > -tie && found.1.re() < t.re()) {
+            let Extremes { minimum, maximum } = &mut self.found[vertex.column];
+            *(if vertex.end == 0 { minimum } else { maximum }) = found;
+        }
+    }
+
+    /// The difference between values of a column that tie.
+    fn tie(&self, column: usize) -> f64 {
+        let Extremes { minimum, maximum } = &self.found[column];
+        TIE * (maximum.0.re() - minimum.0.re())
+    }
+
+    /// Takes up what may be extremes between the rows as polynomials tell it.
+    pub(crate) fn note_estimates(&mut self) {
+        for vertex in self.take_vertices() {
+            self.note(&vertex, vertex.estimate);
+        }
+    }
+
+    /// The extremes of all columns so far; none without rows.
+    pub fn found(&self) -> &[Extremes<D>] {
+        &self.found
+    }
+
+    /// The number of rows that are kept.
+    fn window(&self) -> usize {
+        self.rows.min(ROWS)
+    }
+
+    /// The time of a kept row, the oldest first.
+    fn time(&self, i: usize) -> D {
+        self.times[(self.rows - self.window() + i) % ROWS]
+    }
+
+    /// The value of a column in a kept row, the oldest first.
+    fn value(&self, i: usize, column: usize) -> D {
+        self.values[column][(self.rows - self.window() + i) % ROWS]
+    }
+
+    /// Searches the vertex near a row, its value and its time; the value differs from that of the row by `reach` at
+    /// most.
+    fn search(&self, column: usize, end: usize, middle: usize, reach: f64) -> Option<(D, D)> {
+        let row = |i: usize| (self.time(i).re(), self.value(i, column).re());
+        // At a corner one row bends alone, and a polynomial through it would overshoot.
+        let bend = |i: usize| {
+            let slope = |i: usize| (row(i + 1).1 - row(i).1) / (row(i + 1).0 - row(i).0);
+            (slope(i) - slope(i - 1)) / (row(i + 1).0 - row(i - 1).0)
+        };
+        let own = bend(middle);
+        let neighbours = [middle - 1, middle + 1].into_iter().filter(|&i| i >= 1 && i + 1 < self.window());
+        if neighbours.into_iter().any(|i| bend(i) * own < EVEN * own * own) {
+            return None;
+        }
+        let points: Vec<(D, D)> = (0..self.window()).map(|i| (self.time(i), self.value(i, column))).collect();
+        let polynomial = Polynomial::through(&points);
+        let (at, sign) = (row(middle).1, sign(end));
+        let (mut low, mut high) = (row(middle - 1).0, row(middle + 1).0);
+        let enough = f64::EPSILON * (high - low);
+        let mut t = row(middle).0;
+        // The polynomial has one vertex here: where Newton's method leaves the bracket, it is halved.
+        for _ in 0..MOST_ITERATIONS {
+            let [_, slope, curve] = polynomial.at(D::from(t)).map(|value| value.re());
+            if sign * slope > 0.0 {
+                low = t
+            } else {
+                high = t
+            }
+            let newton = t - slope / curve;
+            let next = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
+            let moved = (next - t).abs();
+            t = next;
+            if moved <= enough {
+                break;
+            }
+        }
+        // One more step tells how the time changes with the column.
+        let [_, slope, curve] = polynomial.at(D::from(t));
+        let shift = slope / curve;
+        let is_small = shift.re().abs() < 1e-3 * (row(middle + 1).0 - row(middle - 1).0);
+        let t = if is_small { D::from(t) - shift } else { D::from(t) };
+        let vertex = polynomial.value(t);
+        // Between neighbours a smooth column rises no higher; a polynomial through noise may, or miss the row.
+        let rise = sign * (vertex.re() - at);
+        (0.0..=reach).contains(&rise).then_some((vertex, t))
+    }
+}
+
+/// Larger values are better, or smaller ones.
+fn sign(end: usize) -> f64 {
+    if end == 0 { -1.0 } else { 1.0 }
+}
+
+/// Whether the second of three values is higher or lower than both others, or as high as one of them.
+#[inline]
+fn is_turn([before, at, after]: [f64; 3]) -> bool {
+    !((at - before) * (after - at) > 0.0 || at == before && at == after)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finds_the_vertices_between_the_rows() {
+        let mut tracker = ExtremesTracker::default();
+        let row = |i: i32| 0.05 * f64::from(i);
+        (0..100).map(row).for_each(|t| tracker.row(t, &[(1.3 * t).sin()]));
+        tracker.finish();
+        tracker.note_estimates();
+        let found = tracker.found()[0];
+        assert!((found.maximum.0 - 1.0).abs() < 1e-8, "{found:?}");
+        assert!((found.minimum.0 + 1.0).abs() < 1e-8, "{found:?}");
+        assert!((found.maximum.1 - std::f64::consts::FRAC_PI_2 / 1.3).abs() < 1e-5, "{found:?}");
+    }
+
+    #[test]
+    fn corners_are_not_overshot() {
+        let mut tracker = ExtremesTracker::default();
+        (0..100).for_each(|i| tracker.row(f64::from(i), &[f64::from(i - 50).clamp(0.0, 20.0)]));
+        tracker.finish();
+        tracker.note_estimates();
+        let found = tracker.found()[0];
+        assert_eq!((found.minimum.0, found.maximum.0), (0.0, 20.0));
+    }
+
+    #[test]
+    fn ends_of_the_series_count() {
+        let mut tracker = ExtremesTracker::default();
+        [1.0, 2.0, 4.0].iter().enumerate().for_each(|(i, v)| tracker.row(i as f64, &[*v]));
+        tracker.finish();
+        tracker.note_estimates();
+        let found = tracker.found()[0];
+        assert_eq!(found, Extremes { minimum: (1.0, 0.0), maximum: (4.0, 2.0) });
+    }
+}

@@ -1,0 +1,183 @@
+//! TOML values as texts, formulae and numbers; wrong types are reported with their places.
+
+use std::sync::Arc;
+
+use num_rational::BigRational;
+use toml::Spanned;
+use toml::de::DeValue;
+
+use super::characters;
+use super::identifier::Identifier;
+use super::places::Places;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::expression::Node;
+use crate::parser::{Condition, Formula, parse_condition, parse_formula};
+use crate::spline::Spline;
+
+/// Reads a text that begins at a byte of the file and may call lookup tables.
+type Parse<T> = fn(&str, usize, &[Arc<Spline>]) -> Result<T, Diagnostic>;
+
+/// The file's text and what has been found wrong in it.
+pub(super) struct Reader<'s> {
+    source: &'s str,
+    pub(super) findings: Vec<Diagnostic>,
+    /// The lookup tables that formulae may call besides the built-in functions.
+    pub(super) lookup_tables: Vec<Arc<Spline>>,
+    /// Whether something that may declare names could not be read.
+    pub(super) lost: bool,
+    /// How many of the findings are about the inside of a formula.
+    pub(super) unreadable: usize,
+}
+
+impl<'s> Reader<'s> {
+    pub(super) fn new(source: &'s str) -> Self {
+        Self { source, findings: Vec::new(), lookup_tables: Vec::new(), lost: false, unreadable: 0 }
+    }
+
+    pub(super) fn wrong_type(&mut self, value: Value, expected: &str) {
+        let label = format!("this is {}", value.kind());
+        self.findings.push(Diagnostic::error(format!("expected {expected}"), value.span(), label));
+    }
+
+    pub(super) fn array<'t, 'v>(&mut self, value: Value<'t, 'v>) -> Vec<Value<'t, 'v>> {
+        if let DeValue::Array(items) = value.0.get_ref() {
+            return items.iter().map(Value).collect();
+        }
+        self.lost = true;
+        self.wrong_type(value, "an array");
+        Vec::new()
+    }
+
+    pub(super) fn boolean(&mut self, value: Value) -> bool {
+        if let DeValue::Boolean(truth) = value.0.get_ref() {
+            return *truth;
+        }
+        self.wrong_type(value, "`true` or `false`");
+        false
+    }
+
+    pub(super) fn text(&mut self, value: Value) -> Option<Identifier> {
+        if let DeValue::String(text) = value.0.get_ref() {
+            self.check_characters(value, text, |c| matches!(c, '\n' | '\r' | '\t'));
+            let span = if text.is_empty() { value.span() } else { self.places(value, text).whole() };
+            return Some(Identifier { name: text.to_string(), span });
+        }
+        self.wrong_type(value, "a string");
+        None
+    }
+
+    /// Reports characters that cannot be seen, or that turn the text around them: neither Rust nor XML accepts them.
+    pub(super) fn check_characters(&mut self, value: Value, text: &str, allowed: fn(char) -> bool) {
+        let bad = text.char_indices().find(|(_, c)| !allowed(*c) && characters::is_refused(*c));
+        let Some((at, character)) = bad else { return };
+        let span = self.places(value, text).span(&(at..at + character.len_utf8()));
+        // As such in the file it has been found already.
+        if !self.source[span.clone()].contains(character) || character.is_control() {
+            self.findings.push(characters::refusal(character, span));
+        }
+    }
+
+    fn places(&self, value: Value, text: &str) -> Places {
+        Places::from_string(&self.source[value.span()], value.span().start, text)
+    }
+
+    pub(super) fn formula(&mut self, value: Value) -> Formula {
+        self.parse(value, parse_formula, |formula| formula).unwrap_or_else(placeholder)
+    }
+
+    pub(super) fn condition(&mut self, value: Value) -> Option<Condition<String>> {
+        self.parse(value, parse_condition, |condition| &mut condition.difference)
+    }
+
+    /// A number as it is written.
+    pub(super) fn number(&mut self, value: Value) -> Option<BigRational> {
+        if matches!(value.0.get_ref(), DeValue::Integer(_) | DeValue::Float(_)) {
+            return match self.parse(value, parse_formula, |formula| formula)?.nodes() {
+                [Node::Number(number)] => Some(number.exact.clone()),
+                [Node::Number(number), Node::Negate(_)] => Some(-number.exact.clone()),
+                _ => None,
+            };
+        }
+        self.wrong_type(value, "a number");
+        None
+    }
+
+    /// Two formulae in an array.
+    pub(super) fn pair(&mut self, value: Value) -> [Formula; 2] {
+        let items = if value.is_array() { self.array(value) } else { Vec::new() };
+        if let [x, y] = items[..] {
+            return [self.formula(x), self.formula(y)];
+        }
+        self.wrong_type(value, "an array of two formulae, `['x', 'y']`");
+        [placeholder(), placeholder()]
+    }
+
+    fn parse<T>(&mut self, value: Value, parse: Parse<T>, formula: fn(&mut T) -> &mut Formula) -> Option<T> {
+        let raw = &self.source[value.span()];
+        let (text, places) = match value.0.get_ref() {
+            DeValue::String(text) => (text.to_string(), self.places(value, text)),
+            DeValue::Integer(_) | DeValue::Float(_) if is_decimal(raw) => Places::from_number(raw, value.span().start),
+            DeValue::Integer(_) | DeValue::Float(_) => {
+                let error = Diagnostic::error(format!("`{raw}` cannot be used"), value.span(), "not a finite decimal");
+                self.findings.push(error.help("write a decimal like `0.5` or `1.5e-3`"));
+                return None;
+            }
+            _ => {
+                self.wrong_type(value, "a number or a formula in a string");
+                return None;
+            }
+        };
+        let result = parse(&text, 0, &self.lookup_tables).map(|mut parsed| {
+            formula(&mut parsed).move_spans(|span| places.span(span));
+            parsed
+        });
+        let place = |finding: Diagnostic| Diagnostic { span: finding.span.map(|span| places.span(&span)), ..finding };
+        self.unreadable += usize::from(result.is_err());
+        result.map_err(|finding| self.findings.push(place(finding))).ok()
+    }
+}
+
+/// A value and its place.
+#[derive(Clone, Copy)]
+pub(super) struct Value<'t, 's>(pub(super) &'t Spanned<DeValue<'s>>);
+
+impl Value<'_, '_> {
+    pub(super) fn span(&self) -> Span {
+        self.0.span()
+    }
+
+    pub(super) fn is_table(&self) -> bool {
+        matches!(self.0.get_ref(), DeValue::Table(_))
+    }
+
+    pub(super) fn is_text(&self) -> bool {
+        matches!(self.0.get_ref(), DeValue::String(_))
+    }
+
+    pub(super) fn is_array(&self) -> bool {
+        matches!(self.0.get_ref(), DeValue::Array(_))
+    }
+
+    fn kind(&self) -> &'static str {
+        match self.0.get_ref() {
+            DeValue::String(_) => "a string",
+            DeValue::Integer(_) | DeValue::Float(_) => "a number",
+            DeValue::Boolean(_) => "true or false",
+            DeValue::Datetime(_) => "a date",
+            DeValue::Array(_) => "an array",
+            DeValue::Table(_) => "a table",
+        }
+    }
+}
+
+/// Whether a number of TOML is neither hexadecimal, octal or binary, nor infinite or undefined.
+fn is_decimal(raw: &str) -> bool {
+    raw.chars().all(|c| c.is_ascii_digit() || "+-._eE".contains(c))
+}
+
+/// Stands for a formula that could not be read, so that the rest of the file is still checked.
+pub(super) fn placeholder() -> Formula {
+    let mut formula = Formula::new();
+    formula.push(Node::Name(String::new()), 0..0);
+    formula
+}

@@ -1,0 +1,70 @@
+//! What formulae depend on: coordinates, parameters, rates and time.
+
+use std::collections::BTreeSet;
+
+use super::{Quantity, Scene, Value};
+
+impl Scene {
+    /// Whether all of a formula could be read and looked up.
+    pub fn is_known(value: &Value) -> bool {
+        value.names().all(|name| *name != Quantity::Unknown)
+    }
+
+    /// Whether a formula names time, through points too.
+    pub fn depends_on_time(&self, value: &Value) -> bool {
+        self.quantities_of(value).any(|name| name == Quantity::Time)
+    }
+
+    /// Whether a formula names a rate, of a point too.
+    pub fn depends_on_rates(&self, value: &Value) -> bool {
+        self.quantities_of(value).any(|name| matches!(name, Quantity::Rate(_) | Quantity::PointRate(..)))
+    }
+
+    /// The coordinates that a formula depends on, through points too.
+    pub fn coordinates_of(&self, value: &Value) -> Vec<usize> {
+        let mut found = vec![false; self.coordinates.len()];
+        for quantity in self.quantities_of(value) {
+            if let Quantity::Coordinate(i) | Quantity::Rate(i) = quantity {
+                found[i] = true;
+            }
+        }
+        (0..found.len()).filter(|&i| found[i]).collect()
+    }
+
+    /// The parameters that formulae depend on, through points and other parameters too.
+    pub fn parameters_of<'s>(&'s self, values: impl IntoIterator<Item = &'s Value>) -> BTreeSet<usize> {
+        let mut found = BTreeSet::new();
+        let mut pending: Vec<&Value> = values.into_iter().collect();
+        while let Some(value) = pending.pop() {
+            for quantity in self.quantities_of(value) {
+                if let Quantity::Parameter(i) = quantity
+                    && found.insert(i)
+                {
+                    pending.push(&self.parameters[i].formula);
+                }
+            }
+        }
+        found
+    }
+
+    /// The quantities that a formula names, through points too; each as often as it stands there.
+    fn quantities_of<'s>(&'s self, value: &'s Value) -> impl Iterator<Item = Quantity> + 's {
+        let mut visited = vec![false; self.points.len()];
+        let mut pending = vec![value];
+        let mut names = None;
+        std::iter::from_fn(move || {
+            loop {
+                let Some(name) = names.as_mut().and_then(Iterator::next) else {
+                    names = Some(pending.pop()?.names());
+                    continue;
+                };
+                if let Quantity::Point(point, _) | Quantity::PointRate(point, _) = *name
+                    && !std::mem::replace(&mut visited[point], true)
+                {
+                    pending.extend(&self.points[point].position);
+                }
+                return Some(*name);
+            }
+        })
+    }
+}
