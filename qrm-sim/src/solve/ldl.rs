@@ -7,9 +7,13 @@ use super::matrix::{Matrix, dot};
 const SUSPICIOUS: f64 = 1e-7;
 
 /// The factors of a positive definite matrix, `A = L D L'`.
+///
+/// The zeros that begin a row of `A` begin the row of `L` too (the envelope of the matrix): they are left out.
 #[derive(Clone, Debug)]
 pub struct Ldl {
     l: Matrix,
+    /// The place of the first entry in each row that is not zero.
+    first: Vec<usize>,
     inverse_d: Vec<f64>,
     /// The row under way, times the pivots.
     scaled: Vec<f64>,
@@ -18,7 +22,7 @@ pub struct Ldl {
 impl Ldl {
     /// Room for the factors of a matrix of this size.
     pub fn with_size(size: usize) -> Self {
-        Self { l: Matrix::zero(size, size), inverse_d: vec![0.0; size], scaled: vec![0.0; size] }
+        Self { l: Matrix::zero(size, size), first: vec![0; size], inverse_d: vec![0.0; size], scaled: vec![0.0; size] }
     }
 
     /// The factors of `a`; `None` if a pivot is a rounding error of its diagonal entry.
@@ -51,16 +55,21 @@ impl Ldl {
     /// Factors with pivots above this part of their diagonal entries.
     fn factor_above(&mut self, a: &Matrix, smallest: f64) -> bool {
         let n = a.columns();
-        let Self { l, inverse_d, scaled } = self;
+        let Self { l, first, inverse_d, scaled } = self;
         l.copy_from(a);
+        for (i, first) in first.iter_mut().enumerate() {
+            *first = leading_zeros(&l[i][..i]);
+        }
         let l = l.entries_mut();
         let mut is_definite = true;
         for j in 0..n {
             let (above, below) = l.split_at_mut((j + 1) * n);
-            let row = &mut above[j * n..];
+            let (row, begin) = (&mut above[j * n..], first[j]);
             let diagonal = row[j];
             let mut pivot = diagonal;
-            for ((entry, scaled), inverse) in row[..j].iter_mut().zip(&mut *scaled).zip(&*inverse_d) {
+            for ((entry, scaled), inverse) in
+                row[begin..j].iter_mut().zip(&mut scaled[begin..]).zip(&inverse_d[begin..])
+            {
                 *scaled = *entry;
                 *entry *= inverse;
                 pivot -= *scaled * *entry;
@@ -68,9 +77,11 @@ impl Ldl {
             // Written so that a pivot that is not a number fails too.
             is_definite &= pivot > smallest * diagonal;
             inverse_d[j] = 1.0 / pivot;
-            for other in below.chunks_exact_mut(n) {
+            for (other, own) in below.chunks_exact_mut(n).zip(&first[j + 1..]) {
+                let begin = begin.max(*own).min(j);
                 let (before, rest) = other.split_at_mut(j);
-                rest[0] = before.iter().zip(&*row).fold(rest[0], |sum, (entry, of_row)| sum - entry * of_row);
+                let products = before[begin..].iter().zip(&row[begin..]);
+                rest[0] = products.fold(rest[0], |sum, (entry, of_row)| sum - entry * of_row);
             }
         }
         is_definite
@@ -78,22 +89,29 @@ impl Ldl {
 
     /// Solves `A x = b` in place.
     pub fn solve(&self, x: &mut [f64]) {
-        let n = x.len().max(1);
-        let rows = || self.l.entries().chunks_exact(n).enumerate();
-        for (i, row) in rows() {
+        let (n, start) = (x.len().max(1), leading_zeros(x));
+        let rows = || self.l.entries().chunks_exact(n).zip(&self.first).enumerate();
+        for (i, (row, first)) in rows().skip(start) {
             let (before, rest) = x.split_at_mut(i);
-            rest[0] = row.iter().zip(before).fold(rest[0], |sum, (entry, x)| sum - entry * *x);
+            let begin = start.max(*first).min(i);
+            let products = row[begin..].iter().zip(&before[begin..]);
+            rest[0] = products.fold(rest[0], |sum, (entry, x)| sum - entry * *x);
         }
         for (x, inverse) in x.iter_mut().zip(&self.inverse_d) {
             *x *= inverse;
         }
-        for (i, row) in rows().rev() {
+        for (i, (row, first)) in rows().rev() {
             let (before, rest) = x.split_at_mut(i);
-            for (x, entry) in before.iter_mut().zip(row) {
+            for (x, entry) in before[*first..].iter_mut().zip(&row[*first..]) {
                 *x -= entry * rest[0];
             }
         }
     }
+}
+
+/// The number of zeros that a row begins with.
+fn leading_zeros(row: &[f64]) -> usize {
+    row.iter().position(|entry| *entry != 0.0).unwrap_or(row.len())
 }
 
 /// The factors of a positive semidefinite matrix, scaled to ones in its diagonal, with its largest pivots first:

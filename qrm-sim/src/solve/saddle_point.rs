@@ -184,8 +184,11 @@ pub(crate) fn minv_ct(mass: &Ldl, jacobian: &Matrix, result: &mut Matrix) {
 /// `C_q Mbar^-1 C_q'`
 pub(crate) fn schur_complement(jacobian: &Matrix, minv_ct: &Matrix, result: &mut Matrix) {
     for (i, row) in jacobian.iter().enumerate() {
+        let is_entry = |entry: &f64| *entry != 0.0;
+        let begin = row.iter().position(is_entry).unwrap_or(0);
+        let end = row.iter().rposition(is_entry).map_or(0, |last| last + 1);
         for (j, other) in minv_ct.iter().enumerate() {
-            result[i][j] = dot(other, row);
+            result[i][j] = dot(&other[begin..end], &row[begin..end]);
         }
     }
 }
