@@ -107,7 +107,53 @@ impl Ldl {
             }
         }
     }
+
+    /// Solves `A x = b` in place for each row `b` of a matrix, with the numbers of [`solve`](Self::solve).
+    pub(super) fn solve_rows(&self, matrix: &mut Matrix) {
+        let (count, n) = (matrix.rows(), matrix.columns());
+        if count < ABREAST {
+            (0..count).for_each(|row| self.solve(&mut matrix[row]));
+            return;
+        }
+        let mut block = vec![[0.0; ABREAST]; n];
+        for from in (0..count).step_by(ABREAST) {
+            let rows = from..count.min(from + ABREAST);
+            for (i, values) in block.iter_mut().enumerate() {
+                *values = [0.0; ABREAST];
+                rows.clone().zip(&mut *values).for_each(|(row, value)| *value = matrix[row][i]);
+            }
+            self.solve_block(&mut block);
+            for (i, values) in block.iter().enumerate() {
+                rows.clone().zip(values).for_each(|(row, value)| matrix[row][i] = *value);
+            }
+        }
+    }
+
+    fn solve_block(&self, x: &mut [[f64; ABREAST]]) {
+        let n = x.len().max(1);
+        let start = x.iter().position(|values| values.iter().any(|value| *value != 0.0)).unwrap_or(x.len());
+        let rows = || self.l.entries().chunks_exact(n).zip(&self.first).enumerate();
+        for (i, (row, first)) in rows().skip(start) {
+            let (before, rest) = x.split_at_mut(i);
+            let begin = start.max(*first).min(i);
+            for (entry, values) in row[begin..].iter().zip(&before[begin..]) {
+                (0..ABREAST).for_each(|k| rest[0][k] -= entry * values[k]);
+            }
+        }
+        for (values, inverse) in x.iter_mut().zip(&self.inverse_d) {
+            values.iter_mut().for_each(|value| *value *= inverse);
+        }
+        for (i, (row, first)) in rows().rev() {
+            let (before, rest) = x.split_at_mut(i);
+            for (values, entry) in before[*first..].iter_mut().zip(&row[*first..]) {
+                (0..ABREAST).for_each(|k| values[k] -= entry * rest[0][k]);
+            }
+        }
+    }
 }
+
+/// Right-hand sides that are solved for at once: one after another, each would wait for its last sum.
+const ABREAST: usize = 8;
 
 /// The number of zeros that a row begins with.
 fn leading_zeros(row: &[f64]) -> usize {

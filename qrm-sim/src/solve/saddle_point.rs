@@ -176,19 +176,18 @@ impl SaddlePoint {
 /// `Mbar^-1 C_q'`, a row for each constraint.
 pub(crate) fn minv_ct(mass: &Ldl, jacobian: &Matrix, result: &mut Matrix) {
     result.copy_from(jacobian);
-    for k in 0..result.rows() {
-        mass.solve(&mut result[k]);
-    }
+    mass.solve_rows(result);
 }
 
 /// `C_q Mbar^-1 C_q'`
 pub(crate) fn schur_complement(jacobian: &Matrix, minv_ct: &Matrix, result: &mut Matrix) {
     for (i, row) in jacobian.iter().enumerate() {
-        let is_entry = |entry: &f64| *entry != 0.0;
-        let begin = row.iter().position(is_entry).unwrap_or(0);
-        let end = row.iter().rposition(is_entry).map_or(0, |last| last + 1);
-        for (j, other) in minv_ct.iter().enumerate() {
-            result[i][j] = dot(&other[begin..end], &row[begin..end]);
+        result[i].fill(0.0);
+        // Most constraints have few coordinates.
+        for (k, entry) in row.iter().enumerate().filter(|(_, entry)| **entry != 0.0) {
+            for (j, other) in minv_ct.iter().enumerate() {
+                result[i][j] += other[k] * entry;
+            }
         }
     }
 }
