@@ -62,8 +62,9 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
 }
 
 #[cfg(feature = "simd")]
-/// Constructors of [`LaneSteps`](crate::LaneSteps) for four and for eight lanes, with the largest residual of a constraint after a
-/// reliable step; `None` where the processor has no vectors of that width, or the kernel is too large for them.
+/// Constructors of [`LaneSteps`](crate::LaneSteps) for four and for eight lanes, with the largest residual of a
+/// constraint after a reliable step; `None` where the processor has no vectors of that width, or the kernel is too
+/// large for them.
 pub type LaneStepsTable = [fn(BatchRequest, f64) -> Option<BoxedLaneSteps>; 2];
 
 /// The constructors of steps in lanes; none without `simd`.
