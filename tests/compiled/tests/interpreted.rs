@@ -21,7 +21,7 @@ fn rows(model: &Model, method: &'static Method) -> Vec<f64> {
     let request = Request { settings, estimate_error: true, ..Request::default() };
     let mut rows = Rows(Vec::new());
     match simulate(&*model.mechanism(&|_| None), &request, &mut rows) {
-        Ok(outcome) => rows.0.extend(outcome.errors.iter().flat_map(ErrorEstimates::of_coordinates)),
+        Ok(outcome) => rows.0.extend(outcome.errors.iter().flat_map(ErrorEstimates::coordinates)),
         Err(error) => panic!("{}: {error:?}", model.description.name),
     }
     rows.0
