@@ -168,7 +168,7 @@ impl Error {
             Detail::Places(report) if !report.path.starts_with("--") => Some(report),
             _ => None,
         });
-        reports.flat_map(Finding::of).collect()
+        reports.flat_map(Finding::from_report).collect()
     }
 
     /// The ways to mend it.
@@ -202,7 +202,7 @@ impl Error {
 }
 
 impl Finding {
-    fn of(report: &Report) -> Vec<Self> {
+    fn from_report(report: &Report) -> Vec<Self> {
         let place = |start: usize| {
             let before = report.source.get(..start)?;
             let line = before.rsplit('\n').next().unwrap_or_default();

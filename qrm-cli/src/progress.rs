@@ -52,7 +52,7 @@ pub(crate) fn watch_interrupts() {
     });
 }
 
-/// What a command shows of its progress on a terminal; nothing elsewhere.
+/// The progress of a command, shown on a terminal alone.
 pub(crate) struct Progress {
     bar: ProgressBar,
     begun: Instant,

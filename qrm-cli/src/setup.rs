@@ -1,6 +1,5 @@
 //! A scene as the command line wants it run.
 
-use qrm_sim::position::{Start, assemble};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::sync::Arc;
@@ -14,6 +13,7 @@ use qrm_scene::resolve::{self, read_condition};
 use qrm_scene::scene::Scene;
 use qrm_scene::time_scales::{TimeScale, time_scales};
 use qrm_sim::integrate::{MethodSettings, RK4, StepBounds};
+use qrm_sim::position::{Start, assemble};
 use qrm_sim::run::{End, Observer, Outcome, Request, simulate};
 use qrm_sim::solve::{ProjectionTolerance, constraint_rank};
 
@@ -219,9 +219,9 @@ impl Setup {
 
     /// The coordinates at the start.
     pub(crate) fn assembled(&self) -> Result<Vec<f64>, Error> {
-        assemble(&*self.mechanism(), Start::new(&*self.mechanism()))
-            .map(|(q, _)| q)
-            .map_err(|reason| self.not_assembled(&reason))
+        let mechanism = self.mechanism();
+        let (q, _) = assemble(&*mechanism, Start::new(&*mechanism)).map_err(|reason| self.not_assembled(&reason))?;
+        Ok(q)
     }
 
     /// The values of all parameters of the scene, also of those that the generated code does without.

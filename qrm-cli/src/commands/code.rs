@@ -1,6 +1,5 @@
 //! `qrm code`
 
-use qrm_sim::position::{Start, assemble};
 use std::path::PathBuf;
 
 use anstyle::{AnsiColor, Style};
@@ -10,6 +9,7 @@ use qrm_core::Model;
 use qrm_language::{Code, File, LANGUAGES, Language, Untranslated, rust};
 use qrm_scene::names::suggestion;
 use qrm_scene::resolve;
+use qrm_sim::position::{Start, assemble};
 use qrm_sim::solve::constraint_rank;
 use ra_ap_rustc_lexer::{FrontmatterAllowed, LiteralKind, TokenKind, tokenize};
 

@@ -4,7 +4,6 @@ mod actuators;
 mod profile;
 mod report;
 
-use qrm_sim::position::Start;
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -13,6 +12,7 @@ use qrm_core::Model;
 use qrm_scene::evaluate::constant;
 use qrm_scene::names::suggestion;
 use qrm_sim::analysis::{NotPossible, PrescribedMotion, PrescribedState};
+use qrm_sim::position::Start;
 
 use crate::error::Error;
 use crate::format::{number as number_of, quantity};

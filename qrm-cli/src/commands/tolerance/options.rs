@@ -19,7 +19,8 @@ pub(crate) struct Options {
     #[arg(long, value_name = "NAME")]
     pub(super) of: Vec<String>,
     /// Number of Monte Carlo samples
-    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    #[arg(value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
     pub(super) samples: u32,
     /// How parameters vary within their tolerances
     #[arg(long, value_enum, default_value_t = Distribution::Normal)]

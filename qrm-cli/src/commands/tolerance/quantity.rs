@@ -1,4 +1,4 @@
-//! What tolerances do to a quantity.
+//! A quantity of a motion under tolerances.
 
 use super::nominal::Nominal;
 use super::options::Distribution;
