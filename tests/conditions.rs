@@ -2,12 +2,14 @@
 
 use std::fs;
 
+use qrm_sim::analysis::{SensitivityRequest, sensitivity};
+use qrm_sim::integrate::{DOP853, MethodSettings, RK4};
 use qrm_sim::run::{End, Request, simulate};
 
 use crate::common::{Table, event, mechanism, model, near, qrm, run};
 
 /// A condition, and the column that it names.
-const CONDITIONS: [(&str, &str, f64); 9] = [
+const CONDITIONS: [(&str, &str, f64); 11] = [
     ("phi4_dot <= -1", "phi4_dot", -1.0),
     ("phi4_ddot >= 40", "phi4_ddot", 40.0),
     ("lambda_guide <= -200", "lambda_guide", -200.0),
@@ -17,6 +19,9 @@ const CONDITIONS: [(&str, &str, f64); 9] = [
     ("v_slide <= 0.5", "v_slide", 0.5),
     ("N6 >= 200", "N6", 200.0),
     ("C.x_dot >= 1", "x6_dot", 1.0),
+    // A jump, and a value that stays where it is.
+    ("sign(N6 - 200) >= 0.5", "N6", 200.0),
+    ("min(N6, 200) >= 200", "N6", 200.0),
 ];
 
 #[test]
@@ -34,6 +39,37 @@ fn the_last_row_is_where_the_condition_becomes_true() {
         for (method, time) in times.iter().enumerate() {
             near(&format!("the time of {condition} by method {method}"), *time, times[1], 1e-6);
         }
+    }
+}
+
+/// The crank turns by 3 rad in 0.411621572336896 s, by Gauss steps at a tolerance of 1e-14.
+#[test]
+fn conditions_that_jump_or_stay_true_end_where_they_become_true() {
+    for condition in ["phi2 >= 3", "min(phi2, 3) >= 3", "sign(phi2 - 3) >= 1", "max(3 - phi2, 0) <= 0"] {
+        for (method, step) in [("rk4", "1e-3"), ("rk4", "0.01"), ("dop853", "0.1"), ("gauss", "0.1")] {
+            let run = run(&["quick-return", "--until", condition, "--method", method, "--step", step]);
+            assert_eq!(run.status(), 0, "{condition} by {method}: {}", run.stderr());
+            let summary = run.summary();
+            let number = |name: &str| summary[name].as_f64().unwrap_or_else(|| panic!("{condition}: {name}"));
+            let error = number("end_time_error");
+            near(&format!("{condition} by {method}"), number("end_time"), 0.411_621_572_336_896, 3.0 * error);
+            assert!(error < 1e-6, "{condition} by {method}: {error}");
+        }
+    }
+}
+
+/// Between two rows the force rises above the bound for a short while.
+#[test]
+fn derivatives_are_those_of_the_first_crossing() {
+    for (method, step, bound) in [(DOP853, 0.01, 1418.1), (RK4, 1e-3, 1418.1), (RK4, 1.3e-3, 1418.1)] {
+        let until = event(model("quick-return-loaded"), &format!("N6 >= {bound}"));
+        let settings = MethodSettings::new(method, 1e-9);
+        let (step, end) = (Some(step), Some(End::Event(&until)));
+        let request = SensitivityRequest { settings, step, end, by: &["F6"], ..SensitivityRequest::default() };
+        let own = sensitivity(model("quick-return-loaded"), &|_| None, &request).expect("smooth");
+        let request = Request { settings, step, end, ..Request::default() };
+        let run = simulate(&*mechanism("quick-return-loaded", &[]), &request, &mut ()).expect("a start");
+        near(&format!("{bound} by {}", method.name), own.end_time.value, run.end_time, 1e-9);
     }
 }
 
@@ -79,6 +115,15 @@ fn energies_forces_and_rates_of_points_agree_with_closed_forms() {
         let request = Request { end: Some(End::Event(&until)), ..Request::default() };
         let outcome = simulate(&*mechanism("pendulum", &[]), &request, &mut ()).expect("a start");
         near(condition, outcome.q[1], -1.0 / 3.0, 1e-9);
+    }
+}
+
+#[test]
+fn conditions_on_what_stays_are_refused() {
+    for condition in ["O2.x >= 1", "3 >= 4", "F6 >= 1"] {
+        let run = run(&["quick-return-loaded", "--until", condition]);
+        assert_eq!(run.status(), 2, "{condition}: {}", run.stderr());
+        assert!(run.stderr().contains("never changes"), "{condition}: {}", run.stderr());
     }
 }
 

@@ -1,6 +1,7 @@
 //! The functions of a mechanism as data: operations on numbered places.
 
 mod evaluator;
+mod event;
 mod execute;
 mod node;
 mod nodes;
@@ -131,16 +132,6 @@ impl Tape {
     pub fn split_linearization<'r, R>(&self, results: &'r [R]) -> [&'r [R]; 6] {
         let [n, m] = self.sizes();
         split(results, [n * n, n * n, m * n, m * n, n, m])
-    }
-
-    /// Whether the event depends on accelerations or multipliers.
-    pub fn event_takes_forces(&self) -> bool {
-        let (Some(event), places) = (&self.event, self.arguments()) else { return false };
-        let mut takes_forces = false;
-        let mut look = |place: u32| takes_forces |= (places.qdd..places.sin).contains(&(place as usize));
-        event.operations.iter().for_each(|operation| operation.for_each_operand(&mut look));
-        event.results.iter().copied().for_each(look);
-        takes_forces
     }
 
     /// The numbers of coordinates and of constraints.

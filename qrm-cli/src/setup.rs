@@ -9,7 +9,7 @@ use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::names::suggestion;
 use qrm_scene::operations::event_tape;
-use qrm_scene::resolve::{self, read_condition};
+use qrm_scene::resolve::{self, constant_condition, read_condition};
 use qrm_scene::scene::Scene;
 use qrm_scene::time_scales::{TimeScale, time_scales};
 use qrm_sim::integrate::{MethodSettings, RK4, StepBounds};
@@ -306,5 +306,9 @@ impl Setup {
 }
 
 fn event(scene: &Scene, model: &Model, condition: &str) -> Result<Tape, Error> {
-    Ok(event_tape(scene, &read_condition(scene, condition)?, model.named_tape()))
+    let tape = event_tape(scene, &read_condition(scene, condition)?, model.named_tape());
+    if tape.event_is_constant() {
+        return Err(Report::new("--until", condition, vec![constant_condition(0..condition.len())]).into());
+    }
+    Ok(tape)
 }

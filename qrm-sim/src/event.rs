@@ -1,5 +1,7 @@
 //! Events: functions of the state that rise through zero.
 
+pub(crate) mod location;
+
 use std::cell::RefCell;
 
 use qrm_core::{Mechanism, Tape, TapeEvaluator};

@@ -19,5 +19,4 @@ pub mod state;
 mod event;
 mod maximum;
 mod quadrature;
-mod root_finding;
 mod stopwatch;

@@ -17,6 +17,7 @@ mod start;
 mod usage;
 mod values;
 
+pub use run::constant_condition;
 pub use usage::all_values;
 pub use usage::motion_values;
 

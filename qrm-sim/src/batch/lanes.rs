@@ -42,8 +42,10 @@ pub(super) struct LaneSweep<'a> {
     near: State,
     /// Number of coordinates and of constraints.
     size: (usize, usize),
-    /// The event that ends designs.
-    event: Option<EventFunction<'a>>,
+    /// The event that ends the design of each lane; none if designs end at a time.
+    events: Vec<EventFunction<'a>>,
+    /// Whether the event may be true for a part of a step.
+    ends_inside_steps: bool,
     /// The branch that designs are assembled on.
     branch: AssemblyBranch,
     /// Computes the first accelerations; it does not know of constraints that repeat others, nor do lanes.
@@ -87,9 +89,15 @@ impl<'a> LaneSweep<'a> {
         if !is_explicit || settings.projection != Projection::default() || description.has_corners {
             return None;
         }
+        // Another event may be true for a part of a step.
+        let ends_inside_steps = match request.end {
+            Some(End::Time(_)) => false,
+            Some(End::Event(tape)) => !tape.event_is_linear(),
+            None => designs.first()?.tape().is_some_and(|tape| tape.event.is_some() && !tape.event_is_linear()),
+        };
         let batch_request = BatchRequest {
             watches_event: request.end.is_none(),
-            waits_each_step: matches!(request.end, Some(End::Event(_))),
+            waits_each_step: ends_inside_steps || matches!(request.end, Some(End::Event(_))),
             ranges: request.extremes,
             checkpoints: request.estimate_error,
         };
@@ -98,6 +106,7 @@ impl<'a> LaneSweep<'a> {
         let plain = BatchRequest { watches_event: false, waits_each_step: false, ranges: false, checkpoints: false };
         let companions = if request.estimate_error { Some(model.batch(width, plain, residual)?) } else { None };
         let size = (description.coordinates.len(), description.constraints.len());
+        let events = || EventFunction::new(&**designs.first()?, request.end);
         Some(Self {
             designs,
             request,
@@ -111,7 +120,8 @@ impl<'a> LaneSweep<'a> {
             to: State::default(),
             near: State::default(),
             size,
-            event: EventFunction::new(&**designs.first()?, request.end),
+            events: (0..batch.lanes()).filter_map(|_| events()).collect(),
+            ends_inside_steps,
             branch: AssemblyBranch::new(&**designs.first()?),
             solver: Solver::with_rank(&**designs.first()?, size.1),
             batch,
@@ -164,7 +174,7 @@ impl<'a> LaneSweep<'a> {
         while self.next < self.designs.len() {
             let design = self.next;
             self.next += 1;
-            match self.first_state(design) {
+            match self.first_state(lane, design) {
                 Ok(Some(first)) => {
                     let outputs = self.outputs(design, &first);
                     self.batch.begin_ranges(lane, &outputs);
@@ -184,14 +194,17 @@ impl<'a> LaneSweep<'a> {
     }
 
     /// The first state of a design; `None` if a run of its own is to find it.
-    fn first_state(&mut self, design: usize) -> Result<Option<State>, StartError> {
+    fn first_state(&mut self, lane: usize, design: usize) -> Result<Option<State>, StartError> {
         let mechanism = &*self.designs[design];
         check_step(self.request.step.unwrap_or(mechanism.schedule().step), self.end_time(design))?;
         let mut first = first_position(mechanism, &self.branch, Start::new(mechanism))?;
         if self.solver.complete(mechanism, &mut first).is_err() {
             return Ok(None);
         }
-        check_condition(self.condition(design, &first))?;
+        if let Some(event) = self.events.get(lane) {
+            event.set_parameters(mechanism);
+            check_condition(event.value(mechanism, &first))?;
+        }
         Ok(Some(first))
     }
 
@@ -251,9 +264,9 @@ impl<'a> LaneSweep<'a> {
             }
         } else {
             let has_landed = is_landing && to.t >= self.batch.schedule(lane).end_time;
-            match self.condition(design, to) {
+            match self.events.get(lane).and_then(|event| event.value(&*self.designs[design], to)) {
                 Some(value) if value.is_nan() => return self.leave(lane),
-                Some(_) if !is_landing && self.is_custom_end() && self.lands_inside(lane, to) => return,
+                Some(_) if !is_landing && self.ends_inside_steps && self.lands_inside(lane, to) => return,
                 Some(value) if has_landed || value >= 0.0 => return self.land(lane, to, value),
                 // The step was rejected, or is made in several.
                 Some(_) if is_landing && !self.batch.is_stuck(lane) => return,
@@ -266,24 +279,12 @@ impl<'a> LaneSweep<'a> {
         if self.batch.is_stuck(lane) { self.leave(lane) } else { self.go_on(lane, to.t) }
     }
 
-    /// Whether the end is a condition of the caller, which may become true more than once.
-    fn is_custom_end(&self) -> bool {
-        matches!(self.request.end, Some(End::Event(_)))
-    }
-
     fn outputs(&self, design: usize, at: &State) -> Vec<f64> {
         let mechanism = &self.designs[design];
         let count = if self.request.extremes { mechanism.description().outputs.len() } else { 0 };
         let mut outputs = vec![0.0; count];
         mechanism.outputs(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, &mut outputs);
         outputs
-    }
-
-    /// The value of the stop condition, negative until it is true; `None` without one.
-    fn condition(&self, design: usize, at: &State) -> Option<f64> {
-        let (event, mechanism) = (self.event.as_ref()?, &*self.designs[design]);
-        event.set_parameters(mechanism);
-        event.value(mechanism, at)
     }
 
     /// Reads a state of a lane, as the batch reads it into a row.

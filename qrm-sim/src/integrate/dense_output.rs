@@ -85,7 +85,9 @@ impl DenseOutput {
         let h = b.t - a.t;
         let s = (t - a.t) / h;
         if self.higher.is_empty() {
-            fifth(s, h, a, b, q, qd);
+            for i in 0..q.len() {
+                [q[i], qd[i], _] = fifth(s, h, [a, b], i);
+            }
         } else {
             let (of_q, of_qd) = self.higher.split_at(self.higher.len() / 2);
             seventh(s, h, (&a.q, &a.qd), (&b.q, &b.qd), of_q, q);
@@ -106,26 +108,29 @@ fn seventh(s: f64, h: f64, (x0, d0): (&[f64], &[f64]), (x1, d1): (&[f64], &[f64]
     }
 }
 
-/// The state inside a step by the polynomial of degree 5, without accelerations and multipliers.
+/// The state inside a step by the polynomial of degree 5, with the multipliers of its beginning.
 pub(crate) fn quintic(from: &State, to: &State, t: f64) -> State {
     let mut at = from.clone();
     let h = to.t - from.t;
-    fifth((t - from.t) / h, h, from, to, &mut at.q, &mut at.qd);
+    for i in 0..at.q.len() {
+        [at.q[i], at.qd[i], at.qdd[i]] = fifth((t - from.t) / h, h, [from, to], i);
+    }
     at.t = t;
     at
 }
 
-/// The polynomial of degree 5 through coordinates, rates and accelerations at both ends, and its derivative.
-fn fifth(s: f64, h: f64, a: &State, b: &State, q: &mut [f64], qd: &mut [f64]) {
-    for i in 0..q.len() {
-        let (v0, v1, a0, a1) = (h * a.qd[i], h * b.qd[i], h * h * a.qdd[i], h * h * b.qdd[i]);
-        let position = b.q[i] - a.q[i] - v0 - 0.5 * a0;
-        let rate = v1 - v0 - a0;
-        let acceleration = a1 - a0;
-        let third = 10.0 * position - 4.0 * rate + 0.5 * acceleration;
-        let fourth = -15.0 * position + 7.0 * rate - acceleration;
-        let fifth = 6.0 * position - 3.0 * rate + 0.5 * acceleration;
-        q[i] = a.q[i] + s * (v0 + s * (0.5 * a0 + s * (third + s * (fourth + s * fifth))));
-        qd[i] = a.qd[i] + s * (a0 + s * (3.0 * third + s * (4.0 * fourth + s * 5.0 * fifth))) / h;
-    }
+/// The polynomial of degree 5 through a coordinate, its rate and its acceleration at both ends, with two derivatives.
+fn fifth(s: f64, h: f64, [a, b]: [&State; 2], i: usize) -> [f64; 3] {
+    let (v0, v1, a0, a1) = (h * a.qd[i], h * b.qd[i], h * h * a.qdd[i], h * h * b.qdd[i]);
+    let position = b.q[i] - a.q[i] - v0 - 0.5 * a0;
+    let rate = v1 - v0 - a0;
+    let acceleration = a1 - a0;
+    let third = 10.0 * position - 4.0 * rate + 0.5 * acceleration;
+    let fourth = -15.0 * position + 7.0 * rate - acceleration;
+    let fifth = 6.0 * position - 3.0 * rate + 0.5 * acceleration;
+    [
+        a.q[i] + s * (v0 + s * (0.5 * a0 + s * (third + s * (fourth + s * fifth)))),
+        a.qd[i] + s * (a0 + s * (3.0 * third + s * (4.0 * fourth + s * 5.0 * fifth))) / h,
+        (a0 + s * (6.0 * third + s * (12.0 * fourth + s * 20.0 * fifth))) / (h * h),
+    ]
 }

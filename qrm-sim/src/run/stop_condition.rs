@@ -3,23 +3,22 @@
 use qrm_core::{Mechanism, RowLayout};
 
 use super::outcome::{StartError, Status};
+use crate::event::location::{Approach, PARTS, first_inside, locate, slope, time_to_event};
 use crate::event::{End, EventFunction};
 use crate::integrate::{Integrator, StepError};
-use crate::root_finding::{locate, slope, touched};
 use crate::state::State;
-
-/// A condition may be met between two rows where its distance from true is less than so many of its changes from row to
-/// row.
-const NEAR: f64 = 8.0;
 
 /// The part of the time over which the slope of a condition is taken.
 const SHIFT: f64 = 1e-7;
+/// The part of the time within which the jump of a condition is looked for in another motion.
+const LONGEST: f64 = 1e-3;
 
 /// The condition that ends a run, a function that rises through zero, and where it was nearest to true.
 pub(super) struct StopCondition<'a> {
     mechanism: &'a dyn Mechanism,
     layout: RowLayout,
     function: EventFunction<'a>,
+    approach: Approach,
     /// The time at which the condition was nearest to true, and its value there.
     nearest: (f64, f64),
 }
@@ -45,11 +44,10 @@ impl<'a> StopCondition<'a> {
     ) -> Result<Option<Self>, StartError> {
         let Some(function) = EventFunction::new(mechanism, end) else { return Ok(None) };
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
-        let mut condition = Self { mechanism, layout, function, nearest: (first.t, f64::NEG_INFINITY) };
-        let value = condition.value(first);
+        let value = function.value(mechanism, first);
         check_condition(value)?;
-        condition.nearest.1 = value.unwrap_or(f64::NEG_INFINITY);
-        Ok(value.is_some().then_some(condition))
+        let Some(value) = value else { return Ok(None) };
+        Ok(Some(Self { mechanism, layout, function, approach: Approach::new(value), nearest: (first.t, value) }))
     }
 
     /// The largest value of the stop condition so far, from the start of the run on.
@@ -100,23 +98,29 @@ impl<'a> StopCondition<'a> {
         Status::StopNotReached { nearest_time, missing: -nearest }
     }
 
-    /// The time between two motions' becoming true, of which one ended there and the other one is `other` at that time.
+    /// The time between the events of two motions: one ended there, and the other one is `other` at that time.
     pub(super) fn time_between(&self, end: &State, other: &State) -> Option<f64> {
-        let [own, other] = [self.value(end)?, self.value(other)?];
-        let slope = slope(end, SHIFT * end.t.abs().max(f64::MIN_POSITIVE), &mut |at| self.moved_value(at))?;
-        Some((other - own).abs() / slope.abs()).filter(|time| time.is_finite())
+        let [own_value, other_value] = [self.value(end)?, self.value(other)?];
+        let moved_value = &mut |at: &State| self.moved_value(at);
+        let slope = slope(end, SHIFT * end.t.abs().max(f64::MIN_POSITIVE), moved_value)?;
+        let time = (other_value - own_value).abs() / slope.abs();
+        if time.is_finite() && slope != 0.0 {
+            return Some(time);
+        }
+        // The condition jumps, or stays as it is.
+        let longest = LONGEST * end.t.abs();
+        Some((time_to_event(other, longest, moved_value)? - time_to_event(end, longest, moved_value)?).abs())
     }
 
     /// The first row before which the condition was true inside the step, though it is true in no row before; the row
     /// becomes the state where it was found true.
-    pub(super) fn first_crossing(&self, integrator: &mut Integrator, rows: &mut [f64]) -> Option<usize> {
+    pub(super) fn first_crossing(&mut self, integrator: &mut Integrator, rows: &mut [f64]) -> Option<usize> {
         let (width, event) = (self.layout.width(), self.layout.event());
         let made = rows.len() / width - 1;
         let (mut row, mut inner) = (1, 0);
-        // The last sample, a row or a state between rows, with the condition's value there.
-        let (mut last, mut before) = (Sample::Row(0), rows[event]);
-        let mut last_change = 0.0;
-        while row <= made && before < 0.0 {
+        // The last sample, a row or a state between rows.
+        let (mut last, mut is_false) = (Sample::Row(0), rows[event] < 0.0);
+        while row <= made && is_false {
             let is_inner = integrator.inner_row(inner).is_some_and(|at| at[0] < rows[row * width]);
             let sample = if is_inner { Sample::Inner(inner) } else { Sample::Row(row) };
             let state = |integrator: &Integrator, sample: Sample| match sample {
@@ -127,13 +131,13 @@ impl<'a> StopCondition<'a> {
                 Sample::Row(row) => rows[row * width + event],
                 Sample::Inner(_) => self.value(&state(integrator, sample)).unwrap_or(-1.0),
             };
-            let change = (value - before).abs();
+            let may_have_touched = self.approach.may_have_touched(value);
             let found = if value >= 0.0 {
                 // A row where the condition is true is found without help.
                 is_inner.then(|| state(integrator, sample))
-            } else if -before.max(value) <= NEAR * change.max(last_change) {
+            } else if may_have_touched {
                 let [from, to] = [last, sample].map(|sample| state(integrator, sample));
-                self.touched(integrator, &from, &to)
+                self.first_inside(integrator, [&from, &to])
             } else {
                 None
             };
@@ -142,16 +146,18 @@ impl<'a> StopCondition<'a> {
                 rows[row * width + event] = 0.0;
                 return Some(row);
             }
-            (last, before, last_change) = (sample, value, change);
+            (last, is_false) = (sample, value < 0.0);
             if is_inner { inner += 1 } else { row += 1 }
         }
         None
     }
 
     /// The state at which the condition is true between two states at which it is not.
-    fn touched(&self, integrator: &mut Integrator, from: &State, to: &State) -> Option<State> {
-        let found =
-            touched(from, to, &mut |at| self.moved_value(at), &mut |t| integrator.between(self.mechanism, from, t))?;
+    fn first_inside(&self, integrator: &mut Integrator, [from, to]: [&State; 2]) -> Option<State> {
+        // Fixed steps are short where they are accurate.
+        let parts = if integrator.is_fixed() { 1 } else { PARTS };
+        let value = &mut |at: &State| self.moved_value(at);
+        let found = first_inside([from, to], parts, value, &mut |t| integrator.between(self.mechanism, from, t).ok())?;
         self.value(&found).is_some_and(|value| value >= 0.0).then_some(found)
     }
 

@@ -2,7 +2,7 @@
 
 use super::Resolver;
 use super::context::Context;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::document::Document;
 use crate::expression::Node;
 use crate::parser::{Condition, Formula};
@@ -60,11 +60,14 @@ impl Resolver<'_> {
         let difference = self.value(&condition.difference, Context::Condition);
         let is_constant = difference.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi));
         if is_constant && self.findings.len() == before {
-            self.findings.push(
-                Diagnostic::error("the stop condition never changes", difference.whole_span(), "nothing moves in it")
-                    .help("compare coordinates, points, their rates, outputs or the time `t`"),
-            );
+            self.findings.push(constant_condition(difference.whole_span()));
         }
         Condition { difference, comparison: condition.comparison }
     }
+}
+
+/// The finding of a condition on numbers that the motion does not change.
+pub fn constant_condition(span: Span) -> Diagnostic {
+    Diagnostic::error("the stop condition never changes", span, "nothing moves in it")
+        .help("compare coordinates, points, their rates, outputs or the time `t`")
 }

@@ -254,8 +254,13 @@ impl Scope {
                 .help(format!("write `{name}.x` or `{name}.y`"));
             }
             Some((_, Kind::Point(_))) => {
+                let components = if context == Context::Condition {
+                    format!("write `{base}.x`, `{base}.y`, or their rates `{base}.x_dot`, `{base}.y_dot`")
+                } else {
+                    format!("write `{base}.x` or `{base}.y`")
+                };
                 return Diagnostic::error(format!("point `{base}` has no component `{component}`"), span, "not known")
-                    .help(format!("write `{base}.x` or `{base}.y`"));
+                    .help(components);
             }
             Some((_, kind)) => {
                 return Diagnostic::error(
@@ -280,7 +285,11 @@ impl Scope {
             candidates.extend(self.results.iter().map(|(name, _)| name.clone()));
         }
         let help = suggestion(name, candidates.iter().map(String::as_str), || {
-            "names are declared in `coordinates`, [parameters] and [points]".to_owned()
+            if context == Context::Condition {
+                "names are declared in `coordinates`, [parameters], [points], [constraints] and [outputs]".to_owned()
+            } else {
+                "names are declared in `coordinates`, [parameters] and [points]".to_owned()
+            }
         });
         Diagnostic::error(format!("unknown name `{name}`"), span, "not known").help(help)
     }

@@ -5,6 +5,7 @@ use std::fmt;
 use qrm_core::Description;
 use qrm_sim::batch::{DesignResult, LaneCount};
 use qrm_sim::integrate::MethodSettings;
+use qrm_sim::run::Status;
 
 use super::designs::Designs;
 use crate::error::{Error, Message};
@@ -20,6 +21,10 @@ const COARSEST: f64 = 1e-11;
 /// A design may differ by so many of its estimated errors, and by rounding errors.
 const ALLOWED: f64 = 10.0;
 const ROUNDING: f64 = 1e-11;
+
+/// The time of a condition may differ by this part of the time, and by this many times the time of the estimated error.
+const END_TIME: f64 = 1e-6;
+const ALLOWED_OF_END_TIME: f64 = 1e3;
 
 /// Extremes may differ by this part of the range of the output.
 const EXTREMES: f64 = 1e-4;
@@ -48,13 +53,20 @@ struct MissedExtreme {
 /// A design that differs from a run of its own.
 pub(crate) struct Difference {
     design: usize,
-    difference: f64,
-    estimated: f64,
+    kind: DifferenceKind,
+}
+
+enum DifferenceKind {
+    /// A coordinate at the end: the difference, and the estimated error.
+    Coordinate(f64, f64),
+    /// The times at which the condition became true: that of the sweep, and that of the design's own run, if it did.
+    EndTime(f64, Option<f64>),
 }
 
 /// Runs some designs once more, in lanes as the sweep did, and by themselves at a finer tolerance.
 ///
-/// The coordinates at the end of the design must agree within the estimated errors. Without estimates, and with fixed
+/// The coordinates at the end of the design must agree within the estimated errors, and so must the time of a condition
+/// that ends it. Without estimates, and with fixed
 /// steps, nothing is compared: designs with those run by themselves already.
 pub(crate) fn compare(designs: &Designs, (begin, end): (usize, usize)) -> Result<Agreement, Difference> {
     let settings = designs.setup.settings;
@@ -68,10 +80,15 @@ pub(crate) fn compare(designs: &Designs, (begin, end): (usize, usize)) -> Result
     let of_sweep = designs.results(&numbers, settings, designs.lanes, None);
     for (design, own) in numbers.into_iter().zip(of_sweep) {
         let Ok(own) = own.result else { continue };
-        // Errors are estimated at times: that of an event is another matter.
+        // Errors are estimated at times. The time of an event is compared by itself.
         let alone = designs.results(&[design], finer, LaneCount::One, Some(own.end_time)).remove(0);
         if interrupted() {
             break;
+        }
+        if matches!(own.status, Ok(Status::Stopped))
+            && let Ok(exact) = designs.results(&[design], finer, LaneCount::One, None).remove(0).result
+        {
+            compare_end_times(design, &own, &exact)?;
         }
         agreement.tried += 1;
         if let Ok(exact) = alone.result
@@ -98,9 +115,25 @@ fn difference(design: usize, own: &DesignResult, exact: &DesignResult) -> Result
     let difference = pairs().map(|(own, exact)| (own - exact).abs()).fold(0.0, f64::max);
     let size = largest(&exact.q).max(1.0);
     if !(difference <= ALLOWED * estimated + ROUNDING * size) {
-        return Err(Difference { design, difference, estimated });
+        return Err(Difference { design, kind: DifferenceKind::Coordinate(difference, estimated) });
     }
     Ok(Some(difference))
+}
+
+/// Compares the time at which the condition of a design became true with that of a run of its own.
+fn compare_end_times(design: usize, own: &DesignResult, exact: &DesignResult) -> Result<(), Difference> {
+    let Some(estimated) = own.estimated_error.filter(|_| is_trusted(own)) else { return Ok(()) };
+    let reached = match &exact.status {
+        Ok(Status::Stopped) if is_trusted(exact) => Some(exact.end_time),
+        Ok(Status::StopNotReached { .. }) => None,
+        _ => return Ok(()),
+    };
+    let fastest = own.qd.iter().map(|rate| rate.abs()).fold(0.0, f64::max);
+    let allowed = END_TIME * own.end_time.abs() + ALLOWED_OF_END_TIME * estimated / fastest.max(f64::MIN_POSITIVE);
+    if reached.is_some_and(|reached| (own.end_time - reached).abs() <= allowed) {
+        return Ok(());
+    }
+    Err(Difference { design, kind: DifferenceKind::EndTime(own.end_time, reached) })
 }
 
 /// The extreme of a design that differs most from that of its own run, if any differs.
@@ -162,18 +195,23 @@ impl fmt::Display for Agreement {
 
 impl Difference {
     pub(crate) fn error(self) -> Error {
-        let Self { design, difference, estimated } = self;
-        Error::run(format!(
-            "design {design} differs by {difference:.1e} from a run of its own, and {estimated:.1e} was estimated"
-        ))
-        .help("do not trust the table; a smaller `--tolerance` or `--lanes one` may help")
+        let design = self.design;
+        let text = match self.kind {
+            DifferenceKind::Coordinate(difference, estimated) => format!(
+                "design {design} differs by {difference:.1e} from a run of its own, and {estimated:.1e} was estimated"
+            ),
+            DifferenceKind::EndTime(own, reached) => {
+                let own = number(own);
+                let reached = reached.map_or_else(|| "never".to_owned(), |t| format!("at t = {}", number(t)));
+                format!("the condition of design {design} becomes true at t = {own}, and {reached} in a run of its own")
+            }
+        };
+        Error::run(text).help("do not trust the table; a smaller `--tolerance` or `--lanes one` may help")
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use qrm_sim::run::Status;
-
     use super::*;
 
     fn result(q: f64, end_time: f64, estimated: f64) -> DesignResult {
@@ -198,5 +236,18 @@ mod tests {
         assert!(of(&result(1.0 + 5e-8, 3.0, 1e-9)).is_err_and(|found| found.error().to_string().contains("design 7")));
         let failed = DesignResult { status: Ok(Status::Interrupted), ..result(9.0, 3.0, 1e-9) };
         assert!(of(&failed).is_ok_and(|found| found.is_none()), "a failed design says nothing");
+    }
+
+    #[test]
+    fn a_condition_that_is_met_later_is_named() {
+        let stopped = |t: f64| DesignResult { status: Ok(Status::Stopped), ..result(1.0, t, 1e-9) };
+        let exact = stopped(3.0);
+        assert!(compare_end_times(7, &stopped(3.0 + 1e-6), &exact).is_ok());
+        let found = compare_end_times(7, &stopped(3.0 + 1e-4), &exact).map_err(Difference::error);
+        assert!(found.is_err_and(|found| found.to_string().contains("becomes true at t = 3.0001")));
+        let missing = Status::StopNotReached { nearest_time: 1.0, missing: 0.1 };
+        let never = DesignResult { status: Ok(missing), ..result(1.0, 9.0, 1e-9) };
+        let found = compare_end_times(7, &stopped(3.0), &never).map_err(Difference::error);
+        assert!(found.is_err_and(|found| found.to_string().contains("never in a run of its own")));
     }
 }

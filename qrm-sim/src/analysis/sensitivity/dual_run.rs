@@ -115,9 +115,11 @@ impl<'a, T: Inner> DualRun<'a, T> {
         if value.is_some_and(f64::is_nan) {
             return Err(SensitivityError::NotSmooth { t: self.state.t.to_f64() });
         }
-        let is_at_event = value.is_some_and(|value| value >= 0.0);
-        if let (true, Some(event)) = (is_at_event, &mut self.event) {
-            next = event.locate(&mut self.stepper, step.formula, [&self.state, &next])?;
+        let mut is_at_event = false;
+        if let Some(event) = &mut self.event
+            && let Some(at_event) = event.first_in(&mut self.stepper, step.formula, [&self.state, &next])?
+        {
+            (next, is_at_event) = (at_event, true);
         } else if is_at_end && value.is_some() {
             return Err(SensitivityError::EventNotReached { end_time: self.rows.end_time });
         }

@@ -8,9 +8,9 @@ use super::equations::{DualState, Moving, moving};
 use super::error::SensitivityError;
 use super::number::{Inner, Number};
 use super::stepper::DualStepper;
+use crate::event::location::{PARTS, first_inside, locate};
 use crate::event::{End, EventFunction};
-use crate::integrate::Formula;
-use crate::root_finding::locate;
+use crate::integrate::{Formula, quintic};
 use crate::solve::Solver;
 use crate::state::State;
 
@@ -44,29 +44,37 @@ impl<'a, T: Inner> DualEvent<'a, T> {
         self.evaluator.event(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers)
     }
 
-    /// The state at the event in the step to `beyond`, with the derivatives of its time.
+    /// The state at the first event in the step to `to`, with the derivatives of its time; `None` if there is none.
     ///
     /// # Errors
     /// `g` does not cross zero, or a step cannot be made.
-    pub(super) fn locate(
+    pub(super) fn first_in(
         &mut self,
         stepper: &mut DualStepper<T>,
         formula: Formula,
-        [from, beyond]: [&DualState<T>; 2],
-    ) -> Result<DualState<T>, SensitivityError> {
+        [from, to]: [&DualState<T>; 2],
+    ) -> Result<Option<DualState<T>>, SensitivityError> {
         let mechanism = stepper.equations.mechanism;
-        let value = |at: &State| self.real.value(mechanism, at).unwrap_or(0.0);
-        let step = |t: f64| stepper.advance(formula, from, Number::from_f64(t)).map(|at| at.real());
-        let at = locate(&from.real(), &beyond.real(), &mut { value }, &mut { step })?;
-        let by_time = self.by_time(stepper, &at, SHIFT * (beyond.t.to_f64() - from.t.to_f64()));
+        let (begin, end) = (from.real(), to.real());
+        let mut step = |t: f64| stepper.advance(formula, from, Number::from_f64(t)).map(|at| at.real());
+        let inside =
+            first_inside([&begin, &end], PARTS, &mut |at| self.real.value_at_position(mechanism, at), &mut |t| {
+                Some(quintic(&begin, &end, t))
+            });
+        let inside = inside.map(|inside| step(inside.t)).transpose()?;
+        let mut value = |at: &State| self.real.value(mechanism, at).unwrap_or(f64::NAN);
+        let Some(beyond) = inside.into_iter().chain([end]).find(|at| value(at) >= 0.0) else { return Ok(None) };
+        let at = locate(&begin, &beyond, &mut value, &mut step)?;
+        let by_time = self.by_time(stepper, &at, SHIFT * (beyond.t - begin.t));
         if !(by_time > 0.0) {
             return Err(SensitivityError::GrazingEvent { t: at.t });
         }
-        crossing((at.t, by_time, stepper.equations.parts), |t| {
+        let state = crossing((at.t, by_time, stepper.equations.parts), |t| {
             let at = stepper.advance(formula, from, t)?;
             let value = self.value(&at).unwrap_or_else(Number::zero);
             Ok((at, value))
-        })
+        })?;
+        Ok(Some(state))
     }
 
     /// The derivative of its value by time along the motion. Those of accelerations and multipliers are differences of

@@ -4,16 +4,16 @@ use std::convert::Infallible;
 
 use qrm_core::LaneSchedule;
 
-use super::LaneSweep;
+use super::{Lane, LaneSweep};
+use crate::event::location::{PARTS, first_inside, locate};
 use crate::integrate::quintic;
-use crate::root_finding::locate;
 use crate::run::Status;
 use crate::state::State;
 
 /// Longest change of time, as a part of the step, by which a state is moved along its Taylor series of order 2.
 const NEAR: f64 = 1e-5;
-/// A condition of the caller is looked at after each of so many equal parts of a step.
-const PARTS: usize = 4;
+/// The part of that within which a condition must have become true for the end to be accepted.
+const RESOLUTION: f64 = 1e-5;
 
 impl LaneSweep<'_> {
     /// Ends a design where its stop condition becomes true, near the end of a step; or makes a step to there.
@@ -26,30 +26,52 @@ impl LaneSweep<'_> {
     }
 
     fn land_between(&mut self, lane: usize, (from, to, value): (&State, &State, f64), at: &mut State) {
-        let Some(design) = self.lanes[lane].as_ref().map(|lane| lane.design) else { return };
         let h = to.t - from.t;
         if !(h > 0.0) {
             return self.leave(lane);
         }
-        let condition = |at: &State| self.condition_value(design, at);
-        let dt = zero(value, NEAR * h, |dt| {
+        let near = NEAR * h;
+        let mut condition = |dt: f64| {
             move_along(at, to, dt);
-            condition(at)
-        });
-        if dt.abs() <= NEAR * h {
+            self.condition_value(lane, at)
+        };
+        let dt = zero(value, near, &mut condition);
+        let [before, after] = [-RESOLUTION, RESOLUTION].map(|part| dt + part * near);
+        if dt.abs() <= near && condition(before) < 0.0 && condition(after) >= 0.0 {
             move_along(at, to, dt);
             return self.finish(lane, Status::Stopped, at);
         }
-        if value >= 0.0 { self.step_again(lane, from, to) } else { self.step_on(lane, to.t, to.t + dt) }
+        // The condition jumps, or stays as it is, or is farther away.
+        let other = if value >= 0.0 { -near } else { near };
+        if (condition(other) >= 0.0) != (value >= 0.0) {
+            let moved = |dt: f64| {
+                let mut moved = to.clone();
+                move_along(&mut moved, to, dt);
+                moved
+            };
+            let ends = if value >= 0.0 { [&moved(other), to] } else { [to, &moved(other)] };
+            let mut value = |at: &State| self.condition_value(lane, at);
+            let Ok(end) = locate(ends[0], ends[1], &mut value, &mut |t| Ok::<_, Infallible>(moved(t - to.t)));
+            return self.finish(lane, Status::Stopped, &end);
+        }
+        if value >= 0.0 {
+            self.step_again(lane, from, to)
+        } else if dt > 0.0 && dt <= h {
+            self.step_on(lane, to.t, to.t + dt)
+        } else {
+            if let Some(lane) = &mut self.lanes[lane] {
+                lane.is_landing = false;
+            }
+            self.go_on(lane, to.t)
+        }
     }
 
     /// Makes the last step of a lane again if the stop condition is true somewhere inside it; returns whether it is.
     pub(super) fn lands_inside(&mut self, lane: usize, to: &State) -> bool {
-        let Some(design) = self.lanes[lane].as_ref().map(|lane| lane.design) else { return false };
         let mut from = std::mem::take(&mut self.from);
         self.read(&mut from, |batch, row| batch.read_row_before(lane, row));
-        let inner = |k: usize| quintic(&from, to, from.t + k as f64 / PARTS as f64 * (to.t - from.t));
-        let met = (1..PARTS).map(inner).find(|at| self.condition_value(design, at) >= 0.0);
+        let value = &mut |at: &State| Some(self.condition_value(lane, at));
+        let met = first_inside([&from, to], PARTS, value, &mut |t| Some(quintic(&from, to, t)));
         if let Some(at) = &met {
             self.step_again(lane, &from, at);
         }
@@ -61,8 +83,8 @@ impl LaneSweep<'_> {
     /// the condition.
     fn step_again(&mut self, lane: usize, from: &State, to: &State) {
         let Some(design) = self.lanes[lane].as_ref().map(|lane| lane.design) else { return };
-        let condition = |at: &State| self.condition_value(design, at);
-        let Ok(at) = locate(from, to, &mut { condition }, &mut |t| Ok::<_, Infallible>(quintic(from, to, t)));
+        let mut condition = |at: &State| self.condition_value(lane, at);
+        let Ok(at) = locate(from, to, &mut condition, &mut |t| Ok::<_, Infallible>(quintic(from, to, t)));
         from.write(&mut self.row);
         let outputs = self.outputs(design, from);
         self.batch.take_back(lane, &self.row, &outputs);
@@ -81,12 +103,12 @@ impl LaneSweep<'_> {
         }
     }
 
-    /// The value of the stop condition, negative until it is true, where accelerations and multipliers are not known;
-    /// not a number without one.
-    fn condition_value(&self, design: usize, at: &State) -> f64 {
-        let mechanism = &*self.designs[design];
-        let event = self.event.as_ref().inspect(|event| event.set_parameters(mechanism));
-        event.and_then(|event| event.value_at_position(mechanism, at)).unwrap_or(f64::NAN)
+    /// The value of the stop condition of a lane, negative until it is true, where accelerations and multipliers are
+    /// not known; not a number without one.
+    fn condition_value(&self, lane: usize, at: &State) -> f64 {
+        let Some(Lane { design, .. }) = &self.lanes[lane] else { return f64::NAN };
+        let event = self.events.get(lane);
+        event.and_then(|event| event.value_at_position(&*self.designs[*design], at)).unwrap_or(f64::NAN)
     }
 }
 
@@ -101,7 +123,7 @@ fn move_along(at: &mut State, from: &State, dt: f64) {
 
 /// The zero of a function near zero, where it has the given value, by the secant method from a distance on. It may not
 /// have converged.
-fn zero(value: f64, distance: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
+fn zero(value: f64, distance: f64, f: &mut impl FnMut(f64) -> f64) -> f64 {
     let (mut x, mut f_x) = (0.0, value);
     let (mut other, mut f_other) = (-distance, f(-distance));
     for _ in 0..4 {

@@ -5,7 +5,7 @@ use qrm_core::StateRef;
 use super::super::corner::Corner;
 use super::super::step_error::StepError;
 use super::Corners;
-use crate::root_finding::{locate, touched};
+use crate::event::location::{locate, touched};
 use crate::state::State;
 
 /// A switching function may have two zeros in a step where its smallest value at an end is less than so many of its
@@ -99,7 +99,7 @@ impl Corners {
             let beyond = if a * b < 0.0 {
                 Some(to.clone())
             } else if a * b > 0.0 {
-                let found = touched(from, to, &mut |at| Some(rising(at)), step);
+                let found = touched(from, to, &mut |at| Some(rising(at)), &mut |t| step(t).ok());
                 found.filter(|found| rising(found) >= 0.0)
             } else {
                 None
