@@ -95,10 +95,10 @@ fn is_command(line: &str) -> bool {
 /// Keys that sections can have, as the messages of the reader list them.
 #[test]
 fn every_key_has_the_error_that_it_gives() {
-    let errors = Path::new(env!("CARGO_MANIFEST_DIR")).join("scene/tests/errors");
+    let errors = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/scene/tests/errors");
     let page = &pages().into_iter().find(|(name, _)| name == "scene-errors.md").expect("the page").1;
     let mut reports = String::new();
-    for rest in page.split("{{#include ../scene/tests/errors/").skip(1) {
+    for rest in page.split("{{#include ../crates/scene/tests/errors/").skip(1) {
         reports += &fs::read_to_string(errors.join(rest.split('}').next().expect("a name"))).expect("a report");
     }
     let keys: Vec<&str> = KEYS.split_whitespace().collect();

@@ -8,7 +8,7 @@ use crate::common::qrm;
 #[test]
 #[ignore = "full tier: compiled"]
 fn every_command_line_ends_well() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/command_line");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpus/command_line");
     let mut statuses = [0; 3];
     for entry in std::fs::read_dir(folder).expect("the corpus") {
         let bytes = std::fs::read(entry.expect("an entry").path()).expect("a file");

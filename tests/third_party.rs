@@ -44,7 +44,7 @@ const COMMAND: Product = Product {
     package: "qrm",
     folder: ".",
     lock: include_str!("../Cargo.lock"),
-    file: "qrm-cli/THIRD-PARTY.txt",
+    file: "crates/cli/THIRD-PARTY.txt",
     name: "the command `qrm` and in the units that it exports",
 };
 const WHEEL: Product = Product {

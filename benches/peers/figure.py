@@ -1,7 +1,7 @@
 """Draws error against run time from peers.csv and ours.csv, and prints the times at three errors as a table.
 
 figure.py [FOLDER] writes peers-run.svg and peers-sweep.svg to the folder, by default docs/images, and the table to
-qrm-cli/src/commands/report/peers.csv, for the reports of scenes.
+crates/cli/src/commands/report/peers.csv, for the reports of scenes.
 """
 import csv, math, os, sys
 import matplotlib
@@ -148,7 +148,7 @@ if __name__ == '__main__':
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.join(HERE, '../../docs/images')
     plt.rcParams.update({'svg.hashsalt': 'peers', 'svg.fonttype': 'none', 'font.size': 9, 'font.family': 'sans-serif'})
     data = rows()
-    with open(os.path.join(HERE, '../../qrm-cli/src/commands/report/peers.csv'), 'w', newline='') as file:
+    with open(os.path.join(HERE, '../../crates/cli/src/commands/report/peers.csv'), 'w', newline='') as file:
         write = csv.writer(file, lineterminator='\n')
         write.writerow(['problem', 'kind', 'method', *(f'1e-{-math.log10(error):.0f}' for error in ERRORS)])
         for kind in TITLES:

@@ -1,7 +1,7 @@
 //! Random mechanisms through the generator, which refuses a function that is not what the scene says.
 //!
 //! ```text
-//! cargo run --release --manifest-path engine/Cargo.toml --target-dir target/engine --example random -- SEED COUNT FOLDER [all]
+//! cargo run --release --manifest-path crates/engine/Cargo.toml --target-dir target/engine --example random -- SEED COUNT FOLDER [all]
 //! ```
 //!
 //! Each seed gives one scene: a tree of links with rods, guides, drives and pins that close loops, some of them

@@ -91,8 +91,8 @@ fn missing(path: &Path) -> Error {
         None => "the symbolic engine `qrm-engine` is neither beside this program nor on the PATH".to_owned(),
     };
     Error::usage(format!("{} has not been derived yet, and {missing}", path.display())).help(format!(
-        "install it from a clone of qrm by `cargo install --path engine`, or set QRM_ENGINE to its path; or bring the \
-         derived scene into {}",
+        "install it from a clone of qrm by `cargo install --path crates/engine`, or set QRM_ENGINE to its path; or bring \
+         the derived scene into {}",
         cache::folder().display()
     ))
 }

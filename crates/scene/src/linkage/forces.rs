@@ -1,5 +1,5 @@
 //! The forces in joints, by free-body equations of the links that the joint places: virtual displacements, whose work
-//! `codegen/src/engine/virtual_work.rs` derives.
+//! `crates/engine/src/virtual_work.rs` derives.
 
 use super::cams::{CONTACT, Cam};
 use super::closures::{DRIVE, open_pins};

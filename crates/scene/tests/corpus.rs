@@ -8,7 +8,7 @@ use qrm_scene::resolve::{read, read_condition};
 
 #[test]
 fn every_text_gives_a_scene_or_a_report() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/scene_text");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fuzz/corpus/scene_text");
     let (mut scenes, mut reports) = (0, 0);
     for entry in std::fs::read_dir(folder).expect("the corpus") {
         let bytes = std::fs::read(entry.expect("an entry").path()).expect("a file");

@@ -1,6 +1,6 @@
 //! The simulator of a page: a derived scene that runs in a browser, by the crates of the command.
 //!
-//! The simulator itself is compiled for WebAssembly alone, by `page/build`. Other programs contain the result,
+//! The simulator itself is compiled for WebAssembly alone, by `crates/page/build`. Other programs contain the result,
 //! [`MODULE`], and pack scenes for it.
 
 #[cfg(target_family = "wasm")]
@@ -14,6 +14,6 @@ mod simulator;
 
 pub use packed::packed;
 
-/// This crate as a module of WebAssembly, compressed by gzip: `page/build` makes it.
+/// This crate as a module of WebAssembly, compressed by gzip: `crates/page/build` makes it.
 #[cfg(not(target_family = "wasm"))]
 pub const MODULE: &[u8] = include_bytes!("../simulator.wasm.gz");

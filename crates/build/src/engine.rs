@@ -33,7 +33,9 @@ impl Sources {
     /// The sources in the clone around a file or folder.
     pub fn around(path: &Path) -> Option<Self> {
         let is_clone = |folder: &&Path| {
-            ["engine/Cargo.toml", "qrm-build/Cargo.toml"].iter().all(|manifest| folder.join(manifest).is_file())
+            ["crates/engine/Cargo.toml", "crates/build/Cargo.toml"]
+                .iter()
+                .all(|manifest| folder.join(manifest).is_file())
         };
         path.ancestors().find(is_clone).map(|clone| Self { clone: clone.to_owned() })
     }
@@ -79,7 +81,7 @@ impl Sources {
         let cargo = env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
         let mut command = Command::new(&cargo);
         command.args(["build", "--release", "--locked", "--bin", "qrm-engine", "--color", "never", "--manifest-path"]);
-        command.arg(self.clone.join("engine/Cargo.toml")).arg("--target-dir").arg(self.target());
+        command.arg(self.clone.join("crates/engine/Cargo.toml")).arg("--target-dir").arg(self.target());
         // An outer cargo, or clippy, sets these for its own compilers.
         for variable in ["CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_TARGET", "RUSTC_WORKSPACE_WRAPPER", "CARGO_MAKEFLAGS"]
         {
@@ -108,7 +110,7 @@ impl Sources {
             "the symbolic engine could not be built:\n  {last}\n  = help: run `cargo build --release --locked \
              --manifest-path {} --target-dir {}` to see all of it, or set QRM_ENGINE to a program `qrm-engine` \
              {VERSION}",
-            self.clone.join("engine/Cargo.toml").display(),
+            self.clone.join("crates/engine/Cargo.toml").display(),
             self.target().display()
         )
     }
@@ -137,8 +139,8 @@ pub fn on_path() -> Option<PathBuf> {
 pub fn check(program: &Path) -> Result<(), String> {
     let name = program.display();
     let help = format!(
-        "  = help: QRM_ENGINE, if it is set, is the path of `qrm-engine` {VERSION}; `cargo install --path engine` in a \
-         clone installs it"
+        "  = help: QRM_ENGINE, if it is set, is the path of `qrm-engine` {VERSION}; `cargo install --path \
+         crates/engine` in a clone installs it"
     );
     let output = Command::new(program).arg("--version").stdin(Stdio::null()).output();
     let output = output.map_err(|e| format!("the symbolic engine {name} cannot be started: {e}\n{help}"))?;
@@ -165,7 +167,7 @@ fn origin() -> Result<Origin, String> {
     let program = on_path().ok_or_else(|| {
         format!(
             "formulae have changed, and there is no symbolic engine `qrm-engine` {VERSION} on the PATH\n  \
-             = help: install it from a clone of qrm (`cargo install --path engine`), or set QRM_ENGINE to its path"
+             = help: install it from a clone of qrm (`cargo install --path crates/engine`), or set QRM_ENGINE to its path"
         )
     })?;
     check(&program).map(|()| Origin::Program(program))
@@ -181,7 +183,7 @@ pub(crate) fn generate(scenes: &[&Path], out: &Path) -> Result<Vec<String>, Stri
             (program, None)
         }
         Origin::Sources(sources) => {
-            for folder in ["engine", "codegen/src", "scene/src", "core/src"] {
+            for folder in ["crates/engine", "codegen/src", "crates/scene/src", "crates/core/src"] {
                 println!("cargo::rerun-if-changed={}", sources.clone.join(folder).display());
             }
             let note = build(&sources)?;

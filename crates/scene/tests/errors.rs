@@ -171,7 +171,7 @@ fn a_long_flat_formula_is_read_quickly() {
 
 #[test]
 fn scenes_cut_short_or_with_a_character_lost_give_reports() {
-    let whole = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/quick-return.toml"));
+    let whole = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/quick-return.toml"));
     let whole = whole.expect("the scene is there");
     for (at, lost) in whole.char_indices().step_by(3) {
         let without = format!("{}{}", &whole[..at], &whole[at + lost.len_utf8()..]);

@@ -1,6 +1,6 @@
 //! Equations of scenes whose formulae would swell if they were expanded before they are differentiated.
 
-#[path = "../../codegen/examples/make.rs"]
+#[path = "../../../codegen/examples/make.rs"]
 #[allow(dead_code, unreachable_pub, reason = "the command around it is not used")]
 mod make;
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 const REFRESH: &str =
-    "QRM_REFRESH=1 cargo test --release --manifest-path engine/Cargo.toml --target-dir target/engine golden";
+    "QRM_REFRESH=1 cargo test --release --manifest-path crates/engine/Cargo.toml --target-dir target/engine golden";
 
 #[test]
 fn modules_of_built_in_scenes_are_current() {
@@ -24,7 +24,7 @@ fn the_module_of_the_example_is_current() {
 
 /// Compares the copies in a folder of a clone with what its scenes give.
 fn check(folder: &str, scenes: &str, copies: &str) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(folder);
     let copies = folder.join(copies);
     let files = names(&folder.join(scenes), "toml").into_iter().filter(|name| name != "Cargo.toml");
     let out = std::env::temp_dir().join(format!(

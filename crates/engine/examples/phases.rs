@@ -1,6 +1,6 @@
 //! How long the phases of the generator take for one scene, and how much code it becomes.
 //!
-//! `cargo run --release --manifest-path engine/Cargo.toml --target-dir target/engine --example phases SCENE.toml`
+//! `cargo run --release --manifest-path crates/engine/Cargo.toml --target-dir target/engine --example phases SCENE.toml`
 
 use std::error::Error;
 use std::time::{Duration, Instant};

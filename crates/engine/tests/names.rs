@@ -32,7 +32,7 @@ fn every_type_that_generated_code_names_is_reserved() {
     let mut missing = BTreeSet::new();
     // Their parameters and coordinates do not look like types.
     for module in ["double_pendulum", "pendulum", "shaper"] {
-        let path = format!("{}/../qrm-model/golden/{module}.rs", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/../../qrm-model/golden/{module}.rs", env!("CARGO_MANIFEST_DIR"));
         let text = fs::read_to_string(path).expect("a module");
         let own = struct_name(module);
         let mut types = BTreeSet::new();
