@@ -49,16 +49,16 @@ pub(crate) struct Corners {
     moved: [Vec<f64>; 3],
 }
 
-/// The mark of a program whose steps end at corners. Pages are to be small: they have none.
-#[cfg(not(target_arch = "wasm32"))]
+/// The mark of a program whose steps end at corners.
+#[cfg(feature = "corners")]
 #[derive(Clone, Copy, Debug)]
 struct EndsSteps;
-#[cfg(target_arch = "wasm32")]
+#[cfg(not(feature = "corners"))]
 type EndsSteps = std::convert::Infallible;
 
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(feature = "corners")]
 const ENDS_STEPS: Option<EndsSteps> = Some(EndsSteps);
-#[cfg(target_arch = "wasm32")]
+#[cfg(not(feature = "corners"))]
 const ENDS_STEPS: Option<EndsSteps> = None;
 
 impl Corners {

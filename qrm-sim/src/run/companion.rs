@@ -22,8 +22,8 @@ const TIGHT: f64 = 1e-8;
 /// Tolerances below this ask for more than double precision has.
 const SMALLEST_TOLERANCE: f64 = 1e-15;
 
-/// Pages show no errors of extremes and of the end time, and are to be small.
-pub(super) const ESTIMATES_EXTREMES: bool = cfg!(not(target_arch = "wasm32"));
+/// Whether the errors of extremes and of the end time are estimated.
+pub(super) const ESTIMATES_EXTREMES: bool = cfg!(feature = "extremes");
 
 /// A companion run beside a run: with longer steps; or, where a tolerance chooses them, with shorter ones, where the
 /// difference is the error of the first run itself.

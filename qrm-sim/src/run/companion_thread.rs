@@ -1,7 +1,8 @@
 //! The companion of a run, in a thread of its own where the run is long.
+#![cfg_attr(not(feature = "threads"), allow(unused_imports, dead_code, unreachable_code))]
 
 use std::panic;
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(feature = "threads")]
 use std::sync::LazyLock;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, Scope, ScopedJoinHandle};
@@ -22,14 +23,14 @@ const BLOCKS: usize = 4;
 const WAITING: usize = 5;
 
 /// Where threads are begun.
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(feature = "threads")]
 pub(super) type ThreadScope<'scope, 'env> = &'scope Scope<'scope, 'env>;
-/// Pages are to be small, and have no threads.
-#[cfg(target_arch = "wasm32")]
+/// There is none without threads.
+#[cfg(not(feature = "threads"))]
 pub(super) type ThreadScope<'scope, 'env> = (std::convert::Infallible, &'scope &'env ());
 
 /// Calls `run` with a scope for threads, on machines with several cores.
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(feature = "threads")]
 pub(super) fn with_threads<'env, R>(
     is_parallel: bool,
     run: impl for<'scope> FnOnce(Option<ThreadScope<'scope, 'env>>) -> R,
@@ -38,7 +39,7 @@ pub(super) fn with_threads<'env, R>(
         LazyLock::new(|| thread::available_parallelism().is_ok_and(|count| count.get() > 1));
     if is_parallel && *HAS_CORES { thread::scope(|scope| run(Some(scope))) } else { run(None) }
 }
-#[cfg(target_arch = "wasm32")]
+#[cfg(not(feature = "threads"))]
 pub(super) fn with_threads<'env, R>(
     _: bool,
     run: impl for<'scope> FnOnce(Option<ThreadScope<'scope, 'env>>) -> R,
@@ -202,12 +203,12 @@ impl RowBuffer {
 }
 
 impl<'scope, 'env> CompanionThread<'scope, 'env> {
-    #[cfg(target_arch = "wasm32")]
+    #[cfg(not(feature = "threads"))]
     fn spawn(scope: ThreadScope<'scope, 'env>, _: &'scope dyn Mechanism, _: RowRequest, _: Companion) -> Self {
         match scope.0 {}
     }
 
-    #[cfg(not(target_arch = "wasm32"))]
+    #[cfg(feature = "threads")]
     fn spawn(
         scope: ThreadScope<'scope, 'env>,
         mechanism: &'scope dyn Mechanism,

@@ -9,8 +9,8 @@ use crate::integrate::Integrator;
 use crate::maximum::peak_between;
 use crate::state::State;
 
-/// Pages draw extremes, and are to be small.
-const SEARCHES: bool = cfg!(not(target_arch = "wasm32"));
+/// Whether extremes are looked for between rows.
+const SEARCHES: bool = cfg!(feature = "extremes");
 
 /// Where it is looked at whether a column rises from a row, against the distance of rows.
 const BESIDE: f64 = 1e-3;
