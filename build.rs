@@ -1,18 +1,17 @@
-//! The build script of `qrm-model`: the modules of the scenes in `scenes`.
+//! The build script of `qrm-model`: it writes a module for each scene in `scenes`.
 //!
-//! The golden copies hold the functions. Numbers that have changed are replaced in them; the symbolic engine derives
-//! scenes whose formulae have changed.
+//! The functions come from the golden copies. If only numbers of a scene have changed, they are replaced in the copy;
+//! if its formulae have changed, the symbolic engine derives the scene again.
 
 use std::path::{Path, PathBuf};
 
-/// The scenes whose functions are compiled. Others are interpreted, which gives the same numbers to the last bit,
-/// unless `QRM_SCENES` asks for them or their formulae differ from the golden copy: each takes 2 to 12 s of processor
-/// time.
+/// The scenes whose functions are compiled. Each takes 2 to 12 s of processor time. The other scenes are interpreted,
+/// with bitwise identical results, unless `QRM_SCENES` names them or their formulae differ from the golden copy.
 const COMPILED: [&str; 1] = ["quick-return"];
 
 fn main() {
     println!("cargo::rerun-if-changed=../scenes");
-    // Messages name files as the user knows them, from the top of the workspace.
+    // Messages show paths relative to the root of the workspace, as the user types them.
     let there = std::env::set_current_dir("..").map_err(|e| e.to_string());
     qrm_build::report(there.and_then(|()| modules()));
 }
@@ -29,8 +28,8 @@ fn modules() -> Result<Vec<String>, String> {
     })
 }
 
-/// The scene files, in the order of their names, and whether all are compiled: those of `scenes`, or those that
-/// `QRM_SCENES` names, which may lie in `scenes/large` too. `QRM_SCENES=all` compiles those of `scenes`.
+/// The scene files in alphabetical order, and whether all are compiled. The files are those of `scenes`, or those named
+/// by `QRM_SCENES`, which may also lie in `scenes/large`. `QRM_SCENES=all` compiles all of `scenes`.
 fn scenes() -> Result<(Vec<PathBuf>, bool), String> {
     println!("cargo::rerun-if-env-changed=QRM_SCENES");
     let scenes = files("scenes")?;
@@ -53,7 +52,7 @@ fn scenes() -> Result<(Vec<PathBuf>, bool), String> {
     Ok((scenes, true))
 }
 
-/// The scenes of a folder.
+/// The scene files of a folder.
 fn files(folder: &str) -> Result<Vec<PathBuf>, String> {
     let entries = std::fs::read_dir(folder).map_err(|e| format!("cannot read the folder `{folder}`: {e}"))?;
     let mut scenes = Vec::new();

@@ -1,5 +1,5 @@
-//! The command `qrm` with the scenes of this workspace, and the same scenes as a library for simulation tools (FMI
-//! 3.0). All it does is bring the parts together, so that a changed scene recompiles little.
+//! The command `qrm` with the scenes of this workspace, and a shared library with the same scenes for simulation tools
+//! (FMI 3.0). It only joins the parts, so that a changed scene recompiles little.
 
 use std::process::ExitCode;
 

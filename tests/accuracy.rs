@@ -2,12 +2,13 @@
 
 use std::io;
 
-use crate::common::{Table, mechanism, near, qrm};
 use qrm_core::Mechanism;
 use qrm_sim::analysis::{EnergyIntegral, PANELS};
 use qrm_sim::integrate::{MethodSettings, RK4, method_named};
 use qrm_sim::run::{End, Observer, Request, Row, simulate};
 use qrm_sim::solve::Projection;
+
+use crate::common::{Table, mechanism, near, qrm};
 
 /// Keeps times and coordinates.
 #[derive(Default)]

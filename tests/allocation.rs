@@ -2,13 +2,14 @@
 
 #![allow(unsafe_code, reason = "an allocator that counts is the only way to count allocations")]
 
-use crate::common;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use qrm_sim::integrate::MethodSettings;
 use qrm_sim::run::{End, Request, simulate};
 use qrm_sim::solve::Projection;
+
+use crate::common;
 
 struct Counting;
 

@@ -3,10 +3,11 @@
 use std::cell::Cell;
 use std::fs;
 
-use crate::common::{qrm, run};
 use qrm_cli::api::{LoadedScene, RunOptions, SensitivityOptions, SweepOptions, Values, interruptible};
 use qrm_model::MODELS;
 use qrm_sim::columns::state;
+
+use crate::common::{qrm, run};
 
 fn quick_return() -> LoadedScene {
     LoadedScene::load(MODELS, "quick-return").expect("a scene")

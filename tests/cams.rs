@@ -1,8 +1,8 @@
 //! Cams, belts, and splines through tables.
 
-use crate::common;
 use std::f64::consts::{PI, TAU};
 
+use crate::common;
 use crate::common::{Run, near};
 
 /// Runs a scene of this text by tight steps.

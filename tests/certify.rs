@@ -3,12 +3,13 @@
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 use std::time::{Duration, Instant};
 
-use crate::common::{Table, model, qrm};
 use qrm_core::{Interval, Model, StoredTape};
 use qrm_sim::analysis::{
     Enclosure, EnclosureEnd, NoSeries, NotEnclosed, Reason, ReferenceState, enclose, reference_states,
 };
 use serde_json::Value;
+
+use crate::common::{Table, model, qrm};
 
 /// The motion of a scene, enclosed.
 #[track_caller]

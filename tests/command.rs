@@ -1,13 +1,14 @@
 //! Tests of wrong use of the command line and its messages, and of interrupted and impossible runs.
 
-use crate::common;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::common::{near, qrm, run};
 use snapbox::{Assert, IntoData, Redactions, str};
+
+use crate::common;
+use crate::common::{near, qrm, run};
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()

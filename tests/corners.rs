@@ -1,11 +1,12 @@
 //! Corners and jumps of the equations of motion against closed forms: blocks under forces that switch.
 
-use crate::common;
 use std::fmt::Write as _;
 use std::fs;
 
-use crate::common::{Run, near, qrm, run};
 use qrm_sim::integrate::METHODS;
+
+use crate::common;
+use crate::common::{Run, near, qrm, run};
 
 /// A block of 1 kg that moves along a line by itself.
 struct Block {

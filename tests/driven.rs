@@ -1,8 +1,9 @@
 //! The crank driven at constant speed: its torque against the power of all bodies along closed-form kinematics.
 
+use num_dual::{Dual2_64, DualNum};
+
 use crate::common;
 use crate::common::run;
-use num_dual::{Dual2_64, DualNum};
 
 /// Positions of the bodies that move, each with what it carries, and the position of the ram, at a time.
 fn bodies(t: f64) -> ([(f64, Dual2_64); 10], Dual2_64) {

@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use crate::common::{Table, mechanism, near};
 use qrm_sim::analysis::{EnergyIntegral, NoEnergyIntegral, PANELS};
+
+use crate::common::{Table, mechanism, near};
 
 #[test]
 fn the_period_is_exact() {

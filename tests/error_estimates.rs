@@ -1,18 +1,19 @@
 //! Estimated errors of all columns, against references in double-double numbers.
 
-use crate::common;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::PathBuf;
 
-use crate::common::derived;
 use qrm_core::{Mechanism, Model};
 use qrm_sim::analysis::{ReferenceState, StateAt, reference_states};
 use qrm_sim::columns::{Kind, columns, numbers};
 use qrm_sim::integrate::{METHODS, Method, MethodSettings};
 use qrm_sim::run::{End, ErrorEstimates, Extremes, Observer, Request, Row, simulate};
 use qrm_sim::state::State;
+
+use crate::common;
+use crate::common::derived;
 
 /// Rows by which errors are known, in the longest steps; fewer where a reference would take too long.
 const ROWS: [usize; 3] = [150, 37, 9];

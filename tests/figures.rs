@@ -1,8 +1,9 @@
 //! The figures of a run, read back from their files, against exact values and against the run's own rows.
 
+use roxmltree::{Document, Node};
+
 use crate::common;
 use crate::common::{Run, Table, near, run};
-use roxmltree::{Document, Node};
 
 /// A curve as a reader of the picture sees it.
 struct Curve {

@@ -1,9 +1,10 @@
 //! The formulae that people read, in the documentation of generated functions, against the functions themselves.
 
-use crate::common::model;
 use qrm_model::quick_return::{self, QuickReturn};
 use qrm_scene::evaluate::evaluate;
 use qrm_scene::parser::parse_formula;
+
+use crate::common::model;
 
 const Q: [f64; 3] = [0.7, 1.1, 2.7];
 const QD: [f64; 3] = [7.7, 2.8, -1.5];

@@ -1,10 +1,10 @@
 //! The Gauss method against exact ends, other methods and itself.
 
-use qrm_sim::position::{Start, assemble};
 use std::path::Path;
 
 use qrm_core::{Convergence, GaussEnd, GaussRequest, Mechanism, Model, StateRef, Width};
 use qrm_sim::integrate::{DOP853, GAUSS, MethodSettings};
+use qrm_sim::position::{Start, assemble};
 use qrm_sim::run::{End, Observer, Outcome, Request, Row, simulate};
 
 fn model(name: &str) -> &'static Model {

@@ -1,8 +1,8 @@
 //! Inverse dynamics as the command gives them.
 
-use crate::common;
 use std::fs;
 
+use crate::common;
 use crate::common::{near, qrm};
 
 /// The columns of a table by their names.

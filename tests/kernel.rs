@@ -1,11 +1,12 @@
 //! Whole runs by kernels against whole runs by the plain functions they stand for.
 
-use crate::common::plain::Plain;
 use qrm_core::{Mechanism, ParameterOverrides, StateMut};
 use qrm_sim::integrate::{DOP853, MethodSettings};
 use qrm_sim::position::{Start, assemble_from_guesses};
 use qrm_sim::run::{End, Request, Status, simulate};
 use qrm_sim::solve::{Projection, ProjectionTolerance, Solver};
+
+use crate::common::plain::Plain;
 
 /// The quick-return mechanism with some parameters replaced.
 fn quick_return(replace: ParameterOverrides) -> Box<dyn Mechanism> {

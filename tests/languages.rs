@@ -1,11 +1,11 @@
 //! Motions in C and MATLAB, compiled and run by Octave: they show what `qrm run` writes.
 
-use crate::common;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use crate::common;
 use crate::common::{Table, qrm, run};
 
 /// The largest difference, relative to the largest number of a column or to 1.

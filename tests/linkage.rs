@@ -1,12 +1,13 @@
 //! Scenes in links and joints: their motion, and the ordinary scenes that they become.
 
-use crate::common;
 use std::f64::consts::PI;
 use std::fs;
 
-use crate::common::{near, qrm};
 use nalgebra::Vector2;
 use serde_json::Value;
+
+use crate::common;
+use crate::common::{near, qrm};
 
 /// A scene of this folder.
 fn path(name: &str) -> String {

@@ -1,9 +1,10 @@
 //! Pages of `qrm page` in a browser, against the command.
 
+use serde_json::Value;
+
 use crate::common;
 use crate::common::chromium::Chromium;
 use crate::common::{near, qrm};
-use serde_json::Value;
 
 /// `qrm page SCENE` in a browser, once its first motion is there.
 fn opened(scene: &str, address: &str, browser: &mut Chromium) -> tempfile::TempDir {

@@ -1,7 +1,8 @@
 //! The default run against exact values.
 
-use crate::common::{Table, mechanism, near, run};
 use qrm_sim::position::{Start, assemble_from_guesses};
+
+use crate::common::{Table, mechanism, near, run};
 
 const COORDINATES: [&str; 3] = ["phi2", "phi4", "phi5"];
 

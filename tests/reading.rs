@@ -1,7 +1,8 @@
 //! Tests of the outputs to read and to watch: code, derivation, animation, report.
 
-use crate::common::qrm;
 use tempfile::TempDir;
+
+use crate::common::qrm;
 
 /// Runs `qrm ARGUMENTS --out` into a fresh folder, which must succeed.
 fn into_folder(arguments: &[&str]) -> TempDir {

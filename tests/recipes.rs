@@ -1,11 +1,11 @@
 //! The scenes of the recipes, against other equations of the same mechanisms.
 
-use crate::common;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 
+use crate::common;
 use crate::common::{Run, Table, near, run};
 
 /// The path of a recipe.

@@ -3,9 +3,10 @@
 
 use std::path::Path;
 
-use crate::common::{Table, derived, model, near};
 use qrm_core::{DoubleDouble, Model, Scalar, TapeEvaluator};
 use qrm_sim::analysis::{ReferenceState, StateAt, reference_states};
+
+use crate::common::{Table, derived, model, near};
 
 type Number = DoubleDouble;
 

@@ -3,9 +3,10 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use crate::common::{model, qrm};
 use qrm_sim::analysis::{SensitivityError, SensitivityRequest};
 use qrm_sim::run::End;
+
+use crate::common::{model, qrm};
 
 /// The value and the derivatives of each quantity, by their names in the table.
 type Table = HashMap<(String, String), HashMap<String, f64>>;

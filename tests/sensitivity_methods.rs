@@ -1,11 +1,12 @@
 //! Derivatives by every method against differences of motions in double-double numbers, across jumps, and by second
 //! order.
 
-use crate::common;
-use crate::common::{event, model};
 use qrm_sim::analysis::{Derivatives, Sensitivity, SensitivityRequest, reference_states, sensitivity};
 use qrm_sim::integrate::{DOP853, METHODS, MethodSettings, RK4, RODAS};
 use qrm_sim::run::End;
+
+use crate::common;
+use crate::common::{event, model};
 
 /// The difference quotient of order 8: places and weights.
 const QUOTIENT: [(f64, f64); 8] = [

@@ -1,10 +1,11 @@
 //! `qrm stability`: what the linearized equations predict against what runs do, and extreme cases by every method.
 
-use crate::common;
 use std::process::Output;
 
-use crate::common::{Table, qrm};
 use tempfile::TempDir;
+
+use crate::common;
+use crate::common::{Table, qrm};
 
 /// `qrm stability ARGUMENTS --out` into a fresh folder.
 fn output(arguments: &[&str]) -> (TempDir, Output) {

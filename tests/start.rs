@@ -1,14 +1,15 @@
 //! Motions from another start than the scene's, and starts that are dragged.
 
-use crate::common;
-use qrm_sim::position::{Start, assemble};
 use std::f64::consts::PI;
 
-use crate::common::{model, near, qrm};
 use qrm_pictures::position_error;
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::resolve;
 use qrm_sim::analysis::inverse_kinematics;
+use qrm_sim::position::{Start, assemble};
+
+use crate::common;
+use crate::common::{model, near, qrm};
 
 /// The message with which `run quick-return` refuses these starts.
 fn refused(starts: &[&str]) -> String {

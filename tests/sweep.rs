@@ -3,12 +3,13 @@
 //! `QRM_RUNS=100000 QRM_SEED=1 cargo test --release --test sweep -- --nocapture` makes so many random designs, others
 //! with another seed, and prints what they are like.
 
-use crate::common::{event, mechanism, model};
 use fastrand::Rng;
 use qrm_core::{Model, ParameterOverrides};
 use qrm_sim::batch::{DesignResult, LaneCount, SweepRequest};
 use qrm_sim::integrate::{DOP853, MethodSettings, StepBounds};
 use qrm_sim::run::{End, RejectionReason, Request, StartError, Status, simulate};
+
+use crate::common::{event, mechanism, model};
 
 /// The parameters of a design.
 type Design = Vec<(&'static str, f64)>;

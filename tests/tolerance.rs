@@ -1,8 +1,9 @@
 //! `qrm tolerance`: derivatives, worst cases and samples agree with each other and with runs.
 
-use crate::common::{Table, near, qrm, run};
 use serde_json::Value;
 use tempfile::TempDir;
+
+use crate::common::{Table, near, qrm, run};
 
 /// Runs the command into a folder; its exit status and what it printed.
 fn tolerance(arguments: &[&str]) -> (TempDir, Value, String) {

@@ -1,7 +1,8 @@
 //! `qrm tolerance` where quantities have no derivative, or turn within the tolerances.
 
-use crate::common::{near, qrm, run};
 use serde_json::Value;
+
+use crate::common::{near, qrm, run};
 
 /// An oscillator with outputs that are known in closed form.
 const OSCILLATOR: &str = r#"

@@ -1,11 +1,12 @@
-//! Scenes that repeat themselves, made rather than written.
+//! Prints large scenes with repeating structure.
 //!
 //! ```text
 //! cargo run -p qrm-codegen --example make -- four-bars 40 > scenes/large/n-four-bar-40.toml
 //! cargo run -p qrm-codegen --example make -- absolute 14  > scenes/large/absolute-14.toml
 //! ```
 //!
-//! Chains are described in three ways: `relative` angles, `angles` against the ground, `absolute` coordinates.
+//! Chains are described in three ways: by `relative` angles, by `angles` relative to the ground, or by `absolute`
+//! coordinates.
 
 use std::process::ExitCode;
 
@@ -31,12 +32,12 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// A line for each of so many.
+/// Joins one line for each index below `count`.
 fn lines(count: usize, line: impl Fn(usize) -> String) -> String {
     (0..count).map(|i| line(i) + "\n").collect()
 }
 
-/// Coupled four-bars of equal rods: cranks a metre apart, couplers between their tips.
+/// Coupled four-bar linkages with equal rods: cranks one metre apart, with couplers between their tips.
 pub fn four_bars(n: usize) -> String {
     let guesses: Vec<String> =
         (1..=n).map(|i| format!("a{i} = 'pi/2'")).chain((0..n).map(|i| format!("b{i} = 0"))).collect();
@@ -98,7 +99,7 @@ pub fn four_bars(n: usize) -> String {
     .concat()
 }
 
-/// The cranks stay parallel, so the motion is that of a pendulum, integrated with 140 bits.
+/// Reference values: the cranks stay parallel, so the motion is that of a pendulum, integrated with 140 bits.
 fn known_four_bars(n: usize) -> &'static str {
     match n {
         40 => {
@@ -111,18 +112,18 @@ fn known_four_bars(n: usize) -> &'static str {
     }
 }
 
-/// How the links of a chain are described.
+/// The coordinates that describe the links of a chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chain {
-    /// By the angle of each against the one before.
+    /// The angle of each link relative to the previous one.
     Relative,
-    /// By the angle of each against the ground.
+    /// The angle of each link relative to the ground.
     Angles,
-    /// By position and angle of each, joints being constraints.
+    /// The position and angle of each link; joints are constraints.
     Absolute,
 }
 
-/// Links that hang from each other.
+/// A chain of hanging links.
 pub fn chain(n: usize, kind: Chain) -> String {
     let (name, by) = match kind {
         Chain::Relative => ("relative", "relative angles"),
@@ -134,7 +135,7 @@ pub fn chain(n: usize, kind: Chain) -> String {
         Chain::Relative => (0..=i).map(|k| format!("a{k}")).collect::<Vec<_>>().join(" + "),
         Chain::Angles | Chain::Absolute => format!("a{i}"),
     };
-    // The joint before a link, and a place on the link so far from there.
+    // The joint before a link, and a point on the link at a distance from that joint.
     let joint = |i: usize| i.checked_sub(1).map(|i| (format!("P{i}.x + "), format!("P{i}.y "))).unwrap_or_default();
     let along = |i: usize, part: &str| {
         let ((x, y), angle) = (joint(i), angle(i));

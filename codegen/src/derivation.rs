@@ -1,4 +1,4 @@
-//! The derivation of a scene's equations of motion, as Markdown with LaTeX, to be read beside a textbook.
+//! The derivation of a scene's equations of motion in Markdown with LaTeX, in the notation of textbooks.
 
 mod loops;
 mod matrix;
@@ -11,7 +11,7 @@ use notation::{plain, set};
 use qrm_language::source_excerpts::SourceExcerpts;
 use qrm_scene::scene::Scene;
 
-/// The whole text.
+/// Writes the complete derivation.
 pub fn markdown(scene: &Scene, equations: &Equations, source: &str) -> String {
     let writer = Writer::new(scene, Style::Latex, &equations.names).naming_roots(equations.terms());
     let derivation = Derivation { scene, equations, words: SourceExcerpts { source }, writer };
@@ -93,7 +93,7 @@ impl Derivation<'_> {
         text
     }
 
-    /// Quantities that stand under a name, with their derivatives.
+    /// Writes the named quantities with their derivatives.
     fn names(&self) -> String {
         let names = &self.equations.names;
         if names.is_empty() {
@@ -201,7 +201,7 @@ impl Derivation<'_> {
         if self.scene.left_out().next().is_none() && self.equations.left_out.is_empty() { String::new() } else { text }
     }
 
-    /// The name of a row of x: a coordinate of a body.
+    /// The name of a row of x, that is, of a coordinate of a body.
     fn row(&self, row: &Row) -> String {
         format!("{} of `{}`", ["$x$", "$y$", "angle"][row.axis], self.scene.bodies[row.body].name)
     }
@@ -222,7 +222,7 @@ impl Derivation<'_> {
         vector(&(0..count).map(|i| self.symbol(symbol(i))).collect::<Vec<_>>())
     }
 
-    /// `name = vector`, or its entries one by one if that is too much for a page's width.
+    /// Writes `name = vector`, or entry by entry if that is too wide for a page.
     fn vector(&self, name: &str, letter: &str, terms: &[Term]) -> String {
         let rows: Vec<Vec<Term>> = terms.iter().map(|term| vec![term.clone()]).collect();
         self.array(name, letter, &rows)

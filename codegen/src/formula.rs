@@ -1,4 +1,4 @@
-//! Terms as people write them: plain text for documentation, LaTeX for a derivation.
+//! Formats terms for people: as plain text for documentation, or as LaTeX for a derivation.
 
 mod factors;
 mod fraction;
@@ -13,30 +13,30 @@ use fraction::Fraction;
 use names::latex_name;
 use qrm_scene::scene::Scene;
 
-/// How formulae are written.
+/// The notation of formulae.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
-    /// As in a scene file, which reads it back: `O4B*cos(phi4)`, `phi4_ddot`.
+    /// The notation of scene files, which can read it: `O4B*cos(phi4)`, `phi4_ddot`.
     Plain,
-    /// LaTeX in mathematical mode.
+    /// LaTeX in math mode.
     Latex,
 }
 
-/// Writes formulae of one scene.
+/// Writes the formulae of one scene.
 #[derive(Clone, Debug)]
 pub struct Writer<'s> {
     scene: &'s Scene,
     style: Style,
     /// The radicand and the name of each root.
     roots: Vec<(Term, String)>,
-    /// Quantities that have symbols of their own.
+    /// Quantities with their own symbols.
     names: &'s [Named],
-    /// Names of the scene that would look like others as symbols.
+    /// Names of the scene whose symbols would be confused with others.
     ambiguous: HashSet<&'s str>,
 }
 
 impl<'s> Writer<'s> {
-    /// For the formulae of this scene, in which quantities may have names.
+    /// Creates a writer for the formulae of this scene, in which quantities may have names.
     pub fn new(scene: &'s Scene, style: Style, names: &'s [Named]) -> Self {
         let mut alike: HashMap<String, HashSet<&str>> = HashMap::new();
         for name in scene.names() {
@@ -46,13 +46,13 @@ impl<'s> Writer<'s> {
         Self { scene, style, roots: Vec::new(), names, ambiguous }
     }
 
-    /// Gives each root of a sum that occurs in the terms more than once a name, under which it is written from now on.
+    /// Names each root of a sum that occurs more than once in the terms, and uses the name from now on.
     #[must_use]
     pub fn naming_roots<'t>(mut self, terms: impl IntoIterator<Item = &'t Term>) -> Self {
         let mut found: Vec<(&Term, usize)> = Vec::new();
         terms.into_iter().for_each(|term| radicands(term, &mut found));
         let radicands: Vec<&Term> = found.into_iter().filter(|(_, times)| *times > 1).map(|(term, _)| term).collect();
-        // No name of the scene may look like one of these, with a number or without.
+        // No name of the scene may be confused with a letter, with or without a number.
         let is_free = |letter: &&str| !self.scene.names().any(|name| name.starts_with(letter));
         let letter = ["r", "s", "u", "w", "h", "z", "k", "root"].into_iter().find(is_free).unwrap_or("square_root");
         let index = |i: usize| match self.style {
@@ -64,7 +64,7 @@ impl<'s> Writer<'s> {
         self
     }
 
-    /// The names of roots, and what they stand for.
+    /// The names and the formulae of named roots.
     pub fn roots(&self) -> Vec<(String, String)> {
         let bare = Self { roots: Vec::new(), ..self.clone() };
         let root = |radicand: &Term| Term::Power(Box::new(radicand.clone()), BigRational::new(1.into(), 2.into()));
@@ -76,7 +76,7 @@ impl<'s> Writer<'s> {
         self.summands(term).concat()
     }
 
-    /// The parts of a sum, each with its sign; a single part if it is none.
+    /// The signed summands of a sum; a single part if the term is not a sum.
     pub fn summands(&self, term: &Term) -> Vec<String> {
         let terms = if let Term::Sum(terms) = term { terms.as_slice() } else { std::slice::from_ref(term) };
         let mut fractions: Vec<Fraction> = terms.iter().map(Fraction::new).collect();
@@ -96,7 +96,7 @@ impl<'s> Writer<'s> {
         signed.collect()
     }
 
-    /// A symbol.
+    /// The text of a symbol.
     pub fn symbol(&self, symbol: Symbol) -> String {
         let coordinate = |i: usize| self.scene.coordinates[i].name.as_str();
         if self.style == Style::Plain {
@@ -139,7 +139,7 @@ impl<'s> Writer<'s> {
         }
     }
 
-    /// A name as a symbol; as it is if another name would look the same.
+    /// The symbol of a name; the name unchanged if the symbol would be ambiguous.
     fn latex(&self, accent: &str, name: &str) -> String {
         if self.ambiguous.contains(name) {
             return format!(r"{accent}{{\mathtt{{{}}}}}", name.replace('_', r"\_"));
@@ -148,7 +148,7 @@ impl<'s> Writer<'s> {
     }
 }
 
-/// Collects the sums that stand under a root, and how often.
+/// Collects and counts the sums under roots.
 fn radicands<'t>(term: &'t Term, found: &mut Vec<(&'t Term, usize)>) {
     match term {
         Term::Number(_) | Term::Symbol(_) => {}

@@ -1,4 +1,4 @@
-//! A scene's functions as a tape: which there are, of what, under which names.
+//! Creates the tape of a scene: the list of its functions with their arguments, values and names.
 
 mod body;
 mod constants;
@@ -27,7 +27,7 @@ use plan::Plan;
 use qrm_core::NamedTape;
 use qrm_core::named_tape::{Argument, Function, Part, place};
 
-/// The functions of a scene.
+/// Creates the functions of a scene.
 pub fn tape(scene: &Scene, equations: &Equations) -> NamedTape {
     let layout = Layout::new(scene, equations);
     let writer = Writer::new(scene, &layout);
@@ -55,7 +55,7 @@ pub fn tape(scene: &Scene, equations: &Equations) -> NamedTape {
     tape
 }
 
-/// Names of arguments and of the two halves of a mechanism.
+/// Names of arguments and of the two structs of a mechanism.
 const RESERVED: [&str; 11] =
     ["p", "k", "q", "qd", "qdd", "m", "multipliers", "rows", "angles", "position", "residuals"];
 
@@ -64,7 +64,7 @@ fn reserved() -> HashSet<String> {
     RESERVED.into_iter().chain(["t"]).map(str::to_owned).collect()
 }
 
-/// Makes the functions of a scene.
+/// Creates the functions of a scene.
 struct Writer<'a> {
     scene: &'a Scene,
     layout: &'a Layout,
@@ -73,7 +73,7 @@ struct Writer<'a> {
     /// Inputs and precomputed constants.
     outside: HashMap<Id, u32>,
     hints: HashMap<Id, String>,
-    /// Coordinates of points, and sines and cosines of sums of coordinates.
+    /// Coordinates of points, and sines and cosines of sums of coordinates, which have names.
     named_values: HashSet<Id>,
     /// The names of arguments.
     argument_names: HashSet<String>,
@@ -97,7 +97,7 @@ impl<'a> Writer<'a> {
         for (id, op) in graph.ops().iter().enumerate() {
             let Op::Input(symbol) = op else { continue };
             let hint = match *symbol {
-                // Its name is given where it is computed.
+                // Its name is assigned where it is computed.
                 Symbol::Local(_) => continue,
                 Symbol::Parameter(i) => scene.parameters[i].name.to_lowercase(),
                 Symbol::Pi => {
@@ -122,7 +122,7 @@ impl<'a> Writer<'a> {
         writer
     }
 
-    /// The input that a symbol stands for.
+    /// The input that represents a symbol.
     fn input(&self, symbol: Symbol) -> u32 {
         let tape = self.tape.borrow();
         let at = |argument, i: usize| tape.input(argument) + place(i);
@@ -138,7 +138,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Names parameters, arguments, and sines and cosines.
+    /// Names the parameters, arguments, sines and cosines.
     fn name_inputs(&mut self) {
         let scene = self.scene;
         let mut tape = self.tape.borrow_mut();
@@ -172,8 +172,8 @@ impl<'a> Writer<'a> {
 
     fn argument_name(&self, wish: &str) -> String {
         let name = ident(wish).to_string();
-        // The arguments and the two halves of a mechanism are in the same scope, and a raw identifier cannot be part of
-        // a longer name.
+        // The arguments and the two structs of a mechanism share a scope, and a raw identifier cannot be part of a
+        // longer name.
         let mut name = name.strip_prefix("r#").map_or(name.clone(), |word| format!("{word}_"));
         while RESERVED.contains(&name.as_str()) || self.argument_names.contains(&name) {
             name.push('_');

@@ -1,11 +1,11 @@
-//! Shared computations: sums, products and functions, each distinct one present once.
+//! Shared computations: sums, products and functions without duplicates.
 
 use std::collections::HashMap;
 
 use crate::term::Symbol;
 use qrm_scene::function::Function;
 
-/// The place of an operation in a [`Graph`].
+/// The index of an operation in a [`Graph`].
 pub type Id = usize;
 
 /// A value and whether it is negated.
@@ -18,27 +18,27 @@ pub struct Signed {
 }
 
 impl Signed {
-    /// The value with the other sign.
+    /// The value with the opposite sign.
     #[must_use]
     pub fn negated(self) -> Self {
         Self { negative: !self.negative, ..self }
     }
 }
 
-/// One operation; operands are places before it.
+/// One operation; operands are indices of earlier operations.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Op {
-    /// A positive number, by the bits of its double.
+    /// A positive number, as the bits of its double.
     Number(u64),
     /// A symbol.
     Input(Symbol),
-    /// A sum; of a single value only to negate it.
+    /// A sum; a sum of a single value negates it.
     Sum(Vec<Signed>),
     /// A product of at least two values.
     Product(Vec<Id>),
     /// One over a value.
     Reciprocal(Id),
-    /// A power with a fixed exponent, by the bits of its double.
+    /// A power with a fixed exponent, given as the bits of its double.
     Power(Id, u64),
     /// A function of one value.
     Call(Function, Id),
@@ -61,7 +61,7 @@ impl Op {
     }
 }
 
-/// Operations without repetition, each after its operands.
+/// Operations without duplicates, each after its operands.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
     ops: Vec<Op>,
@@ -75,17 +75,17 @@ impl Graph {
         &self.ops
     }
 
-    /// The operation at a place.
+    /// The operation with an index.
     pub fn op(&self, id: Id) -> &Op {
         &self.ops[id]
     }
 
-    /// Whether a value keeps its size during a run.
+    /// Whether a value is constant during a run.
     pub fn is_constant(&self, id: Id) -> bool {
         self.constant[id]
     }
 
-    /// The place of an operation, which is added if it is new.
+    /// The index of an operation, which is added if it is new.
     pub fn add(&mut self, op: Op) -> Id {
         if let Some(&id) = self.places.get(&op) {
             return id;
@@ -110,7 +110,7 @@ impl Graph {
         Signed { negative: value < 0.0, id: self.add(Op::Number(value.abs().to_bits())) }
     }
 
-    /// The product of values; numbers and constants are gathered in front.
+    /// The product of values; numbers and constants are moved to the front.
     pub fn product(&mut self, factors: Vec<Id>) -> Id {
         let one = self.add(Op::Number(1.0_f64.to_bits()));
         let mut factors = self.flat(factors);
@@ -128,7 +128,7 @@ impl Graph {
         }
     }
 
-    /// The factors of factors.
+    /// Flattens nested factors.
     fn flat(&self, factors: Vec<Id>) -> Vec<Id> {
         let mut flat = Vec::new();
         let mut pending = factors;
@@ -141,7 +141,7 @@ impl Graph {
         flat
     }
 
-    /// The sum of values. Its sign is chosen so that a sum and its negative are the same operation.
+    /// The sum of values. Its sign is normalized, so that a sum and its negative share one operation.
     pub fn sum(&mut self, mut terms: Vec<Signed>) -> Signed {
         match terms.len() {
             0 => return self.number(0.0),
@@ -156,7 +156,7 @@ impl Graph {
         Signed { negative, id: self.add(Op::Sum(terms)) }
     }
 
-    /// Takes over another graph, and says where its values are now.
+    /// Adds all operations of another graph; returns the new indices of its values.
     pub fn absorb(&mut self, other: &Graph) -> Vec<Id> {
         let mut places: Vec<Id> = Vec::with_capacity(other.ops.len());
         for op in &other.ops {
@@ -176,7 +176,7 @@ impl Graph {
         places
     }
 
-    /// Everything that the given values need, operands first.
+    /// All values that the roots depend on, operands first.
     pub fn reachable(&self, roots: impl IntoIterator<Item = Id>) -> Vec<Id> {
         let mut needed = vec![false; self.ops.len()];
         let mut pending: Vec<Id> = roots.into_iter().collect();

@@ -1,5 +1,5 @@
-//! The kernel of a scene: all that a step needs of the equations of motion, in mechanical order, cut where results are
-//! used more than once.
+//! The kernel of a scene: the equations of motion as far as a step needs them, in mechanical order, with named
+//! intermediate results.
 
 mod algebra;
 mod block;
@@ -23,14 +23,14 @@ use elimination::Elimination;
 use qrm_scene::scene::Scene;
 use range_space::RangeSpace;
 
-/// A kernel as operations.
+/// A kernel as operations of a graph.
 #[derive(Debug, Default)]
 pub struct Kernel {
-    /// Values with a name, in the order in which they are computed.
+    /// Named values, in the order of computation.
     pub locals: Vec<Local>,
     /// C
     pub residuals: Vec<Signed>,
-    /// The values whose sizes bound the growth of rounding errors.
+    /// The values that bound the growth of rounding errors.
     pub growth_factors: Vec<Signed>,
     /// C_q qd + C_t
     pub velocity_residual: Vec<Signed>,
@@ -40,24 +40,24 @@ pub struct Kernel {
     pub accelerations: Vec<Signed>,
     /// lambda
     pub multipliers: Vec<Signed>,
-    /// The outputs that the scene asks for.
+    /// The outputs of the scene.
     pub outputs: Vec<Signed>,
-    /// The coordinates that move freely, and the forces along them that accelerations take: of inverse dynamics alone.
+    /// The independent coordinates with the forces along them for given accelerations; only for inverse dynamics.
     pub forces: Vec<(usize, Signed)>,
-    /// Whether it can be relied on anywhere.
+    /// Whether the kernel is valid at every position.
     pub is_valid_everywhere: bool,
-    /// Whether what follows from a position depends on time too: closures do, or a length.
+    /// Whether the quantities of a position depend on time too, through constraints or lengths.
     pub is_timed: bool,
 }
 
 impl Kernel {
-    /// The kernel of a scene, its operations in a graph that may hold others too.
+    /// Creates the kernel of a scene; its graph may contain other operations.
     pub fn new(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Self {
         Builder::new(scene, lowering, 0, false).build(equations)
     }
 
-    /// The forces and torques that accelerations take, in a kernel that has nothing else; its locals are numbered from
-    /// `next` on. `None` where constraints repeat others, so that forces are not determined.
+    /// Creates a kernel for inverse dynamics only: the forces and torques for given accelerations. Its locals are
+    /// numbered from `next`. `None` if constraints are redundant, so that forces are not determined.
     pub fn from_inverse_dynamics(
         scene: &Scene,
         equations: &Equations,
@@ -67,8 +67,8 @@ impl Kernel {
         Builder::new(scene, lowering, next, false).inverse_dynamics(equations)
     }
 
-    /// Lets the symbols of normal forces stand for their values at any position, in plain functions. Gives the values
-    /// on the way there, with names.
+    /// Binds the symbols of normal forces to values that are valid at any position, for plain functions. Returns the
+    /// named intermediate values.
     pub fn bind_normal_forces(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Vec<(String, Signed)> {
         if equations.normal_forces.is_empty() {
             return Vec::new();
@@ -76,7 +76,7 @@ impl Kernel {
         Builder::new(scene, lowering, 0, true).bind_normal_forces(&KernelEquations::without_roots(equations))
     }
 
-    /// Every value.
+    /// All values.
     pub fn values(&self) -> impl Iterator<Item = &Signed> {
         let locals = self.locals.iter().flat_map(|local| [&local.value, &local.input]);
         let results = [&self.residuals, &self.growth_factors, &self.velocity_residual, &self.correction];
@@ -85,7 +85,7 @@ impl Kernel {
         locals.chain(results.into_iter().chain(solution).flatten()).chain(forces)
     }
 
-    /// Every value, to be changed.
+    /// All values, mutable.
     pub fn values_mut(&mut self) -> impl Iterator<Item = &mut Signed> {
         let locals = self.locals.iter_mut().flat_map(|local| [&mut local.value, &mut local.input]);
         let results =
@@ -96,7 +96,7 @@ impl Kernel {
     }
 }
 
-/// The linear equations of a kernel, solved in one way.
+/// The solved linear equations of a kernel.
 struct Solved {
     locals: Vec<Local>,
     growth_factors: Vec<Value>,
@@ -105,7 +105,7 @@ struct Solved {
     correction: Vec<Value>,
 }
 
-/// For mechanisms of more coordinates another way of solving is tried.
+/// The number of coordinates above which a second method of solution is tried.
 const MANY: usize = 12;
 
 impl Builder<'_> {
@@ -210,7 +210,7 @@ impl Builder<'_> {
         mass
     }
 
-    /// The solution of the linear equations by the range-space method: the forces of the loops come first.
+    /// Solves the linear equations by the range-space method, which first finds the forces of the loops.
     fn by_range_space(
         &mut self,
         (jacobian, mass): (&Matrix, &Matrix),
@@ -228,7 +228,7 @@ impl Builder<'_> {
         Some(Solved { locals: self.locals.clone(), growth_factors, accelerations, multipliers, correction })
     }
 
-    /// How many operations a way of solving takes.
+    /// The number of operations of a solution.
     fn total(&self, solved: &Solved) -> usize {
         let results = [&solved.growth_factors, &solved.accelerations, &solved.multipliers, &solved.correction];
         let roots = results.into_iter().flatten().flatten().map(|value| value.id).collect();
@@ -236,7 +236,7 @@ impl Builder<'_> {
         needed.iter().map(|&id| self.lowering.graph.op(id).operands().len().saturating_sub(1)).sum()
     }
 
-    /// The reduced forces, each push in the form that takes fewer operations.
+    /// The reduced forces, each effort in the form with fewer operations.
     fn forces(&mut self, pushes: &[Push]) -> Vec<Value> {
         let coordinates: Vec<String> = self.scene.coordinates.iter().map(|c| c.name.clone()).collect();
         let mut parts: Vec<Vec<Signed>> = vec![Vec::new(); coordinates.len()];
@@ -270,7 +270,7 @@ impl Builder<'_> {
         parts.into_iter().zip(&coordinates).map(force).collect()
     }
 
-    /// Everything that values need, through names.
+    /// All values that `pending` depends on, also through names.
     fn needed(&self, locals: &[Local], mut pending: Vec<Id>) -> HashSet<Id> {
         let definitions: HashMap<Id, Id> = locals.iter().map(|local| (local.input.id, local.value.id)).collect();
         let mut needed = HashSet::new();
@@ -283,7 +283,7 @@ impl Builder<'_> {
         needed
     }
 
-    /// A term's value, under a name if it takes a computation.
+    /// The value of a term, with a name unless it needs no computation.
     fn named(&mut self, block: Block, name: &str, term: &Term) -> Value {
         let value = self.value(term);
         self.keep(block, name, value)

@@ -1,4 +1,4 @@
-//! Code in C and MATLAB of the golden tapes, compared with the tapes themselves.
+//! Compares the C and MATLAB code of the golden tapes with the tapes themselves.
 
 mod compiler;
 mod driver;
@@ -20,7 +20,7 @@ use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 use states::{State, expected};
 
-/// States of each mechanism.
+/// The number of states for each mechanism.
 const STATES: usize = 1000;
 /// The largest relative difference.
 const TOLERANCE: f64 = 1e-14;
@@ -49,7 +49,7 @@ impl Golden {
         Code { path: "", scene: &self.scene, source: &self.source, tape: &self.tape }.program()
     }
 
-    /// Gives other names to some values of the functions.
+    /// Renames some values of the functions.
     fn renamed(mut self, names: &[(&str, &str)]) -> Self {
         let other = |name: &mut String| {
             if let Some((_, to)) = names.iter().find(|(from, _)| name == from) {
@@ -133,7 +133,7 @@ fn compare_matlab(golden: &Golden, states: usize) {
     agree(&program.name, &expected(&program, &golden.tape, &states), &octave::run(&program, &files, &states));
 }
 
-/// Compares results, wanted ones with their functions.
+/// Compares results with expected ones, which carry the names of their functions.
 fn agree(what: &str, wanted: &[(&str, f64)], given: &[f64]) {
     assert_eq!(given.len(), wanted.len(), "{what}: results");
     for ((function, wanted), given) in wanted.iter().zip(given) {
@@ -143,9 +143,9 @@ fn agree(what: &str, wanted: &[(&str, f64)], given: &[f64]) {
     }
 }
 
-/// A new folder.
+/// Creates a new folder.
 fn folder() -> PathBuf {
-    // Tests run side by side.
+    // Tests run in parallel.
     static FOLDERS: AtomicUsize = AtomicUsize::new(0);
     let folder = FOLDERS.fetch_add(1, Ordering::Relaxed);
     let folder = std::env::temp_dir().join(format!("qrm-translations-{}-{folder}", std::process::id()));
@@ -174,7 +174,7 @@ fn all_operations_are_written() {
     values.extend(powers.map(|own| tape.operation(own)));
     values
         .extend([Op::MulAdd(x, y, tanh), Op::NegMulAdd(x, y, tanh), Op::Number(-0.25)].map(|own| tape.operation(own)));
-    // Operands in all places where they need parentheses.
+    // Operands in all positions that need parentheses.
     let [sum, product, negative] = [Op::Sub(x, y), Op::Mul(x, y), Op::Neg(x)].map(|own| tape.operation(own));
     for a in [sum, product, negative] {
         for b in [sum, product, negative] {

@@ -1,6 +1,6 @@
-//! Differentiates a mechanism given as formulae, and writes plain Rust for its equations of motion.
+//! Differentiates a mechanism given as formulae, and generates plain Rust code for its equations of motion.
 //!
-//! The phases, each with plain data for the next: `qrm_scene` (text to [`Scene`](qrm_scene::scene::Scene)), the program
+//! The phases pass plain data to each other: `qrm_scene` (text to [`Scene`](qrm_scene::scene::Scene)), the program
 //! `qrm-engine` (scene to [`term`]s; the only part that contains symbolica), [`lower`] and [`share`] (terms to a
 //! [`graph`]), [`functions`] (graph to a [`NamedTape`](qrm_core::NamedTape)). [`verify`] compares the tape with the
 //! scene.

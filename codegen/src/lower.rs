@@ -1,4 +1,4 @@
-//! Terms to a [`Graph`]: constants gathered, common factors taken out, equal parts computed once.
+//! Converts terms into a [`Graph`]: collects constants, factors out common factors, and computes equal parts once.
 
 mod monomials;
 
@@ -13,22 +13,22 @@ use qrm_scene::spline::Spline;
 /// Builds a graph from terms.
 #[derive(Debug, Default)]
 pub struct Lowering {
-    /// The graph that has been built.
+    /// The graph.
     pub graph: Graph,
     done: HashMap<Term, Signed>,
-    /// Symbols that stand for values built before.
+    /// Symbols bound to earlier values.
     pub bound: HashMap<Symbol, Signed>,
-    /// Reciprocals built before.
+    /// Reciprocals of earlier values.
     pub inverses: HashMap<Id, Id>,
-    /// Whether sines and cosines of sums of coordinates follow from those of the coordinates.
+    /// Whether sines and cosines of sums of coordinates are computed from those of the coordinates.
     adds_angles: bool,
-    /// The sums whose sine and cosine were made so.
+    /// The sums with such sines and cosines.
     angle_sums: BTreeMap<Id, [Signed; 2]>,
 }
 
 impl Lowering {
-    /// Goes on with a graph, and knows nothing of what its values stand for. A kernel is given the sines and cosines of
-    /// the coordinates: those of their sums follow.
+    /// Continues with a graph without its bindings. A kernel receives the sines and cosines of the coordinates, and
+    /// computes those of sums from them.
     pub fn from_kernel(graph: Graph) -> Self {
         Self { graph, adds_angles: true, ..Self::default() }
     }
@@ -65,7 +65,7 @@ impl Lowering {
         value
     }
 
-    /// Lets the symbols of named quantities stand for their values.
+    /// Binds the symbols of named quantities to their values.
     pub fn define(&mut self, names: &[Named]) {
         for (place, named) in names.iter().enumerate() {
             for (symbol, term) in named.definitions(place) {
@@ -75,7 +75,7 @@ impl Lowering {
         }
     }
 
-    /// Sine and cosine of a sum of coordinates by those of the coordinates; `None` for other values.
+    /// The sine and cosine of a sum of coordinates from those of the coordinates; `None` for other values.
     fn sine_and_cosine_of_sum(&mut self, angle: Id) -> Option<[Signed; 2]> {
         if let Some(sum) = self.angle_sums.get(&angle) {
             return Some(*sum);
@@ -128,7 +128,7 @@ impl Lowering {
         named.collect()
     }
 
-    /// A spline by the functions that step from piece to piece.
+    /// A spline expressed by step functions between the pieces.
     fn spline(&mut self, spline: &Spline, order: usize, argument: Signed) -> Signed {
         let mut written = Expression::new();
         let place = written.push(Node::Name(()), 0..0);
@@ -157,7 +157,7 @@ impl Lowering {
         values[values.len() - 1]
     }
 
-    /// The larger or smaller of two values by the sign of their difference, or a function of one.
+    /// The maximum or minimum of two values through the sign of their difference, or a piecewise function of one value.
     fn piecewise(&mut self, function: Function, arguments: &[Id]) -> Signed {
         let plain = |id: Id| Signed { negative: false, id };
         let [a, b] = arguments[..] else { return plain(self.graph.add(Op::Call(function, arguments[0]))) };
@@ -184,7 +184,7 @@ impl Lowering {
         self.bound.get(&symbol).copied().unwrap_or_else(|| self.graph.input(symbol))
     }
 
-    /// A value with its sign inside.
+    /// A value that includes its sign.
     pub fn positive(&mut self, value: Signed) -> Id {
         if value.negative { self.graph.add(Op::Sum(vec![value])) } else { value.id }
     }

@@ -1,10 +1,9 @@
-//! Names of scenes that the generated code has no room for.
+//! Names of scenes that conflict with generated code.
 
 use qrm_language::identifier::is_identifier;
 use qrm_scene::names::{module_name, struct_name};
 
-/// SourceExcerpts that a module cannot have as its name: the list of modules, crates and types that the crate around it
-/// names.
+/// Names that a module cannot have: the list of modules, and the crates and types that the surrounding crate uses.
 const RESERVED_MODULES: [&str; 29] = [
     "scenes",
     "gen",
@@ -36,7 +35,7 @@ const RESERVED_MODULES: [&str; 29] = [
     "u64",
     "usize",
 ];
-/// The names that every generated module uses itself: its items, and what it takes from the prelude.
+/// The names that every generated module uses: its own items, and those of the prelude.
 pub const RESERVED_STRUCTS: [&str; 21] = [
     "Angles",
     "Constants",
@@ -61,7 +60,7 @@ pub const RESERVED_STRUCTS: [&str; 21] = [
     "StoredTape",
 ];
 
-/// Why a scene cannot have this name, if so.
+/// The reason why a scene cannot have this name; `None` if it can.
 pub fn refusal(scene: &str) -> Option<String> {
     let (module, mechanism) = (module_name(scene), struct_name(scene));
     if RESERVED_MODULES.contains(&module.as_str()) || !is_identifier(&module) {

@@ -1,4 +1,4 @@
-//! The cost of each function, and what was left out.
+//! The cost of each function, and the list of omissions.
 
 use qrm_core::NamedTape;
 use qrm_scene::scene::Scene;
@@ -10,7 +10,7 @@ use crate::term::Equations;
 const OF_LITTLE_COST: [&str; 8] =
     ["parameters", "constants", "growth_factor", "start", "schedule", "event", "switching_functions", "tanh_arguments"];
 
-/// The operations of each function, those of the accelerations by other ways, and what was left out; line by line.
+/// The operations of each function, those of the accelerations by other methods, and the omissions; line by line.
 pub(crate) fn notes(scene: &Scene, equations: &Equations, tape: &NamedTape) -> Vec<String> {
     let mut lines = vec!["Operations:".to_owned()];
     let functions = || tape.functions.iter().filter(|function| !OF_LITTLE_COST.contains(&&*function.name));

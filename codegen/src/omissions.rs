@@ -1,9 +1,9 @@
-//! The list of what generated code omits, with the reasons.
+//! The parts that generated code omits, with the reasons.
 
 use crate::term::{Equations, Symbol, Term};
 use qrm_scene::scene::Scene;
 
-/// Each thing that was left out, with the reason.
+/// The omitted parts, each with its reason.
 pub fn omissions(scene: &Scene, equations: &Equations) -> Vec<String> {
     let mut list: Vec<String> =
         scene.left_out().map(|p| format!("{} and all it multiplies: exactly zero in the scene", p.name)).collect();
@@ -24,7 +24,7 @@ pub fn omissions(scene: &Scene, equations: &Equations) -> Vec<String> {
     list
 }
 
-/// Entries of matrices that are zero by structure.
+/// Structural zeros of matrices.
 fn zeros(equations: &Equations) -> Option<String> {
     let matrices =
         [("T", &equations.com_jacobian), ("Mbar", &equations.mass_matrix), ("C_q", &equations.constraint_jacobian)];
@@ -70,17 +70,17 @@ fn outputs(scene: &Scene) -> Option<String> {
     (!silent.is_empty()).then(|| format!("reaction forces of {}: not asked for", silent.join(", ")))
 }
 
-/// How many operations the equations of motion take if nothing is left out of their matrices: `T' M T` and `T' (F - M
-/// bias)` by loops, and one system for accelerations and multipliers by elimination.
+/// The number of operations of the equations of motion with dense matrices: `T' M T` and `T' (F - M bias)` by loops,
+/// and one system for accelerations and multipliers by elimination.
 pub fn dense(scene: &Scene, equations: &Equations) -> usize {
     let (rows, n) = (equations.rows.len(), scene.coordinates.len());
     let reduced = rows * n + n * n * (2 * rows).saturating_sub(1) + 2 * rows + n * (2 * rows).saturating_sub(1);
     reduced + system(scene)
 }
 
-/// How many operations it takes to solve for accelerations and multipliers without heed to zeros.
+/// The number of operations for a dense solution of accelerations and multipliers.
 pub fn system(scene: &Scene) -> usize {
     let k = scene.coordinates.len() + scene.constraints.len();
-    // Quotients and products of the elimination, then both triangles.
+    // Quotients and products of the elimination, then both triangular solves.
     (0..k).map(|i| (k - 1 - i) + 2 * (k - 1 - i) * (k - 1 - i)).sum::<usize>() + 2 * k * k - k
 }

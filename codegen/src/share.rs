@@ -1,11 +1,11 @@
-//! Pairs of factors or of terms that occur in several products or sums are computed once.
+//! Shares pairs of factors or terms that occur in several products or sums.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use crate::graph::{Graph, Id, Op, Signed};
 
-/// A graph that computes the values at `roots` with shared pairs, and where those values are in it.
+/// Creates a graph that computes the values at `roots` with shared pairs; returns it with the new indices of the roots.
 pub fn share_pairs(graph: &Graph, roots: &[Signed]) -> (Graph, Vec<Signed>) {
     let mut lists = BTreeMap::new();
     for id in graph.reachable(roots.iter().map(|r| r.id)) {
@@ -33,19 +33,20 @@ enum Kind {
     Sum,
 }
 
-/// Two elements of a list: the second's sign relative to the first's.
+/// Two elements of a list, and whether their signs differ.
 type Pair = (Kind, Id, Id, bool);
 
-/// The order in which pairs are replaced: how many lists hold one, whether it is no list of its own, and the pair.
+/// The order in which pairs are replaced: the number of lists with the pair, whether no list equals the pair, and the
+/// pair.
 type Rank = (Reverse<usize>, bool, Pair);
 
 struct Sharing {
     lists: BTreeMap<Id, (Kind, Vec<Signed>)>,
-    /// The elements that occur in one list alone: no pair with them is shared.
+    /// The elements that occur in one list only: no pair with them can be shared.
     single: HashSet<(Kind, Id)>,
-    /// The lists that hold each pair.
+    /// The lists that contain each pair.
     holders: HashMap<Pair, BTreeSet<Id>>,
-    /// The pairs that more than one list holds.
+    /// The pairs that more than one list contains.
     shared: HashSet<Pair>,
     made: Vec<Pair>,
     first_made: Id,
@@ -66,13 +67,13 @@ impl Sharing {
         sharing
     }
 
-    /// Replaces the pairs that now occur most often; whether any was replaced.
+    /// Replaces the most common pairs; returns whether any was replaced.
     fn round(&mut self) -> bool {
         let best = self.shared.iter().map(|pair| self.holders[pair].len()).max().unwrap_or(0);
-        // A pair that falls far behind the best of this round waits: the replacements make better ones.
+        // Pairs far below the best of this round wait, since replacements create better ones.
         let is_near = |at: &BTreeSet<Id>| at.len() * 2 >= best;
         let near = self.shared.iter().map(|pair| (*pair, &self.holders[pair])).filter(|(_, at)| is_near(at));
-        // Among equals, one that has to be computed anyway.
+        // Among equals, prefer a pair that is computed anyway.
         let is_whole = |at: &BTreeSet<Id>| at.iter().any(|id| self.lists[id].1.len() == 2);
         let mut candidates: Vec<(Rank, Vec<Id>)> =
             near.map(|(pair, at)| ((Reverse(at.len()), !is_whole(at), pair), at.iter().copied().collect())).collect();
@@ -99,7 +100,7 @@ impl Sharing {
         !changed.is_empty()
     }
 
-    /// Takes the pairs of a list into account.
+    /// Registers the pairs of a list.
     fn note(&mut self, id: Id) {
         for pair in self.pairs(id) {
             let at = self.holders.entry(pair).or_default();
@@ -110,7 +111,7 @@ impl Sharing {
         }
     }
 
-    /// Takes the pairs of a list out of account.
+    /// Unregisters the pairs of a list.
     fn forget(&mut self, id: Id) {
         for pair in self.pairs(id) {
             let Some(at) = self.holders.get_mut(&pair) else { continue };
@@ -121,7 +122,7 @@ impl Sharing {
         }
     }
 
-    /// The pairs in a list, as far as others may hold them too.
+    /// The pairs in a list that other lists may contain too.
     fn pairs(&self, id: Id) -> BTreeSet<Pair> {
         let (kind, elements) = &self.lists[&id];
         let elements: Vec<&Signed> = elements.iter().filter(|e| !self.single.contains(&(*kind, e.id))).collect();
@@ -136,7 +137,7 @@ impl Sharing {
     }
 }
 
-/// Where a pair stands in a list.
+/// The positions of a pair in a list.
 fn places_of(elements: &[Signed], (_, low, high, opposite): Pair) -> Option<(usize, usize)> {
     elements.iter().enumerate().filter(|(_, e)| e.id == low).find_map(|(first, e)| {
         let partner =
@@ -145,10 +146,10 @@ fn places_of(elements: &[Signed], (_, low, high, opposite): Pair) -> Option<(usi
     })
 }
 
-/// Replaces a pair by the value that was made of it, as often as it occurs.
+/// Replaces all occurrences of a pair by its value.
 fn replace(elements: &mut Vec<Signed>, pair: Pair, made: Id) {
     while let Some((first, second)) = places_of(elements, pair) {
-        // A list that is the pair itself becomes the one value; elsewhere two elements become one.
+        // A list that equals the pair becomes a single value; elsewhere two elements become one.
         let negative = elements[first].negative && pair.0 == Kind::Sum;
         elements.remove(first.max(second));
         elements.remove(first.min(second));
@@ -183,7 +184,7 @@ impl Rebuilt<'_> {
             }
         };
         let place = match op {
-            // The whole list was one shared pair.
+            // The whole list was a single shared pair.
             Op::Product(ref factors) if factors.len() == 1 => factors[0],
             Op::Sum(ref terms) if terms.len() == 1 && !terms[0].negative => terms[0].id,
             op => self.new.add(op),

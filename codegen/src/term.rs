@@ -1,4 +1,4 @@
-//! Symbolic results as plain data, free of the engine's types.
+//! Symbolic results as plain data, without types of the symbolic engine.
 
 mod equations;
 mod named;
@@ -29,11 +29,11 @@ pub enum Term {
     Power(Box<Term>, BigRational),
     /// A function of one argument.
     Call(Function, Box<Term>),
-    /// The derivative of a spline, of an order; the spline itself where that is zero.
+    /// The derivative of a spline; order 0 is the spline itself.
     Spline(Arc<Spline>, usize, Box<Term>),
 }
 
-/// A symbol in a [`Term`]; numbers are places in the scene's lists.
+/// A symbol in a [`Term`]; numbers are indices into the scene's lists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Symbol {
     /// A parameter.
@@ -56,22 +56,22 @@ pub enum Symbol {
     NormalForce(usize),
     /// A named quantity.
     Named(usize),
-    /// The derivative of a named quantity by a coordinate.
+    /// The derivative of a named quantity with respect to a coordinate.
     NamedSlope(usize, usize),
     /// The rate of a named quantity.
     NamedRate(usize),
-    /// The second rate of a named quantity without its slopes times the accelerations.
+    /// The second rate of a named quantity, without the part proportional to accelerations.
     NamedBias(usize),
-    /// How far a constraint is from closed, for a correction.
+    /// The residual of a constraint, for a correction.
     Residual(usize),
-    /// A function that changes in jumps alone: a constant to the engine.
+    /// A function that is constant between jumps; the engine treats it as a constant.
     Switch(usize),
-    /// A value that has a statement of its own, in the order of the statements.
+    /// A named local value, numbered in the order of its statement.
     Local(usize),
 }
 
 impl Symbol {
-    /// Whether it keeps its value during a run.
+    /// Whether its value is constant during a run.
     pub fn is_constant(self) -> bool {
         matches!(self, Self::Parameter(_) | Self::Pi)
     }
@@ -83,12 +83,12 @@ impl Term {
         Self::Number(BigRational::from_integer(0.into()))
     }
 
-    /// Whether it is the number zero.
+    /// Whether the term is the number zero.
     pub fn is_zero(&self) -> bool {
         matches!(self, Self::Number(number) if number.is_zero())
     }
 
-    /// A copy of the term with other terms for some of its symbols.
+    /// Copies the term with some symbols replaced by other terms.
     #[must_use]
     pub fn replacing(&self, other: &impl Fn(Symbol) -> Option<Term>) -> Self {
         let inner = |term: &Term| term.replacing(other);
@@ -103,7 +103,7 @@ impl Term {
         }
     }
 
-    /// A copy of the term with symbols for the roots among these quantities.
+    /// Copies the term with symbols for the roots among these quantities.
     #[must_use]
     pub fn naming_roots(&self, names: &[Named]) -> Self {
         let inner = |term: &Term| term.naming_roots(names);
@@ -124,7 +124,7 @@ impl Term {
         }
     }
 
-    /// The value of the term when each symbol has the value that `lookup` gives it.
+    /// Evaluates the term with the values of symbols from `lookup`.
     pub fn evaluate(&self, lookup: &impl Fn(Symbol) -> f64) -> f64 {
         match self {
             Self::Number(number) => to_f64(number),
@@ -137,7 +137,7 @@ impl Term {
         }
     }
 
-    /// Whether a symbol for which `test` holds occurs.
+    /// Whether `test` returns true for any symbol of the term.
     pub fn any_symbol(&self, test: &impl Fn(Symbol) -> bool) -> bool {
         match self {
             Self::Number(_) => false,

@@ -1,5 +1,5 @@
-//! A tape is run before it is written, and compared with the scene itself: formulae evaluated with automatic
-//! differentiation that shares nothing with the engine or the graph.
+//! Runs a tape before it is written, and compares it with the scene itself. Formulae are evaluated with automatic
+//! differentiation, which shares no code with the engine or the graph.
 
 mod equations;
 mod errors;
@@ -35,40 +35,41 @@ use sample::Sample;
 use size::{SMALLEST, TINY, size};
 use wide::Wide;
 
-/// How many random states are compared; fewer of large mechanisms, whose matrices are mostly zeros.
+/// The number of random states; fewer for large mechanisms, whose matrices are mostly zeros.
 const STATES: usize = 40;
-/// The number of coordinate values to compare, which sets how many random states there are in larger scenes.
+/// The number of compared coordinate values, which determines the number of random states in larger scenes.
 const NUMBERS: usize = 400;
-/// How many random states may lie outside the domain of the formulae for each that lies inside.
+/// The number of random states per valid one that may lie outside the domain of the formulae.
 const PATIENCE: usize = 50;
-/// How many random states there are for each that is wanted, in scenes with friction by forces in joints.
+/// The number of random states per requested one in scenes whose friction depends on joint forces.
 const FRICTION_PATIENCE: usize = 3;
-/// Largest difference of a number, relative to itself or to a thousandth of its largest value at any state. Both sides
-/// are computed with 32 digits, and numbers in the text of a module have 16.
+/// The largest difference of a number, relative to itself or to a thousandth of its largest value in all states. Both
+/// sides have 32 digits, but numbers in the text of a module have 16.
 const TOLERANCE: f64 = 1e-12;
-/// Why a module must not be written.
+/// The reason why a module must not be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unverified {
     /// A function does not compute what the scene says.
     #[error("{0}\nnothing was written; this is a mistake of the generator, please report it with the scene")]
     Wrong(String),
-    /// The formulae have no value at almost any state.
+    /// The formulae have no value in almost all states.
     #[error("{0}\n  = help: look for roots and logarithms of negative numbers, and for numbers beyond 1e308")]
     NoDomain(String),
-    /// Forces are asked for, or friction depends on forces, that are not determined.
+    /// The scene requests forces that are not determined, or its friction depends on such forces.
     #[error("{0}")]
     Undetermined(String),
 }
 
-/// Compares the tape with its scene at random states, half of them near the start, and what evaluators run with the
+/// Compares the tape with its scene at random states, half of them near the start, and compares evaluators with the
 /// tape.
 ///
 /// # Errors
-/// Which function differs, by how much, and where; or that the scene has no value to compare with.
+/// The function that differs, with the difference and its location; or the reason why the scene has no values for a
+/// comparison.
 pub fn verify(scene: &Scene, equations: &Equations, tape: &NamedTape, placed: &Tape) -> Result<(), Unverified> {
     let states = (NUMBERS / scene.coordinates.len().max(1)).clamp(STATES / 5, STATES);
     let mut random = fastrand::Rng::with_seed(1);
-    // Where forces are not determined, they are so nowhere.
+    // If forces are not determined, this holds at every position.
     let patience = if scene.normal_forces().is_empty() { PATIENCE } else { FRICTION_PATIENCE };
     let samples = (0..states * patience).map(|number| Sample::random(scene, number, &mut random));
     let known =
@@ -123,7 +124,7 @@ pub fn verify(scene: &Scene, equations: &Equations, tape: &NamedTape, placed: &T
     Err(Unverified::NoDomain(format!("error: the formulae of scene `{}` {problem}", scene.name)))
 }
 
-/// The largest size of each number of each function at any state.
+/// The largest absolute value of each number of each function in all states.
 fn scales(known: &[(Sample, Expected<Wide>)]) -> Vec<Vec<f64>> {
     let Some((_, first)) = known.first() else { return Vec::new() };
     let mut scales: Vec<Vec<f64>> = first.iter().map(|(_, numbers)| vec![0.0; numbers.len()]).collect();
@@ -135,21 +136,21 @@ fn scales(known: &[(Sample, Expected<Wide>)]) -> Vec<Vec<f64>> {
     scales
 }
 
-/// The largest number of any function but the outputs at any state. Terms that cancel in one number may be as large as
-/// the others: those of a pendulum without weight cancel in all of its linearization.
+/// The largest number of any function except outputs in all states. Terms that cancel in one number may be as large as
+/// the others: without gravity, all terms in a pendulum's linearization cancel.
 fn largest(expected: &Expected<Wide>, scales: &[Vec<f64>]) -> f64 {
     let of_equations = expected.iter().zip(scales).filter(|((name, _), _)| *name != "outputs");
     of_equations.flat_map(|(_, scales)| scales).fold(0.0, |most: f64, &scale| most.max(scale))
 }
 
-/// The largest number in a formula. Terms with it may cancel.
+/// The largest number in a formula; terms that contain it may cancel.
 fn largest_constant(scene: &Scene) -> f64 {
     let of_node = |node: &Node<Quantity>| if let Node::Number(number) = node { number.value.abs() } else { 0.0 };
     all_values(scene).iter().flat_map(|value| value.nodes().iter().map(of_node)).fold(0.0, f64::max)
 }
 
-/// Whether every function gives what is expected; `false` where the numbers of the state are not known well enough to
-/// tell.
+/// Whether every function returns the expected values; `false` if the expected numbers are too inaccurate for a
+/// decision.
 fn agrees(
     scene: &Scene,
     equations: &Equations,
@@ -179,7 +180,7 @@ fn agrees(
     Ok(all_compared)
 }
 
-/// The first number that differs by more than allowed, and how.
+/// Reports the first number that differs by more than allowed.
 fn compare(
     what: &str,
     got: &[DoubleDouble],
@@ -191,7 +192,7 @@ fn compare(
         return Err((0, format!("`{what}` has {lengths}")));
     }
     for (i, (got, expected)) in got.iter().zip(expected).enumerate() {
-        // Written so that a difference that is not a number counts as one.
+        // Written so that a difference that is not a number counts.
         if !(size(Wide(*got) - *expected) <= allowed(i)) {
             return Err((i, format!("number {i} is {:e} instead of {:e}", got.hi(), expected.0.hi())));
         }
@@ -199,14 +200,14 @@ fn compare(
     Ok(())
 }
 
-/// Compares numbers that are computed in the same way.
+/// Compares numbers that are computed by the same operations.
 fn same(what: &str, got: &[DoubleDouble], expected: &[Wide]) -> Result<(), String> {
     let allowed = |i: usize| (TOLERANCE * size(expected[i])).max(TINY);
     compare(what, got, expected, allowed)
         .map_err(|(_, difference)| format!("generated `{what}` is wrong: {difference}"))
 }
 
-/// Start, schedule and stop condition, at the scene's own parameters and at a random state.
+/// Verifies start, schedule and stop condition, for the scene's own parameters and at a random state.
 fn verify_plain(scene: &Scene, tape: &NamedTape) -> Result<(), String> {
     let parameters: Vec<Wide> = parameter_values(scene, |_| None);
     let constant = |value: &Formula| constant(value, &parameters);

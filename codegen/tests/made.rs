@@ -1,4 +1,4 @@
-//! Scenes that are made stand in the repository as they are made.
+//! Checks that generated scenes in the repository match their generator.
 
 #[path = "../examples/make.rs"]
 #[allow(dead_code, unreachable_pub, reason = "the command around it is not used")]

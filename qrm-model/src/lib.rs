@@ -1,11 +1,10 @@
-//! The equations of motion of the mechanisms in `scenes/`, each in a module of its own.
+//! The equations of motion of the mechanisms in `scenes/`, one module for each.
 //!
-//! The modules are generated when this crate is built. Each holds the functions of the TMT method for one mechanism,
-//! generic over the number type, and a struct that implements [`Kernel`](qrm_core::Kernel). `MODELS` lists them for
-//! simulators.
+//! The build script generates the modules. Each holds the functions of the TMT method for one mechanism, generic over
+//! the number type, and a struct that implements [`Kernel`](qrm_core::Kernel). `MODELS` lists them for simulators.
 //!
-//! Without the feature `std` it needs neither a standard library nor an allocator; `libm` computes its roots and powers
-//! then.
+//! Without the feature `std` the crate needs neither a standard library nor an allocator; `libm` then computes roots
+//! and powers.
 
 #![no_std]
 

@@ -1,5 +1,5 @@
-//! Analyses beside the motion: positions that are moved by hand, inverse dynamics, static equilibrium, linearized
-//! equations, exact motions, reference motions, derivatives by parameters, run times.
+//! Analyses other than runs: manually moved positions, inverse dynamics, static equilibrium, linearized equations,
+//! exact motions, reference motions, derivatives with respect to parameters, run times.
 
 mod branches;
 mod enclosure;

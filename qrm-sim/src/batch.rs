@@ -1,4 +1,4 @@
-//! Sweeps: many designs of one mechanism, several of them at once in the lanes of vectors.
+//! Sweeps: many designs of one mechanism, several of them simultaneously in the lanes of vectors.
 
 mod design;
 mod lanes;

@@ -37,7 +37,7 @@ impl Kind {
     }
 }
 
-/// A named number with its unit and meaning, and its source.
+/// A named number with its unit, description and source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column<K = Kind> {
     /// The name of the column.
@@ -51,7 +51,7 @@ pub struct Column<K = Kind> {
 }
 
 impl<K> Column<K> {
-    /// A column.
+    /// Creates a column.
     pub fn new(name: impl Into<String>, unit: impl Into<String>, doc: impl Into<String>, kind: K) -> Self {
         Self { name: name.into(), unit: unit.into(), doc: doc.into(), kind }
     }
@@ -98,7 +98,7 @@ pub fn numbers(mechanism: &dyn Mechanism, at: &State) -> Vec<f64> {
     numbers
 }
 
-/// One of the numbers of a state, by its place among [`columns`].
+/// One of the numbers of a state, by its index in [`columns`].
 pub(crate) fn number(mechanism: &dyn Mechanism, at: &State, column: usize) -> f64 {
     let State { t, q, qd, qdd, multipliers, .. } = at;
     let outputs_begin = 1 + 3 * q.len() + multipliers.len();
@@ -115,7 +115,7 @@ pub(crate) fn number(mechanism: &dyn Mechanism, at: &State, column: usize) -> f6
     }
 }
 
-/// The state in numbers in the order of [`columns`].
+/// Reads a state from its numbers in the order of [`columns`].
 pub fn state(description: &Description, numbers: &[f64]) -> State {
     let (n, m) = (description.coordinates.len(), description.constraints.len());
     let mut state = State::zero(n, m);

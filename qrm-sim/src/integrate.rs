@@ -1,7 +1,7 @@
-//! Integration methods: how a motion gets from one state to the next.
+//! Integration methods, which advance a motion from one state to the next.
 //!
-//! A method is a row in [`METHODS`]. RK4 makes steps of the length that is asked for; the others choose their steps by
-//! a tolerance and give rows in between by dense output.
+//! A method is a row in [`METHODS`]. RK4 makes steps of the requested length; the others choose their steps by a
+//! tolerance and compute the rows in between by dense output.
 
 mod adaptive;
 mod auto;

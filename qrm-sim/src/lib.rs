@@ -1,11 +1,11 @@
 //! Simulates mechanisms with closed loops.
 //!
 //! A mechanism is a [`Mechanism`](qrm_core::Mechanism): plain functions over slices, generated and compiled once for
-//! each scene. Everything here works on slices too and is compiled once for all of them. The state of a run is separate
-//! from the mechanism, and nothing is allocated in a step of a fixed length.
+//! each scene. This crate also works on slices and is compiled once for all scenes. The state of a run is separate from
+//! the mechanism, and fixed steps do not allocate.
 //!
-//! [`run::Simulation`] is a motion that a program advances at its own pace, [`run::simulate`] a whole run with
-//! everything that is known of its errors, [`batch::sweep`] many designs at once.
+//! [`run::Simulation`] is a motion that a program advances step by step, [`run::simulate`] a whole run with error
+//! estimates, [`batch::sweep`] many designs simultaneously.
 
 pub mod analysis;
 pub mod batch;

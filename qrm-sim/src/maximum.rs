@@ -1,6 +1,6 @@
-//! The search of a largest value.
+//! The search for the largest value.
 
-/// The place between two at which a value is largest, and its value there, by golden sections.
+/// Finds the time in an interval at which a value is largest, and the value, by golden section search.
 ///
 /// # Errors
 /// A value could not be computed.
@@ -26,21 +26,21 @@ pub(crate) fn largest_between<E>(
     Ok(if at_c > at_d { (c, at_c) } else { (d, at_d) })
 }
 
-/// A peak is located as well as this part of the way between the ends: its value is known to the square of that.
+/// The resolution of a peak, relative to the interval: the error of the value is about the square of that.
 const LOCATED: f64 = 1e-5;
-/// A parabola through values as far apart as this part of the way tells a peak between them.
+/// The distance, relative to the interval, of the values whose parabola is tried for a peak.
 const PARABOLA: f64 = 2e-3;
-/// A parabola tells the value of the peak to this part of its height over the values that it passes through.
+/// The largest error of a parabola at the peak, relative to its height over the values that it passes through.
 const FITTING: f64 = 1e-3;
-/// Most values that are computed for a peak.
+/// The largest number of values computed for a peak.
 const MOST_VALUES: usize = 60;
-/// A peak is a corner where the value beside it is lower by more than this part of the way down that was seen.
+/// The smallest decrease next to a peak that is a corner, relative to the decrease seen so far.
 const CORNER: f64 = 1e-6;
-/// Lengths of lines that meet at a corner, as parts of the way between the ends.
+/// Lengths of lines that meet at a corner, relative to the interval.
 const LINES: [f64; 2] = [2e-5, 2e-9];
 
-/// The place between two at which a value is largest, and the value there, from a place near it and its value on.
-/// `None` if a value could not be computed.
+/// Finds the time in an interval at which a value is largest, and the value, starting from a time near it and the value
+/// there. `None` if a value could not be computed.
 #[inline(never)] // One copy: pages are to be small.
 pub(crate) fn peak_between(
     ends: [f64; 2],
@@ -53,7 +53,7 @@ pub(crate) fn peak_between(
     }
 }
 
-/// The vertex of a parabola through a place and two beside it, if it is a peak between them.
+/// The vertex of the parabola through a point and its two neighbours, if it is a peak between them.
 #[allow(clippy::option_option, reason = "no value and no vertex are different")]
 fn vertex_near(
     (t, middle): (f64, f64),
@@ -77,8 +77,8 @@ fn vertex_near(
     Some(is_peak.then_some(best))
 }
 
-/// The largest value by parabolas through the three best places, and golden sections where they do not help (Brent,
-/// Algorithms for Minimization without Derivatives, chapter 5); at a corner then by the lines that meet there.
+/// Finds the largest value by parabolas through the three best points, and golden sections where they do not converge
+/// (Brent, Algorithms for Minimization without Derivatives, chapter 5); at a corner, by the lines that meet there.
 fn peak_from(
     mut best: (f64, f64),
     [mut a, mut b]: [f64; 2],
@@ -124,8 +124,8 @@ fn peak_from(
     if is_corner { corner_near(best, ends, at) } else { Some(best) }
 }
 
-/// The place and the value of a peak that is a corner, from a place near it on: where the lines through two values on
-/// each side meet. `None` if a value could not be computed.
+/// Finds a peak that is a corner, and its value, starting from a point near it: the lines through two values on each
+/// side meet there. `None` if a value could not be computed.
 fn corner_near(mut best: (f64, f64), [a, b]: [f64; 2], at: &mut dyn FnMut(f64) -> Option<f64>) -> Option<(f64, f64)> {
     for length in LINES {
         let h = length * (b - a);
@@ -153,7 +153,7 @@ fn corner_near(mut best: (f64, f64), [a, b]: [f64; 2], at: &mut dyn FnMut(f64) -
 mod tests {
     use super::peak_between;
 
-    /// The peak, its value, and how many values it took.
+    /// The peak, its value, and the number of values computed.
     fn peak(ends: [f64; 2], near: f64, value: impl Fn(f64) -> f64) -> (f64, f64, usize) {
         let mut count = 0;
         let found = peak_between(ends, (near, value(near)), &mut |t| {

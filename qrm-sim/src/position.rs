@@ -1,4 +1,4 @@
-//! Positions of a mechanism: where it starts, how its loops are closed, and how far its given coordinates move.
+//! Positions of a mechanism: the start, the solution of its loops, and the range of its given coordinates.
 
 mod assembly;
 mod assembly_branch;

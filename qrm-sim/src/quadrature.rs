@@ -1,17 +1,17 @@
 //! Gauss-Legendre quadrature.
 
-/// Nodes between -1 and 1 and weights of the rule that is exact for polynomials of degree 5.
+/// The nodes between -1 and 1, and the weights, of the rule that is exact for polynomials of degree 5.
 pub(crate) const GAUSS_3: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 
-/// Nodes of the rule: exact for polynomials of degree 31.
+/// The number of nodes of the rule that is exact for polynomials of degree 31.
 pub(crate) const NODES: usize = 16;
 
-/// Nodes between 0 and 1 with their weights, by Newton's method on the Legendre polynomial.
+/// Computes nodes between 0 and 1 with their weights, by Newton's method on the Legendre polynomial.
 pub(crate) fn gauss_legendre<const N: usize>() -> [(f64, f64); N] {
     let n = N as f64;
     std::array::from_fn(|i| {
-        // Nodes come in pairs; the smaller one of a pair has its digits in the distance from -1.
+        // Nodes come in pairs; the smaller one of a pair is accurate relative to its distance from -1.
         let mut x = -(std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
         let mut slope = 0.0;
         for _ in 0..10 {

@@ -1,4 +1,4 @@
-//! Runs: from a consistent start to an end, with everything that is known of the errors.
+//! Runs from a consistent start to an end, with error estimates.
 
 mod balance;
 mod companion;

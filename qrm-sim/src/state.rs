@@ -2,7 +2,7 @@
 
 use qrm_core::{Mechanism, RowLayout, StateRef};
 
-/// A state on the constraints, with the accelerations and multipliers that belong to it.
+/// A state on the constraints, with its accelerations and multipliers.
 #[derive(Debug, Default, PartialEq)]
 pub struct State {
     /// Time, in s.
@@ -56,19 +56,19 @@ impl Clone for State {
 }
 
 impl State {
-    /// A state of `n` coordinates and `m` constraints, all zero.
+    /// Creates a state of `n` coordinates and `m` constraints, all zero.
     pub fn zero(n: usize, m: usize) -> Self {
         Self { t: 0.0, q: vec![0.0; n], qd: vec![0.0; n], qdd: vec![0.0; n], multipliers: vec![0.0; m], corrections: 0 }
     }
 
-    /// The state in a row: see [`RowLayout`].
+    /// Reads the state of a row: see [`RowLayout`].
     pub fn from_row(layout: RowLayout, row: &[f64]) -> Self {
         let mut state = Self::zero(layout.n, layout.m);
         state.read(row);
         state
     }
 
-    /// Takes over the state in a row.
+    /// Replaces the state by that of a row.
     pub fn read(&mut self, row: &[f64]) {
         let n = self.q.len();
         self.t = row[0];
@@ -95,7 +95,7 @@ impl State {
         }
     }
 
-    /// Moves the state along its rates and accelerations, which stay, by a short time.
+    /// Moves the state along its rates and accelerations by a short time; rates and accelerations stay unchanged.
     pub(crate) fn move_along(&mut self, h: f64) {
         self.t += h;
         for i in 0..self.q.len() {
@@ -114,7 +114,7 @@ impl State {
         mechanism.power(self.t, &self.q, &self.qd, &self.qdd, &self.multipliers)
     }
 
-    /// The state as a mechanism takes it.
+    /// The state as an argument of a mechanism's functions.
     pub(crate) fn as_ref(&self) -> StateRef<'_> {
         let Self { t, q, qd, qdd, multipliers, .. } = self;
         StateRef { t: *t, q, qd, qdd, multipliers }

@@ -1,10 +1,10 @@
-//! Measured time, where there is a clock.
+//! Measured time, if there is a clock.
 
 use std::time::Duration;
 #[cfg(not(target_family = "wasm"))]
 use std::time::Instant;
 
-/// The time since it was started; zero in a browser, which gives WebAssembly no clock.
+/// The time since the start; always zero in a browser, where WebAssembly has no clock.
 pub(crate) struct Stopwatch(#[cfg(not(target_family = "wasm"))] Instant);
 
 impl Stopwatch {

@@ -1,4 +1,4 @@
-//! Runs of a mechanism written here by hand: one mass on a line, pulled as asked.
+//! Runs of a handwritten mechanism: one mass on a line, with any force.
 
 use std::io;
 
@@ -92,7 +92,7 @@ impl Mechanism for Line {
     }
 }
 
-/// Notes the times of rows; gives up as asked.
+/// Records the times of rows; stops on request.
 #[derive(Default)]
 struct Notes {
     times: Vec<f64>,
@@ -121,7 +121,7 @@ impl Observer for Notes {
     }
 }
 
-/// A tape with an event: time has the place 0, coordinate, rate and acceleration have 1 to 3, results begin at 6.
+/// A tape with an event. Time has the place 0; coordinate, rate and acceleration have 1 to 3; results begin at 6.
 fn event(operations: &'static [Operation], results: &'static [u32]) -> Tape {
     Tape { coordinates: 1, event: Some(TapeFunction::new(operations, results)), ..Tape::default() }
 }
@@ -170,7 +170,7 @@ fn a_tolerance_that_double_precision_cannot_meet_ends_the_run() {
 
 #[test]
 fn explicit_steps_that_stability_bounds_are_counted() {
-    // The motion has come to rest after a millisecond; steps of 0.01 s would serve, and are unstable.
+    // The motion comes to rest after a millisecond; steps of 0.01 s would be accurate enough, but are unstable.
     let bound = |damping: f64| {
         let line = Line { damping, force: |x| -x, ..line() };
         let settings = MethodSettings::new(AUTO, 1e-6);

@@ -30,7 +30,7 @@ impl Derivation<'_> {
             text += &self.vector(&set("@C_t"), &set("@C_t"), &e.constraint_rate);
             text += "\n";
         }
-        // Where quantities have names, second derivatives are not written out.
+        // Second derivatives are not written out if quantities have names.
         let is_shown = e.names.is_empty();
         if is_shown && e.constraint_hessians.iter().flatten().flatten().all(Term::is_zero) {
             text += "\nAll second derivatives are zero.\n";
@@ -48,7 +48,7 @@ impl Derivation<'_> {
         text + "\n"
     }
 
-    /// The entries of C_qq that are not zero; `name` is that of a constraint.
+    /// Writes the nonzero entries of C_qq; `name` returns the name of a constraint.
     fn second_derivatives(&self, name: impl Fn(usize) -> String) -> String {
         let mut text = "\nThe second derivatives that are not zero:\n\n".to_owned();
         for (k, hessian) in self.equations.constraint_hessians.iter().enumerate() {
@@ -65,7 +65,7 @@ impl Derivation<'_> {
         text
     }
 
-    /// The second rates of closures that depend on time, without `C_q qdd`.
+    /// Writes the second rates of constraints that depend on time, without `C_q qdd`.
     fn driven_bias(&self) -> String {
         if !self.scene.is_driven() {
             return String::new();

@@ -1,9 +1,9 @@
 //! Matrices in LaTeX.
 
-/// About as many letters fit beside each other on a page.
+/// The approximate number of letters in a line of a page.
 const WIDTH: usize = 72;
 
-/// About how many letters a formula shows: commands are one, braces and the like none.
+/// The approximate number of visible letters of a formula: a command counts as one, braces as none.
 fn width(latex: &str) -> usize {
     let hidden = [
         r"\left",
@@ -34,18 +34,18 @@ pub(super) fn name(point: &str) -> String {
     format!(r"\mathrm{{{}}}", point.replace('_', r"\_"))
 }
 
-/// A column of entries.
+/// Writes a column of entries.
 pub(super) fn vector(entries: &[String]) -> String {
     matrix(&entries.iter().map(|entry| vec![entry.clone()]).collect::<Vec<_>>())
 }
 
-/// Rows of entries.
+/// Writes rows of entries.
 pub(super) fn matrix(rows: &[Vec<String>]) -> String {
     let rows: Vec<String> = rows.iter().map(|row| row.join(" & ")).collect();
     format!(r"\begin{{pmatrix}} {} \end{{pmatrix}}", rows.join(r" \\ "))
 }
 
-/// Whether a matrix is narrow enough to be read at once.
+/// Whether a matrix fits into a line.
 pub(super) fn fits(rows: &[Vec<String>]) -> bool {
     let columns = rows.first().map_or(0, Vec::len);
     let widest = |column: usize| rows.iter().map(|row| width(&row[column])).max().unwrap_or(0);
@@ -60,7 +60,7 @@ pub(super) fn equation(name: &str, summands: &[String]) -> String {
     }
 }
 
-/// A formula by itself.
+/// Writes a formula without a name.
 pub(super) fn formula(summands: &[String]) -> String {
     match &lines(summands)[..] {
         [whole] => format!("$${whole}$$"),
@@ -68,7 +68,7 @@ pub(super) fn formula(summands: &[String]) -> String {
     }
 }
 
-/// The summands on as few lines as they need, filled evenly.
+/// Splits the summands into as few lines as possible, filled evenly.
 fn lines(summands: &[String]) -> Vec<String> {
     let widths: Vec<usize> = summands.iter().map(|summand| width(summand)).collect();
     let total: usize = widths.iter().sum();
@@ -88,7 +88,7 @@ fn lines(summands: &[String]) -> Vec<String> {
     lines
 }
 
-/// The entries that are not zero, each by itself.
+/// Writes the nonzero entries one by one.
 pub(super) fn entries(name: &str, letter: &str, rows: &[Vec<Vec<String>>]) -> String {
     let columns = rows.first().map_or(0, Vec::len);
     let mut text = if name == letter { String::new() } else { format!("$${name} = {letter}$$\n\n") };

@@ -1,7 +1,7 @@
-//! Bold letters for vectors and matrices, and text that Markdown leaves as it is.
+//! Bold letters for vectors and matrices, and text escaped for Markdown.
 
-/// Sets vectors and matrices in bold type, which tells them from the scene's own symbols: `@q`, `@qd` for its rate,
-/// `@qdd` for its acceleration, `@m` and `@f` for what is reduced, `@l` for the multipliers.
+/// Sets vectors and matrices in bold type, to distinguish them from the scene's own symbols: `@q`, `@qd` for its rate,
+/// `@qdd` for its acceleration, `@m` and `@f` for the reduced quantities, `@l` for the multipliers.
 pub(super) fn set(text: &str) -> String {
     let letters = [
         ("@qdd", r"\ddot{\mathbf{q}}"),
@@ -22,7 +22,7 @@ pub(super) fn set(text: &str) -> String {
     letters.iter().fold(text.to_owned(), |text, (short, latex)| text.replace(short, latex))
 }
 
-/// Text of a scene in which no character means anything to Markdown.
+/// Escapes all characters of a scene's text that have a meaning in Markdown.
 pub(super) fn plain(text: &str) -> String {
     let mut escaped = String::new();
     for character in text.chars() {

@@ -1,4 +1,4 @@
-//! Products, quotients, powers and calls in formulae.
+//! Formats products, quotients, powers and calls.
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -42,8 +42,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A number times factors; a number that is one is not written, and a sum that stands alone may do without
-    /// parentheses.
+    /// Formats a number times factors. A factor of one is omitted, and a single sum may omit its parentheses.
     fn product(&self, number: String, factors: &[Factor], may_be_bare: bool) -> String {
         if factors.is_empty() {
             return number;
@@ -55,7 +54,7 @@ impl Writer<'_> {
             text += match (i, self.style, factor.base) {
                 (0, _, _) if !has_number => "",
                 (_, Style::Plain, _) => "*",
-                // Two numbers side by side would be read as one.
+                // Two adjacent numbers would look like one.
                 (0, Style::Latex, Term::Number(_)) => r" \cdot ",
                 (_, Style::Latex, _) => r"\,",
             };
@@ -126,7 +125,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A spline under its name, with a dash for each derivative.
+    /// Formats a spline by its name, with a prime for each derivative.
     fn spline(&self, spline: &Spline, order: usize, argument: &Term, power: &str) -> String {
         let (inside, dashes) = (self.term(argument), "'".repeat(order));
         match self.style {
@@ -144,7 +143,7 @@ impl Writer<'_> {
     }
 }
 
-/// A number as a decimal, if that is exact.
+/// A number as a decimal, if the decimal is exact.
 fn decimal(number: &BigRational) -> Option<String> {
     if number.is_integer() {
         return Some(number.to_string());
@@ -153,7 +152,7 @@ fn decimal(number: &BigRational) -> Option<String> {
     (Number::parse(&text)?.exact == *number).then_some(text)
 }
 
-/// `1e-5` as LaTeX writes it.
+/// Formats `1e-5` in LaTeX.
 fn scientific(number: &str) -> String {
     match number.split_once('e') {
         Some((mantissa, exponent)) => format!(r"{mantissa} \cdot 10^{{{exponent}}}"),

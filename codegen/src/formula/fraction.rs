@@ -1,4 +1,4 @@
-//! Products and quotients as factors above and below a line.
+//! Products and quotients as factors above and below the fraction bar.
 
 use num_rational::BigRational;
 use num_traits::{One, Signed};
@@ -26,7 +26,7 @@ impl<'t> Fraction<'t> {
         fraction.take(term, false);
         fraction.is_negative = fraction.coefficient.is_negative();
         fraction.coefficient = fraction.coefficient.abs();
-        // Constants first, functions last: the next factor is never taken for part of an argument.
+        // Constants first and functions last: no factor can then be mistaken for a part of an argument.
         let rank = |factor: &Factor| match factor.base {
             Term::Number(_) => 0,
             Term::Symbol(symbol) if symbol.is_constant() => 1,
@@ -41,7 +41,7 @@ impl<'t> Fraction<'t> {
 }
 
 impl<'t> Fraction<'t> {
-    /// Multiplies or divides by a term; products inside products are products.
+    /// Multiplies or divides by a term; nested products are flattened.
     fn take(&mut self, term: &'t Term, divides: bool) {
         let (base, exponent) = match term {
             Term::Product(factors) => return factors.iter().for_each(|factor| self.take(factor, divides)),

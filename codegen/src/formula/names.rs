@@ -29,8 +29,8 @@ const GREEK: [(&str, &str); 24] = [
     ("Delta", r"\Delta"),
 ];
 
-/// A name in LaTeX, its letter under an accent such as `\dot`: `phi2` becomes `\varphi_{2}`, `m3` becomes `m_{3}`, and
-/// names of several letters stay words, `\mathit{BC}`.
+/// Formats a name in LaTeX, with its letter under an accent such as `\dot`: `phi2` becomes `\varphi_{2}`, `m3` becomes
+/// `m_{3}`, and names of several letters stay words, `\mathit{BC}`.
 pub(super) fn latex_name(accent: &str, name: &str) -> String {
     let (head, tail) = name.split_once('_').unwrap_or((name, ""));
     let (letter, index) = symbol(head);
@@ -46,7 +46,7 @@ pub(super) fn latex_name(accent: &str, name: &str) -> String {
     format!("{letter}_{{{}}}", indices.iter().map(index).collect::<Vec<_>>().join(","))
 }
 
-/// The letter of a name, and what is left as its index.
+/// The letter of a name, and the rest as its index.
 fn symbol(head: &str) -> (String, &str) {
     for (spelled, letter) in GREEK {
         if let Some(index) = head.strip_prefix(spelled)
@@ -63,7 +63,7 @@ fn symbol(head: &str) -> (String, &str) {
     if is_index {
         return (head[..head.len() - rest.len()].to_owned(), rest);
     }
-    // Digits inside a word belong to the letter before them: the length from O4 to B.
+    // Digits inside a word are an index of the letter before them: the length from O4 to B.
     let mut word = String::new();
     let mut in_digits = false;
     for c in head.chars() {
@@ -81,7 +81,7 @@ fn symbol(head: &str) -> (String, &str) {
     (format!(r"\mathit{{{word}}}"), "")
 }
 
-/// A function in LaTeX.
+/// The LaTeX command of a function.
 pub(super) fn latex_function(function: Function) -> &'static str {
     match function {
         Function::Sin => r"\sin",

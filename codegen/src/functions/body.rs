@@ -13,31 +13,32 @@ use crate::graph::{Graph, Id, Op, Signed};
 use qrm_core::NamedTape;
 use qrm_core::named_tape::Statement;
 
-/// Makes the statements of one function.
+/// Creates the statements of one function.
 pub(super) struct Body<'g> {
     graph: &'g Graph,
     tape: &'g RefCell<NamedTape>,
-    /// Values that stand outside the function: inputs, parameters, precomputed constants.
+    /// Values defined outside the function: inputs, parameters, precomputed constants.
     outside: &'g HashMap<Id, u32>,
     uses: HashMap<Id, usize>,
-    /// The sine and the cosine of each angle, as far as the function needs them.
+    /// The sine and the cosine of each angle that the function needs.
     angles: BTreeMap<Id, [Option<Id>; 2]>,
     hints: &'g HashMap<Id, String>,
     taken: HashSet<String>,
     names: HashMap<Id, String>,
-    /// The values that have a name.
+    /// The values with a name.
     values: HashMap<Id, u32>,
     statements: Vec<Statement>,
     /// The comment of the next statement.
     comment: Option<&'static str>,
     unnamed: usize,
-    /// After how much work each value is there, if that decides the order of operations.
+    /// The depth of each value, that is, the work before it is available; set if depth determines the order of
+    /// operations.
     depths: Option<&'g [u32]>,
 }
 
 impl<'g> Body<'g> {
-    /// The body that computes `roots`. Values that have a name outside are not computed; `named` ones get a
-    /// statement of their own even if they serve only once.
+    /// Computes `roots`. Values with a name outside the function are not computed; `named` values get their own
+    /// statement even if they are used only once.
     pub(super) fn new(
         (graph, tape): (&'g Graph, &'g RefCell<NamedTape>),
         outside: &'g HashMap<Id, u32>,
@@ -51,8 +52,7 @@ impl<'g> Body<'g> {
         body
     }
 
-    /// A body in which nothing is defined yet. With the `depths` of values, products and sums are joined, the deepest
-    /// last.
+    /// Creates an empty body. If the `depths` of values are given, products and sums are fused, deepest last.
     pub(super) fn begin(
         (graph, tape): (&'g Graph, &'g RefCell<NamedTape>),
         outside: &'g HashMap<Id, u32>,
@@ -93,11 +93,11 @@ impl<'g> Body<'g> {
         body
     }
 
-    /// Defines what serves more than once on the way to `roots`, and what is `named`.
+    /// Defines values that are used more than once on the way to `roots`, and all `named` values.
     pub(super) fn define_all(&mut self, roots: &[Signed], named: &HashSet<Id>) {
         let graph = self.graph;
         let needed = self.needed(roots);
-        // Of inputs first.
+        // Inputs first.
         let angles = needed.iter().filter_map(|&id| self.angle(id)).filter(|&angle| graph.op(angle).is_leaf());
         for angle in angles.collect::<BTreeSet<Id>>() {
             self.define_pair(angle);
@@ -114,7 +114,7 @@ impl<'g> Body<'g> {
         }
     }
 
-    /// Defines a value under a name, under which `input` stands for it from now on.
+    /// Defines a value under a name; from now on `input` represents it.
     pub(super) fn define_local(&mut self, value: Id, input: Id, name: &str, named: &HashSet<Id>) {
         if let Some(&outside) = self.outside.get(&value) {
             self.values.insert(input, outside);
@@ -135,17 +135,17 @@ impl<'g> Body<'g> {
         self.names.insert(input, self.names[&value].clone());
     }
 
-    /// Gives the next statement a line of comment.
+    /// Sets the comment before the next statement.
     pub(super) fn comment(&mut self, text: &'static str) {
         self.comment = Some(text);
     }
 
-    /// Forgets a comment that no statement followed.
+    /// Discards a comment that no statement followed.
     pub(super) fn end_comment(&mut self) {
         self.comment = None;
     }
 
-    /// Adds a statement that names a value, or a pair of a sine and a cosine.
+    /// Adds a statement that names a value, or a pair of sine and cosine.
     fn push(&mut self, value: u32, names: Vec<String>, ids: &[Id]) {
         for (id, value) in ids.iter().zip(value..) {
             self.values.insert(*id, value);
@@ -157,7 +157,7 @@ impl<'g> Body<'g> {
         self.tape.borrow_mut().operation(operation)
     }
 
-    /// The name of a value that has been defined.
+    /// The name of a defined value.
     pub(super) fn name_of(&self, id: Id) -> Option<&str> {
         self.names.get(&id).map(String::as_str)
     }
@@ -174,7 +174,7 @@ impl<'g> Body<'g> {
         needed.into_iter().collect()
     }
 
-    /// The angle that an operation is the sine or cosine of.
+    /// The angle of an operation that is a sine or cosine.
     fn angle(&self, id: Id) -> Option<Id> {
         match self.graph.op(id) {
             Op::Call(Function::Sin | Function::Cos, angle) => Some(*angle),
@@ -182,7 +182,7 @@ impl<'g> Body<'g> {
         }
     }
 
-    /// Defines sine and cosine of an angle by one operation.
+    /// Defines the sine and cosine of an angle by one operation.
     fn define_pair(&mut self, angle: Id) {
         let pair = self.angles[&angle];
         let value = self.value(angle);
@@ -213,7 +213,7 @@ impl<'g> Body<'g> {
         self.push(value, vec![name], &[id]);
     }
 
-    /// A name that says what a value is, if a short one can.
+    /// A short descriptive name of a value, if there is one.
     fn hint(&self, id: Id) -> Option<String> {
         if let Some(name) = self.names.get(&id).or_else(|| self.hints.get(&id)) {
             return Some(name.clone());
@@ -238,7 +238,7 @@ impl<'g> Body<'g> {
         (name.len() <= 24).then_some(name)
     }
 
-    /// Gives a value a name that is not taken.
+    /// Assigns an unused name to a value.
     fn name(&mut self, id: Id, hint: Option<String>) -> String {
         let wish = hint.unwrap_or_else(|| {
             self.unnamed += 1;
@@ -249,7 +249,7 @@ impl<'g> Body<'g> {
         name
     }
 
-    /// The value, computed if it has no name.
+    /// Returns the value; computes it if it has no name.
     pub(super) fn value(&mut self, id: Id) -> u32 {
         let known = self.outside.get(&id).or_else(|| self.values.get(&id));
         known.copied().unwrap_or_else(|| self.compute(id))
@@ -261,7 +261,7 @@ impl<'g> Body<'g> {
         if root.negative { self.tape.borrow_mut().negative(value) } else { value }
     }
 
-    /// The statements so far.
+    /// Returns the statements.
     pub(super) fn finish(self) -> Vec<Statement> {
         self.statements
     }

@@ -1,4 +1,4 @@
-//! Values that depend on parameters alone: their names and their formulae.
+//! Values that depend only on parameters: their names and formulae.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
@@ -11,12 +11,12 @@ use crate::graph::{Id, Op, Signed};
 use crate::term::Symbol;
 use qrm_core::named_tape::{Function, Part, Shape};
 
-/// Constants whose formula makes a longer name are numbered.
+/// The longest name made from a formula; longer ones are replaced by numbers.
 const LONGEST_NAME: usize = 34;
 
 impl Writer<'_> {
-    /// Adds the functions of what depends on parameters alone: parameters that others follow, and constants. Values
-    /// that keep their size during a run and are not just parameters get a field each.
+    /// Adds the functions for values that depend only on parameters: dependent parameters, and constants. A constant is
+    /// a value other than a plain parameter that does not change during a run; each has a field.
     pub(super) fn add_constants(&mut self) {
         let parameters = scene_formula::parameters(self.scene, &mut self.tape.borrow_mut());
         self.add(parameters);
@@ -65,7 +65,7 @@ impl Writer<'_> {
         self.outside.extend(names.iter().zip(values).map(|((_, id), value)| (*id, value)));
     }
 
-    /// A constant is called after its formula, if that makes a name that can still be read.
+    /// The name of a constant from its formula, if that is short enough.
     fn constant_name(&self, id: Id) -> Option<String> {
         let name = match self.graph.op(id) {
             Op::Number(bits) if f64::from_bits(*bits) == 2.0 => "twice".to_owned(),
@@ -98,7 +98,7 @@ impl Writer<'_> {
         (name.len() <= LONGEST_NAME).then_some(name)
     }
 
-    /// The factors of a product and of products in it, each with how often it occurs; numbers first, sums last.
+    /// The factors of a product and of nested products, with their multiplicity; numbers first, sums last.
     fn powers(&self, id: Id) -> Vec<(Id, usize)> {
         let mut pending = vec![id];
         let mut counts: BTreeMap<(u8, Id), usize> = BTreeMap::new();

@@ -1,15 +1,15 @@
-//! The values of a function as formulae, for its documentation.
+//! Formulae of a function's values, for its documentation.
 
 use crate::formula::Writer;
 use crate::term::Term;
 use qrm_core::named_tape::Shape;
 
-/// Longer formulae are better read in the derivation.
+/// The longest formula in documentation; longer ones are easier to read in the derivation.
 const LONGEST: usize = 400;
-/// So are more of them than this.
+/// The largest number of formulae in documentation.
 const MOST: usize = 60;
 
-/// A block of text with every value that is not zero, and what its roots stand for.
+/// Writes the nonzero values with their formulae, and the formulae of the named roots in them.
 pub(super) fn block(writer: &Writer, rows: &[String], columns: &[String], shape: &Shape<&Term>) -> String {
     let entries: Vec<(String, &Term)> = match shape {
         Shape::Scalar(term) => vec![(String::new(), *term)],
@@ -27,7 +27,7 @@ pub(super) fn block(writer: &Writer, rows: &[String], columns: &[String], shape:
     if lines.len() > MOST || lines.iter().any(|(_, formula)| formula.len() > LONGEST) {
         return String::from("\n\nIts formulae stand in the derivation of the scene.");
     }
-    // A name stands for its root where it is used.
+    // A named root is explained where it is used.
     let is_used = |name: &str| {
         let words = |text: &str| text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').any(|word| word == name);
         lines.iter().any(|(_, formula)| words(formula))

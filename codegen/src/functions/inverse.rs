@@ -6,7 +6,7 @@ use crate::graph::Signed;
 use crate::kernel::Kernel;
 use qrm_core::named_tape::Argument;
 
-/// Adds the function that gives the forces and torques along the coordinates that move freely, and the multipliers.
+/// Adds the function for the forces and torques along the independent coordinates, and for the multipliers.
 pub(super) fn add_inverse_dynamics(writer: &Writer, kernel: &Kernel) {
     let (places, forces): (Vec<usize>, Vec<Signed>) = kernel.forces.iter().copied().unzip();
     let arguments = [Argument::Time, Argument::Coordinates, Argument::Rates, Argument::Accelerations];

@@ -1,4 +1,4 @@
-//! The kernel as functions: what follows from a position, and what is made of it.
+//! The functions of the kernel: one computes all quantities of a position, the others use them.
 
 mod emitter;
 mod position;
@@ -112,7 +112,7 @@ impl Emitter<'_> {
         });
     }
 
-    /// The operations that accelerations and multipliers need once sines and cosines are known.
+    /// Counts the operations for accelerations and multipliers, without sines and cosines.
     fn solution(&self) -> Operations {
         let function = self.whole("accelerations", &[], &[&self.kernel.accelerations, &self.kernel.multipliers]);
         let given: HashSet<u32> = self.outside.values().copied().collect();

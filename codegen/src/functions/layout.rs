@@ -1,4 +1,4 @@
-//! The functions of a scene over one graph.
+//! The functions of a scene in a shared graph.
 
 use std::collections::HashSet;
 
@@ -10,17 +10,17 @@ use crate::share::share_pairs;
 use crate::term::{Equations, Named, Symbol, Term};
 use qrm_scene::scene::Scene;
 
-/// The functions of a scene over one shared graph.
+/// The functions of a scene in a shared graph.
 #[derive(Debug)]
 pub(super) struct Layout {
     pub(super) graph: Graph,
     pub(super) plans: Vec<Plan<Signed>>,
-    /// Values with a name of their own: coordinates of points, and sines and cosines of sums of coordinates.
+    /// Named values: coordinates of points, and sines and cosines of sums of coordinates.
     pub(super) named_values: Vec<(String, Signed)>,
-    /// Values of other named quantities and of their derivatives.
+    /// Other named quantities and their derivatives.
     pub(super) names: Vec<(String, Signed)>,
     pub(super) kernel: Kernel,
-    /// The inverse dynamics, where the scene asks for them.
+    /// The inverse dynamics, if the scene requests them.
     pub(super) inverse: Option<Kernel>,
 }
 
@@ -46,7 +46,7 @@ impl Layout {
         let symbols: Vec<(&Named, Symbol)> = symbols.collect();
         roots.extend(symbols.iter().map(|(_, symbol)| lowering.bound[symbol]));
         roots.extend(of_friction.iter().map(|(_, value)| *value));
-        // In a kernel names stand for other values.
+        // Names have other values in a kernel.
         let mut lowering = Lowering::from_kernel(lowering.graph);
         let mut kernel = Kernel::new(scene, equations, &mut lowering);
         let angle_sums = lowering.angle_sums(|i| scene.coordinates[i].name.to_lowercase());
@@ -54,19 +54,19 @@ impl Layout {
         let point_names: Vec<String> = point_names.map(|name| name.to_lowercase()).collect();
         let mut own_names = angle_sums;
         if !own_names.is_empty() {
-            // The points that depend on such sums are other values than in the plain functions.
+            // Points that depend on such sums have other values than in the plain functions.
             lowering = Lowering::from_kernel(lowering.graph);
             lowering.define(&equations.names);
             let points = equations.points.iter().flatten().map(|term| lowering.term(term));
             own_names.splice(0..0, point_names.iter().cloned().zip(points));
         }
         let (mut graph, roots) = share_pairs(&lowering.graph, &roots);
-        // What pays in a kernel is another thing than what pays in the plain functions.
+        // The kernel and the plain functions are optimized separately.
         let kernel_roots: Vec<Signed> = kernel.values().copied().collect();
         let (step, outputs) = kernel_roots.split_at(kernel_roots.len() - kernel.outputs.len());
         let (mut shared, mut named) = (Vec::new(), Vec::new());
         for part in [step, outputs] {
-            // Otherwise pairs would be shared across the parts of values that have a name.
+            // Pairs must not be shared across named values.
             let reachable: HashSet<Id> =
                 lowering.graph.reachable(part.iter().map(|root| root.id)).into_iter().collect();
             let kept: Vec<&(String, Signed)> =
@@ -90,7 +90,7 @@ impl Layout {
     }
 }
 
-/// The inverse dynamics of a scene, in a graph that has other functions already.
+/// Creates the inverse dynamics of a scene, in a graph that already contains other functions.
 fn inverse_dynamics(scene: &Scene, equations: &Equations, graph: &mut Graph) -> Option<Kernel> {
     let mut lowering = Lowering::from_kernel(Graph::default());
     let local = |op: &Op| if let Op::Input(Symbol::Local(number)) = op { Some(number + 1) } else { None };

@@ -1,4 +1,4 @@
-//! How values get their names.
+//! Helpers for the names of values.
 
 use std::collections::HashSet;
 
@@ -11,7 +11,7 @@ pub(super) fn power_name(name: String, times: usize) -> String {
     }
 }
 
-/// A name that is not taken, and now is: the one that is wished for, or that with a number.
+/// Reserves an unused name: `wish`, or `wish` with a number.
 pub(super) fn untaken(wish: String, taken: &mut HashSet<String>) -> String {
     let mut name = wish.clone();
     let mut number = 2;

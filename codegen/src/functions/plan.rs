@@ -1,4 +1,4 @@
-//! The plan of the generated file: its functions, their arguments and the shapes of their results.
+//! The plan of the generated file: the functions, their arguments and the shapes of their results.
 
 use super::formulae;
 use crate::formula::{Style, Writer};
@@ -6,7 +6,7 @@ use crate::term::{Equations, Term};
 use qrm_core::named_tape::{Argument, Shape};
 use qrm_scene::scene::Scene;
 
-/// A function to write.
+/// A planned function.
 #[derive(Clone, Debug)]
 pub(super) struct Plan<T> {
     pub(super) name: &'static str,
@@ -25,7 +25,7 @@ impl<T> Plan<T> {
         self.parts.iter().flat_map(|(_, shape)| shape.values())
     }
 
-    /// The plan of the function with other values.
+    /// Copies the plan with other values.
     pub(super) fn map<U>(&self, f: &mut impl FnMut(&T) -> U) -> Plan<U> {
         Plan {
             name: self.name,
@@ -55,7 +55,7 @@ pub(super) fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> 
     let constraints = format!("Rows: {}.", constraints.join(", "));
     let coordinate_names: Vec<String> = scene.coordinates.iter().map(|c| c.name.clone()).collect();
     let columns = format!("Columns: {}.", quoted(&coordinate_names));
-    // Closures that depend on time need it, and have more terms.
+    // Constraints that depend on time take it as an argument, and have more terms.
     let is_driven = scene.is_driven();
     let (at_position, of_motion): (&[Argument], &[Argument]) = match is_driven {
         true => (&[Time, Coordinates], &[Time, Coordinates, Rates]),

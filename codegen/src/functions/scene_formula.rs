@@ -1,11 +1,11 @@
-//! Formulae that are evaluated as they stand: values of parameters, the start, the schedule.
+//! Formulae that are evaluated as written: values of parameters, the start, the schedule.
 
 use qrm_core::NamedTape;
 use qrm_core::named_tape::{self, Part, Shape};
 use qrm_scene::operations::Formula;
 use qrm_scene::scene::{Coordinate, Scene, Start};
 
-/// The function that gives the scene's values of the parameters: each follows from those before it.
+/// The function for the scene's parameter values, each computed from earlier ones.
 pub(super) fn parameters(scene: &Scene, tape: &mut NamedTape) -> named_tape::Function {
     let kept = || scene.parameters.iter().filter(|p| !p.left_out);
     let parts = kept().map(|p| {
@@ -15,7 +15,7 @@ pub(super) fn parameters(scene: &Scene, tape: &mut NamedTape) -> named_tape::Fun
     named_tape::Function { name: "parameters".to_owned(), parts: parts.collect(), ..Default::default() }
 }
 
-/// The function that gives the start of the motion.
+/// The function for the start of the motion.
 pub(super) fn start(scene: &Scene, tape: &mut NamedTape) -> named_tape::Function {
     let mut values = |start: fn(&Coordinate) -> &Start| {
         let each = scene.coordinates.iter().map(|coordinate| match start(coordinate) {
@@ -29,7 +29,7 @@ pub(super) fn start(scene: &Scene, tape: &mut NamedTape) -> named_tape::Function
     named_tape::Function { name: "start".to_owned(), parts: parts.into(), ..Default::default() }
 }
 
-/// The function that gives step and end of the motion.
+/// The function for the step and the end of the motion.
 pub(super) fn schedule(scene: &Scene, tape: &mut NamedTape) -> named_tape::Function {
     let parts = [("step", &scene.run.step), ("end_time", &scene.run.end_time)].map(|(name, formula)| {
         let value = Formula::new(scene, tape).value(formula);

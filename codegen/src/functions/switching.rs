@@ -1,12 +1,13 @@
-//! Where the equations of motion change at once, or fast: the arguments of sizes and signs, and of hyperbolic tangents.
+//! Arguments at whose zeros the equations of motion change abruptly or fast: those of `abs` and `sign`, and those of
+//! hyperbolic tangents.
 
 use std::collections::BTreeSet;
 
 use qrm_core::named_tape::{Argument, Function, Part, Shape, Value};
 use qrm_core::{NamedTape, Operation};
 
-/// The functions of the arguments on the way to `dynamics` and `loop_constraints`. Sizes of solutions of a linear
-/// system are left out where the forces contain some: they belong to the search for normal forces of friction.
+/// Finds the arguments on the way to `dynamics` and `loop_constraints`. If the forces contain absolute values of
+/// solutions of a linear system, these are skipped: they belong to the search for normal forces of friction.
 pub(super) fn switching(tape: &NamedTape, has_solved_forces: bool) -> [Function; 2] {
     let degrees = degrees_in_time(tape);
     let solved = if has_solved_forces { follows_from_quotients(tape, &degrees) } else { Vec::new() };
@@ -44,7 +45,7 @@ pub(super) fn switching(tape: &NamedTape, has_solved_forces: bool) -> [Function;
     ]
 }
 
-/// Whether each value follows from a quotient by one that depends on the motion.
+/// Whether each value depends on a quotient whose divisor varies with the motion.
 fn follows_from_quotients(tape: &NamedTape, degrees: &[Degree]) -> Vec<bool> {
     let mut follows: Vec<bool> = Vec::with_capacity(tape.values().len());
     for (i, entry) in tape.values().iter().enumerate() {
@@ -66,7 +67,7 @@ fn follows_from_quotients(tape: &NamedTape, degrees: &[Degree]) -> Vec<bool> {
     follows
 }
 
-/// How a value depends on time.
+/// The dependence of a value on time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Degree {
     /// The value follows from parameters alone.
@@ -89,7 +90,7 @@ fn degrees_in_time(tape: &NamedTape) -> Vec<Degree> {
         };
         degrees.push(match *entry {
             _ if constant[i] => Degree::Constant,
-            // Time follows the parameters.
+            // Time is the input after the parameters.
             Value::Input if i == tape.sizes()[0] => Degree::Linear,
             Value::Input => Degree::Other,
             Value::Cosine => degrees[i - 1],

@@ -1,4 +1,4 @@
-//! Arithmetic with values of which some are zero by structure.
+//! Arithmetic on values, some of which are structurally zero.
 
 use std::collections::HashSet;
 
@@ -8,7 +8,7 @@ use crate::graph::{Id, Op, Signed};
 use crate::term::{Symbol, Term};
 use qrm_scene::function::Function;
 
-/// A value, or nothing where it is zero.
+/// A value; `None` is a structural zero.
 pub(super) type Value = Option<Signed>;
 /// A matrix, as rows.
 pub(super) type Matrix = Vec<Vec<Value>>;
@@ -28,7 +28,7 @@ impl Builder<'_> {
         *self.lowering.graph.op(value.id) == Op::Number(1.0_f64.to_bits())
     }
 
-    /// The value under a name, if it takes a computation.
+    /// Names a value, unless it needs no computation.
     pub(super) fn keep(&mut self, block: Block, name: &str, value: Value) -> Value {
         let value = value?;
         let graph = &mut self.lowering.graph;
@@ -47,13 +47,13 @@ impl Builder<'_> {
         Some(Signed { negative: value.negative, id: self.locals[place].input.id })
     }
 
-    /// Lets a symbol stand for a value.
+    /// Binds a symbol to a value.
     pub(super) fn bind(&mut self, symbol: Symbol, value: Value) {
         let zero = self.lowering.graph.number(0.0);
         self.lowering.bound.insert(symbol, value.unwrap_or(zero));
     }
 
-    /// The value that a symbol stands for.
+    /// The value of a bound symbol.
     pub(super) fn bound(&self, symbol: Symbol) -> Value {
         self.lowering.bound.get(&symbol).copied().filter(|value| !self.is_zero(*value))
     }
@@ -90,8 +90,8 @@ impl Builder<'_> {
         Some(Signed { negative: false, id: self.lowering.graph.add(Op::Call(Function::Sqrt, radicand)) })
     }
 
-    /// One over a value. Where it is the product of something whose reciprocal is there already, the rest is divided by
-    /// without waiting for that.
+    /// One over a value. If the reciprocal of a factor already exists, the remaining factors are inverted separately,
+    /// which does not have to wait for it.
     pub(super) fn reciprocal(&mut self, value: Value) -> Value {
         let value = value?;
         if self.is_one(value) {
@@ -110,7 +110,7 @@ impl Builder<'_> {
         Some(Signed { negative: value.negative, id: self.lowering.reciprocal(value.id) })
     }
 
-    /// How many operations it takes to compute values from named ones, constants not counted.
+    /// The number of operations that compute values from named ones, without constants.
     pub(super) fn cost(&self, values: impl Iterator<Item = Value>) -> usize {
         let graph = &self.lowering.graph;
         let (mut seen, mut cost) = (HashSet::new(), 0);

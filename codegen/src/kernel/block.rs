@@ -1,59 +1,59 @@
 //! The parts of the computation of a kernel.
 
-/// The parts of the computation, in their order.
+/// The parts of a kernel's computation, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Block {
     /// Named roots and their slopes.
     Roots,
     /// Other named quantities and their slopes.
     Names,
-    /// C
+    /// Constraint residuals, C.
     Constraints,
-    /// C_q
+    /// Constraint Jacobian, C_q.
     Jacobian,
-    /// Mbar
+    /// Mass matrix, Mbar.
     Mass,
-    /// The tangents T, with C_q T = 0.
+    /// Tangents T of the constraints, with C_q T = 0.
     Tangents,
-    /// T' Mbar T
+    /// Reduced inertia of the independent coordinates, T' Mbar T.
     Inertia,
-    /// Mbar^-1 C_q'
+    /// Accelerations per unit multiplier, Mbar^-1 C_q'.
     Pull,
-    /// C_q Mbar^-1 C_q'
+    /// Matrix of the range-space method, C_q Mbar^-1 C_q'.
     Loops,
     /// Rates of named roots.
     Rates,
     /// Rates of other named quantities.
     NamedRates,
-    /// (C_q qd)_q qd
+    /// Bias of the constraints, (C_q qd)_q qd.
     Bias,
-    /// fbar
+    /// Generalized forces, fbar.
     Forces,
-    /// qdd
+    /// Accelerations, qdd.
     Accelerations,
-    /// lambda
+    /// Multipliers, lambda.
     Multipliers,
-    /// N, and what friction adds to accelerations and multipliers.
+    /// Normal forces N, and the contribution of friction to accelerations and multipliers.
     Friction,
-    /// The correction of the coordinates.
+    /// Correction of the coordinates.
     Correction,
-    /// Mbar qdd + C_q' lambda - fbar
+    /// Inverse dynamics, Mbar qdd + C_q' lambda - fbar.
     Inverse,
 }
 
 impl Block {
-    /// Whether it follows from the position alone.
+    /// Whether the block depends on the position alone.
     pub fn is_position(self) -> bool {
         self <= Self::Loops
     }
 
-    /// Whether it belongs to the linear equations rather than to what is in them.
+    /// Whether the block solves the linear equations, as opposed to computing their entries.
     pub(super) fn is_solution(self) -> bool {
         use Block::{Accelerations, Correction, Friction, Inertia, Loops, Multipliers, Pull, Tangents};
         matches!(self, Tangents | Inertia | Pull | Loops | Accelerations | Multipliers | Friction | Correction)
     }
 
-    /// The title of the block, for a comment.
+    /// The title of the block as a comment.
     pub fn title(self) -> &'static str {
         match self {
             Self::Roots => "Lengths, and their derivatives.",

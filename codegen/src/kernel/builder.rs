@@ -7,16 +7,16 @@ use crate::graph::{Id, Signed};
 use crate::lower::Lowering;
 use qrm_scene::scene::Scene;
 
-/// A value with a name.
+/// A named value.
 #[derive(Clone, Debug)]
 pub struct Local {
     /// The name of the value.
     pub name: String,
-    /// How it is computed.
+    /// The value.
     pub value: Signed,
-    /// The input that stands for the value in later operations.
+    /// The input that represents the value in later operations.
     pub input: Signed,
-    /// The part of the computation that the value belongs to.
+    /// The block to which the value belongs.
     pub block: Block,
 }
 
@@ -25,13 +25,13 @@ pub(super) struct Builder<'s> {
     pub(super) scene: &'s Scene,
     pub(super) lowering: &'s mut Lowering,
     pub(super) locals: Vec<Local>,
-    /// The place of the local that is computed as a value.
+    /// The index of the local with a given value.
     pub(super) by_value: HashMap<Id, usize>,
-    /// The value that a local's input stands for.
+    /// The value that a local's input represents.
     pub(super) definitions: HashMap<Id, Id>,
     /// The number of the next local.
     pub(super) next: usize,
-    /// Whether values stand for themselves in later operations.
+    /// Whether later operations use values directly instead of inputs.
     pub(super) is_inline: bool,
 }
 

@@ -1,5 +1,5 @@
-//! The linear equations of a kernel, solved by hand as it were: constraints for the coordinates that depend on the
-//! others, in an order that leaves zeros zero, and what is left for the others.
+//! Sparse elimination for the linear equations of a kernel: constraints are solved for the dependent coordinates, in an
+//! order that preserves zeros, and the remaining equations for the independent ones.
 
 mod pivots;
 mod solutions;
@@ -13,28 +13,28 @@ use crate::graph::Signed;
 use crate::term::Equations;
 use pivots::pivots;
 
-/// A factorised system.
+/// A factored system.
 pub(super) struct Elimination {
     constraints: usize,
     /// Constraint and coordinate of each pivot, in order.
     pivots: Vec<(usize, usize)>,
-    /// The coordinates that the others depend on.
+    /// The independent coordinates.
     independent: Vec<usize>,
     /// One over each pivot.
     inverses: Vec<Value>,
-    /// Entries left of and below pivots.
+    /// Entries to the left of and below pivots.
     lower: Matrix,
-    /// Entries right of and above pivots, over the pivot.
+    /// Entries to the right of and above pivots, divided by the pivot.
     upper: Matrix,
     mass: Matrix,
-    /// The derivatives of all coordinates by each independent one.
+    /// The derivatives of all coordinates with respect to each independent one.
     tangents: Matrix,
     /// Mbar T, a row for each independent coordinate.
     momenta: Matrix,
     /// The factors of T' Mbar T = L D L'.
     factors: Matrix,
     inverse_inertia: Vec<Value>,
-    /// How much of the inertia each pivot kept.
+    /// The fraction of the inertia that each pivot kept.
     kept: Vec<Value>,
     vanishing: Vec<Value>,
 }
@@ -102,7 +102,7 @@ impl Elimination {
         }
     }
 
-    /// Solves the closures for the dependent coordinates, with a right-hand side for each constraint.
+    /// Solves the constraints for the dependent coordinates, with a right-hand side for each constraint.
     fn solve(
         &self,
         builder: &mut Builder,
@@ -116,7 +116,7 @@ impl Elimination {
             sum.extend((0..k).filter_map(|j| builder.multiply(self.lower[k][j], x[j])).map(Signed::negated));
             let sum = builder.sum(sum);
             x[k] = builder.multiply(sum, self.inverses[k]);
-            // Only what is taken up again needs to stand by itself.
+            // Only values that are used again get a name.
             if (k + 1..m).any(|i| self.lower[i][k].is_some()) || (k + 1..m).all(|j| self.upper[k][j].is_none()) {
                 x[k] = keep(builder, k, x[k]);
             }
@@ -195,22 +195,22 @@ impl Elimination {
         }
     }
 
-    /// The coordinates that the others depend on.
+    /// The independent coordinates.
     pub(super) fn independent(&self) -> &[usize] {
         &self.independent
     }
 
-    /// Whether a constraint has no coordinate that depends on it.
+    /// Whether some constraint has no dependent coordinate.
     pub(super) fn has_repeated(&self) -> bool {
         self.pivots.len() < self.constraints
     }
 
-    /// Whether every constraint has a dependent coordinate, and every independent coordinate moves a mass.
+    /// Whether every constraint has a dependent coordinate, and every independent coordinate has inertia.
     pub(super) fn is_valid_everywhere(&self) -> bool {
         !self.has_repeated() && self.inverse_inertia.iter().all(Option::is_some)
     }
 
-    /// How small each pivot is against what other constraints have in its column.
+    /// The ratio of the other entries in a pivot's column to the pivot.
     fn vanishing(&mut self, builder: &mut Builder, jacobian: &Matrix) {
         for ((row, column), inverse) in self.pivots.iter().zip(&self.inverses) {
             for other in (0..self.constraints).filter(|other| other != row) {
@@ -223,14 +223,14 @@ impl Elimination {
         }
     }
 
-    /// Measures of growing rounding errors: how the dependent coordinates follow the others, how much of an inertia
-    /// cancelled, and how small pivots became.
+    /// Measures of the growth of rounding errors: how strongly the dependent coordinates follow the independent ones,
+    /// how much of an inertia cancelled, and how small the pivots became.
     pub(super) fn growth_factors(&self) -> Vec<Value> {
         let tangents = self.tangents.iter().zip(&self.independent).flat_map(|(tangent, by)| {
             tangent.iter().enumerate().filter(move |(i, _)| i != by).map(|(_, value)| *value)
         });
         let all = tangents.chain(self.kept.iter().chain(&self.vanishing).copied()).flatten();
-        // Different pivots may be small against the same.
+        // Several pivots may be compared with the same value.
         let mut seen = HashSet::new();
         all.filter(|value| seen.insert(value.id)).map(Some).collect()
     }

@@ -1,4 +1,4 @@
-//! Inverse dynamics: the forces and torques that accelerations take.
+//! Inverse dynamics: the forces and torques for given accelerations.
 
 use super::Kernel;
 use super::algebra::Value;
@@ -9,8 +9,8 @@ use crate::graph::Signed;
 use crate::term::{Equations, Symbol};
 
 impl Builder<'_> {
-    /// The multipliers follow from the rows of the coordinates that depend on others, and then the forces from the rows
-    /// of the others: `Mbar qdd + C_q' lambda = fbar + forces`.
+    /// The multipliers follow from the rows of the dependent coordinates, and the forces then from the rows of the
+    /// independent ones: `Mbar qdd + C_q' lambda = fbar + forces`.
     pub(super) fn inverse_dynamics(mut self, equations: &Equations) -> Option<Kernel> {
         let e = &equations.kernel;
         self.names(&e.names);

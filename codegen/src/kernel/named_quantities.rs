@@ -1,4 +1,4 @@
-//! Quantities that stand under a name: values, slopes, rates and biases.
+//! Named quantities: values, slopes, rates and biases.
 
 use super::algebra::Value;
 use super::block::Block;
@@ -26,14 +26,15 @@ impl Builder<'_> {
         }
     }
 
-    /// A named root; one over it.
+    /// Defines a named root; returns its reciprocal.
     fn named_root(&mut self, k: usize, name: &str, root: &Root) -> Value {
         let radicand = self.lowering.term(&root.radicand);
         let radicand = self.keep(Block::Roots, &format!("{name}_sq"), Some(radicand));
         let value = self.root(radicand);
         let value = self.keep(Block::Roots, name, value);
         self.bind(Symbol::Named(k), value);
-        // Both need the radicand alone and can be under way at once; the reciprocal of the root would have to wait.
+        // Root and reciprocal both use the radicand directly and can be computed in parallel; the reciprocal of the
+        // root would have to wait for the root.
         let over = self.reciprocal(radicand);
         let inverse = self.multiply(value, over);
         let inverse = self.keep(Block::Roots, &format!("inv_{name}"), inverse);

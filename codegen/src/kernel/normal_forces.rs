@@ -1,10 +1,9 @@
-//! Friction that follows from normal forces, which follow from accelerations and multipliers, and so from friction.
+//! Friction proportional to normal forces. These depend on accelerations and multipliers, and therefore on friction.
 //!
-//! The equations of motion are linear in the sizes `N` of the normal forces: their components are
-//! `o = rest + by N`. With the direction `d = o/|o|` of each, `N = d . rest + (d . by) N`; Newton's method is to solve
-//! these equations and to take the directions at their solution. Where the matrix of the sizes `|by|` has a spectral
-//! radius below one, there is one solution. Otherwise there may be none or several (Painlevé): the normal forces are
-//! not numbers there.
+//! The equations of motion are linear in the sizes `N` of the normal forces: their components are `o = rest + by N`.
+//! With the direction `d = o/|o|` of each, `N = d . rest + (d . by) N`. Newton's method solves these equations, then
+//! updates the directions. If the matrix of the sizes `|by|` has a spectral radius below one, there is one solution.
+//! Otherwise there may be none or several (Painlevé), and the normal forces are not numbers.
 
 mod any_position;
 
@@ -15,38 +14,40 @@ use crate::graph::{Op, Signed};
 use crate::term::{AffineForce, NormalForce, Symbol, Term};
 use qrm_scene::function::Function;
 
-/// Steps of Newton's method. Five reach the last digit where the spectral radius is 0.5, and these where it is 0.97.
+/// The number of steps of Newton's method. Five reach full precision for a spectral radius of 0.5, and this number for
+/// 0.97.
 const STEPS: usize = 8;
 /// Largest error of the solution, relative to the sum of the normal forces.
 const TOLERANCE: f64 = 1e-9;
-/// Added to the square of a size before its root is taken: a force of zero has no direction, and is not divided by.
+/// Added to the square of a size before the root is taken, since a force of zero has no direction and is a divisor.
 const TINY: f64 = 1e-300;
-/// Adds to a normal force what is far below its last digit, unless it is not a number.
+/// The factor of a test value that is added to normal forces: it changes no digit, but makes the force NaN if the test
+/// value is NaN.
 const NOTHING: f64 = 1e-300;
 
 /// Accelerations and multipliers.
 pub(super) type Solution = (Vec<Value>, Vec<Value>);
 
-/// The solution for forces; with the name of a normal force, for forces alone.
+/// Solves for forces; with the name of a normal force, for forces alone.
 type Solve<'s, B> = &'s dyn Fn(&mut B, &[Value], Option<&str>) -> Solution;
 
 /// The components of a normal force.
 struct Components {
     rest: Vec<Value>,
-    /// For each component, its derivatives by all normal forces.
+    /// The derivatives of each component with respect to all normal forces.
     by: Matrix,
 }
 
 impl Components {
-    /// The derivatives of all components by a normal force.
+    /// The derivatives of all components with respect to one normal force.
     fn by_normal_force(&self, k: usize) -> Vec<Value> {
         self.by.iter().map(|component| component[k]).collect()
     }
 }
 
 impl Builder<'_> {
-    /// The solution of the equations of motion with friction. `solve` gives it for other forces, or, with the name of a
-    /// normal force, for forces alone: with constraints that keep still.
+    /// Solves the equations of motion with friction. `solve` solves them for other forces; with the name of a normal
+    /// force, for forces alone, with a zero right-hand side of the constraints.
     pub(super) fn with_friction(
         &mut self,
         normal_forces: &[NormalForce],
@@ -99,7 +100,7 @@ impl Builder<'_> {
         Components { rest, by }
     }
 
-    /// A component at accelerations and multipliers.
+    /// A component for given accelerations and multipliers.
     fn component(
         &mut self,
         force: &AffineForce,
@@ -132,7 +133,7 @@ impl Builder<'_> {
         }
         let mut forces = rest;
         let mut sizes = Vec::new();
-        // The sign of a single component does not change by friction, where there is one solution.
+        // The sign of a single component does not change with friction, if the solution is unique.
         let steps = if matches!(components, [only] if only.rest.len() == 1) { 1 } else { STEPS };
         for _ in 0..steps {
             let directions = self.directions(&forces);
@@ -156,14 +157,14 @@ impl Builder<'_> {
         sizes.iter().enumerate().map(checked).collect()
     }
 
-    /// Zero but for rounding where the solution is the only one, else not a number.
+    /// Zero up to rounding if the solution is unique, otherwise not a number.
     fn doubt(&mut self, components: &[Components], sizes: &[Value], found: &[Value]) -> Value {
         let contraction: Matrix = components
             .iter()
             .map(|own| (0..components.len()).map(|k| self.size(&own.by_normal_force(k))).collect())
             .collect();
         let none = vec![None; components.len()];
-        // All pivots are positive where the spectral radius is below one.
+        // All pivots are positive if the spectral radius is below one.
         let mut margins = self.fixed_point(&contraction, none).1;
         let tiny = Some(self.lowering.graph.number(NOTHING));
         let tolerance = Some(self.lowering.graph.number(TOLERANCE));
@@ -206,7 +207,7 @@ impl Builder<'_> {
         forces.iter().map(&mut direction).collect()
     }
 
-    /// The size of a force by its components.
+    /// The size of a force from its components.
     fn size(&mut self, force: &[Value]) -> Value {
         match force {
             [single] => self.call(Function::Abs, *single),
@@ -224,7 +225,7 @@ impl Builder<'_> {
         Some(Signed { negative: false, id: self.lowering.graph.add(Op::Call(function, argument)) })
     }
 
-    /// The solution of `x = matrix x + right`, and the pivots.
+    /// Solves `x = matrix x + right`; also returns the pivots.
     fn fixed_point(&mut self, matrix: &Matrix, right: Vec<Value>) -> Solution {
         let size = matrix.len();
         let one = self.lowering.graph.number(1.0);

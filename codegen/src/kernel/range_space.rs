@@ -1,13 +1,13 @@
-//! The linear equations of a kernel by the forces of the loops: `Mbar` and `C_q Mbar^-1 C_q'` as products of triangles
-//! that are as sparse as the mechanism. Where bodies have coordinates of their own, this grows with their number, and
-//! what is left of freedoms does not matter.
+//! Range-space method for the linear equations of a kernel: sparse triangular factors of `Mbar` and `C_q Mbar^-1 C_q'`.
+//! If bodies have their own coordinates, the cost grows linearly with their number, and the number of degrees of
+//! freedom does not matter.
 
 use super::algebra::{Matrix, Value};
 use super::block::Block;
 use super::builder::Builder;
 use crate::graph::Signed;
 
-/// A factorised system.
+/// A factored system.
 pub(super) struct RangeSpace {
     mass: Triangles,
     jacobian: Matrix,
@@ -18,7 +18,7 @@ pub(super) struct RangeSpace {
 }
 
 impl RangeSpace {
-    /// `None` if a coordinate carries no mass.
+    /// Factors the system; `None` if a coordinate has no mass.
     pub(super) fn new(builder: &mut Builder, jacobian: &Matrix, mass: &Matrix) -> Option<Self> {
         let coordinates: Vec<String> = builder.scene.coordinates.iter().map(|c| c.name.clone()).collect();
         let constraints: Vec<String> = builder.scene.constraints.iter().map(|c| c.name.clone()).collect();
@@ -46,12 +46,12 @@ impl RangeSpace {
         Some(Self { mass, jacobian: jacobian.clone(), pull, loops })
     }
 
-    /// How much of each diagonal entry its pivot kept: small pivots magnify rounding errors.
+    /// The fraction of each diagonal entry that its pivot kept: small pivots amplify rounding errors.
     pub(super) fn growth_factors(&self) -> Vec<Value> {
         self.mass.losses.iter().chain(&self.loops.losses).copied().collect()
     }
 
-    /// Accelerations and multipliers; `closing` is what `C_q qdd` must be.
+    /// Computes accelerations and multipliers; `closing` is the required `C_q qdd`.
     pub(super) fn accelerations(
         &self,
         builder: &mut Builder,
@@ -80,7 +80,7 @@ impl RangeSpace {
         (named.collect(), multipliers)
     }
 
-    /// The least change of coordinates that closes; `closing` is what `C_q dq` must be.
+    /// Computes the smallest change of coordinates with `C_q dq = closing`.
     pub(super) fn correction(&self, builder: &mut Builder, closing: &[Value]) -> Vec<Value> {
         let weights = self.loops.solve(builder, Block::Correction, closing, "weight");
         let rest = vec![None; self.mass.names.len()];
@@ -98,18 +98,18 @@ impl RangeSpace {
     }
 }
 
-/// A symmetric matrix as `L D L'`, rows and columns in an order that keeps it sparse.
+/// A symmetric matrix as `L D L'`, with rows and columns in an order that keeps it sparse.
 struct Triangles {
     names: Vec<String>,
     order: Vec<usize>,
-    /// `L` without its diagonal of ones, in that order.
+    /// `L` without its unit diagonal, in that order.
     lower: Matrix,
     inverse_pivots: Vec<Value>,
     losses: Vec<Value>,
 }
 
 impl Triangles {
-    /// `None` if a diagonal entry is zero.
+    /// Factors a matrix; `None` if a diagonal entry is zero.
     fn new(builder: &mut Builder, block: Block, matrix: &Matrix, names: &[String]) -> Option<Self> {
         let order = sparse_order(matrix);
         let n = order.len();
@@ -174,7 +174,7 @@ impl Triangles {
     }
 }
 
-/// Rows with few neighbours first, counted while those before them are eliminated.
+/// Orders rows with few neighbours first, counted during the elimination of earlier rows.
 fn sparse_order(matrix: &Matrix) -> Vec<usize> {
     let n = matrix.len();
     let mut filled: Vec<Vec<bool>> = matrix.iter().map(|row| row.iter().map(Option::is_some).collect()).collect();

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use super::states::State;
 use qrm_language::File;
 
-// Products and sums are rounded by themselves, as the interpreter rounds them.
+// Products and sums are rounded separately, like in the interpreter.
 const FLAGS: [&str; 7] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1", "-ffp-contract=off"];
 
 pub(super) struct Compiler {
@@ -18,7 +18,7 @@ pub(super) struct Compiler {
 pub(super) const COMPILERS: [Compiler; 2] = [Compiler { name: "gcc" }, Compiler { name: "clang" }];
 
 impl Compiler {
-    /// The numbers that a program with this code and this main file prints.
+    /// Compiles this code with this main file, and returns the numbers that the program prints.
     pub(super) fn run(&self, name: &str, files: &[File], main: &str, states: &[State]) -> Vec<f64> {
         let folder = super::folder();
         let file = |name: &str| folder.join(name);

@@ -1,4 +1,4 @@
-//! A main file that calls all functions at states that it reads, and prints what they give.
+//! A main file that calls all functions at states that it reads, and prints their results.
 
 use super::states::fields;
 use qrm_language::ir::{Function, Program, Shape, StructKind, Variable};
@@ -41,7 +41,7 @@ pub(super) fn driver(program: &Program) -> String {
     text + "    }\n    return 0;\n}\n"
 }
 
-/// A call of a function, and its results in print.
+/// Calls a function and prints its results.
 fn call(program: &Program, function: &Function) -> String {
     let name = &program.name;
     let mut arguments: Vec<String> = function.arguments.iter().map(argument).collect();
@@ -92,7 +92,7 @@ fn call(program: &Program, function: &Function) -> String {
     )
 }
 
-/// The code that prints a struct once it is filled, which holds numbers alone, and that uses parameters.
+/// The code that fills a struct, prints its numbers, and uses parameters.
 fn structure(program: &Program, function: &Function, kind: StructKind) -> String {
     let count = match kind {
         StructKind::Angles => 2 * program.coordinates.len(),
@@ -100,7 +100,7 @@ fn structure(program: &Program, function: &Function, kind: StructKind) -> String
     };
     let print = format!("            print((const double *)&{}, {count});\n", variable(kind));
     let use_them = match function.name.as_str() {
-        // Every other one is replaced.
+        // Every second one is replaced.
         "default_parameters" => format!(
             "            for (int i = 0; i < {count}; i++) {{\n                ((double *)&replace)[i] = i % 2 ? NAN : \
              ((double *)&p)[i] + change[i];\n            }}\n"

@@ -1,4 +1,4 @@
-//! Doubles with the sines and cosines of the system's library, which programs in C call too.
+//! Doubles with the sines and cosines of the system's C library, which C programs use too.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

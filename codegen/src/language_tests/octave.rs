@@ -1,4 +1,4 @@
-//! Octave, for MATLAB.
+//! Runs MATLAB code in Octave.
 
 use std::fs;
 use std::process::Command;
@@ -8,7 +8,7 @@ use qrm_language::ir::{Function, Program, Shape, StructKind, Variable};
 
 use super::states::{State, fields};
 
-/// The numbers that all functions of a program give in these files, in the order of the states.
+/// The results of all functions of a program in these files, in the order of the states.
 pub(super) fn run(program: &Program, files: &[File], states: &[State]) -> Vec<f64> {
     let folder = super::folder();
     files.iter().for_each(|file| fs::write(folder.join(&file.name), &file.text).expect("a file"));
@@ -23,7 +23,7 @@ pub(super) fn run(program: &Program, files: &[File], states: &[State]) -> Vec<f6
     text.lines().map(|line| line.parse().expect("a number")).collect()
 }
 
-/// A script that calls all functions at the states in a file, and writes what they give into another.
+/// A script that calls all functions at the states in a file, and writes the results to another file.
 fn driver(program: &Program) -> String {
     let (n, m) = (program.coordinates.len(), program.constraints.len());
     let parameters = fields(program, StructKind::Parameters).len();
@@ -44,13 +44,13 @@ fn driver(program: &Program) -> String {
     text + "for i = 1:size(states, 1)\n    fprintf(file, '%.17g\\n', call(states(i, :).'));\nend\nfclose(file);\n"
 }
 
-/// A call of a function; its results, as numbers one below the other, are added to those that are written.
+/// Calls a function; appends its results, as a column of numbers, to `written`.
 fn call(program: &Program, function: &Function, number: usize, written: &mut Vec<String>) -> String {
     let name = &program.name;
     match function.name.as_str() {
         "default_parameters" => {
             written.push("defaults".to_owned());
-            // Every other one is replaced.
+            // Every second one is replaced.
             return format!(
                 "    defaults = numbers({name}_parameters());\n    names = fieldnames({name}_parameters());\n    \
                  replace = struct();\n    for i = 1:2:numel(names)\n        replace.(names{{i}}) = defaults(i) + \

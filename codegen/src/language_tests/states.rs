@@ -1,4 +1,4 @@
-//! Random states, and what the functions of a tape give there.
+//! Random states, and the results of a tape's functions there.
 
 use qrm_core::NamedTape;
 use qrm_core::named_tape::Argument;
@@ -9,7 +9,7 @@ use crate::verify::Evaluation;
 
 pub(super) struct State {
     t: f64,
-    /// The numbers that are added to the parameters.
+    /// The changes of the parameters.
     change: Vec<f64>,
     q: Vec<f64>,
     qd: Vec<f64>,
@@ -51,12 +51,12 @@ pub(super) fn fields(program: &Program, kind: StructKind) -> Vec<&str> {
     fields.iter().map(|field| field.name.as_str()).collect()
 }
 
-/// The numbers that the program prints, with the names of the functions that give them.
+/// The expected output of the program, with the names of the functions.
 pub(super) fn expected<'p>(program: &'p Program, tape: &NamedTape, states: &[State]) -> Vec<(&'p str, f64)> {
     let defaults = Evaluation::<Libm>::parameters(tape, |_| None);
     let mut results = Vec::new();
     for state in states {
-        // Every other one is replaced.
+        // Every second one is replaced.
         let replaced = |i: usize| i.is_multiple_of(2).then(|| Libm(defaults[i].0 + state.change[i]));
         let parameters = Evaluation::parameters(tape, replaced);
         let on = |values: &[f64]| values.iter().map(|&value| Libm(value)).collect::<Vec<Libm>>();

@@ -1,4 +1,4 @@
-//! Sums of products: equal parts merged, common factors taken out.
+//! Sums of products: merges equal parts and factors out common factors.
 
 use std::collections::BTreeMap;
 
@@ -39,7 +39,7 @@ impl Lowering {
         monomial
     }
 
-    /// Appends the factors of a power: whole and half exponents by multiplication, root and reciprocal.
+    /// Appends the factors of a power: integer and half-integer exponents use multiplication, root and reciprocal.
     fn power(&mut self, base: &Term, exponent: &BigRational, monomial: &mut Monomial) {
         let doubled = exponent * BigRational::from_integer(2.into());
         let small = doubled.is_integer().then(|| doubled.to_integer().to_i32()).flatten().filter(|n| n.abs() <= 32);
@@ -64,7 +64,7 @@ impl Lowering {
         monomial.factors.extend(std::iter::repeat_n(factor, times as usize));
     }
 
-    /// A sum: equal varying parts are merged, then common factors taken out.
+    /// A sum: equal varying parts are merged, then common factors are factored out.
     pub(super) fn sum(&mut self, terms: &[Term]) -> Signed {
         let mut merged: BTreeMap<Vec<Id>, Vec<Monomial>> = BTreeMap::new();
         for term in terms {
@@ -89,7 +89,7 @@ impl Lowering {
         *self.graph.op(id) == Op::Number(1.0_f64.to_bits())
     }
 
-    /// The sum of monomials with the factor that most of them share taken out, again and again.
+    /// Sums monomials; repeatedly factors out the most common factor.
     fn factored(&mut self, monomials: Vec<Monomial>) -> Signed {
         let mut terms = Vec::new();
         let mut rest = monomials;
@@ -112,7 +112,7 @@ impl Lowering {
         self.total(terms)
     }
 
-    /// A sum in which numbers are added up and equal terms counted.
+    /// Sums terms; adds numbers and counts equal terms.
     pub fn total(&mut self, terms: Vec<Signed>) -> Signed {
         let mut number = 0.0;
         let mut counts: BTreeMap<Id, i32> = BTreeMap::new();
@@ -141,7 +141,7 @@ impl Lowering {
     }
 }
 
-/// The factor that occurs in most monomials, if in more than one.
+/// The factor that occurs in most monomials, if it occurs in more than one.
 fn most_common_factor(monomials: &[Monomial]) -> Option<Id> {
     let mut counts: BTreeMap<Id, usize> = BTreeMap::new();
     for monomial in monomials {

@@ -1,55 +1,56 @@
-//! Everything that the generated functions compute, as terms.
+//! The quantities that the generated functions compute, as terms.
 
 use super::named::Named;
 use super::{Symbol, Term};
 
-/// Everything that the generated functions compute, as symbolic terms; matrices are lists of rows.
+/// The quantities that the generated functions compute, as symbolic terms; matrices are lists of rows.
 #[derive(Clone, Debug, Default)]
 pub struct Equations {
-    /// Quantities that stand under a name in the terms, each after those that it needs.
+    /// Named quantities in the terms, each after those that it uses.
     pub names: Vec<Named>,
-    /// The rows of x: a coordinate of a body each.
+    /// The rows of x, each a coordinate of a body.
     pub rows: Vec<Row>,
-    /// Rows that do not matter, and why.
+    /// Omitted rows, with the reasons.
     pub left_out: Vec<String>,
-    /// x(q)
+    /// Positions of the bodies, x(q).
     pub com_positions: Vec<Term>,
-    /// T = dx/dq
+    /// Jacobian of the positions, T = dx/dq.
     pub com_jacobian: Vec<Vec<Term>>,
-    /// (T qd)_q qd
+    /// Bias of the positions, (T qd)_q qd.
     pub com_bias: Vec<Term>,
-    /// C(q)
+    /// Constraints, C(q).
     pub constraints: Vec<Term>,
-    /// C_q
+    /// Jacobian of the constraints, C_q.
     pub constraint_jacobian: Vec<Vec<Term>>,
-    /// C_qq, a symmetric matrix for each constraint; none if quantities have names
+    /// Second derivatives C_qq, a symmetric matrix for each constraint; empty if quantities have names.
     pub constraint_hessians: Vec<Vec<Vec<Term>>>,
-    /// C_t
+    /// Derivative of the constraints with respect to time, C_t.
     pub constraint_rate: Vec<Term>,
-    /// (C_q qd)_q qd, where closures depend on time (C_q qd + C_t)_q qd + (C_q qd + C_t)_t
+    /// Bias of the constraints, (C_q qd)_q qd; for constraints that depend on time, (C_q qd + C_t)_q qd + (C_q qd +
+    /// C_t)_t.
     pub constraint_bias: Vec<Term>,
-    /// T' M T
+    /// Mass matrix, T' M T.
     pub mass_matrix: Vec<Vec<Term>>,
-    /// Q + T' (F - M bias)
+    /// Generalized forces, Q + T' (F - M bias).
     pub generalized_forces: Vec<Term>,
-    /// Kinetic energy and the potential of the conservative loads.
+    /// Kinetic energy, and the potential of the conservative loads.
     pub energy: Vec<Term>,
     /// Power of the other loads.
     pub power: Vec<Term>,
-    /// The outputs that the scene asks for.
+    /// The outputs of the scene.
     pub outputs: Vec<Term>,
-    /// The normal forces that friction depends on.
+    /// The normal forces of friction.
     pub normal_forces: Vec<NormalForce>,
-    /// How the equations change with the state, if the scene asks for it.
+    /// The linearization with respect to the state, if the scene requests it.
     pub linearization: Option<Linearization>,
     /// Abscissa and ordinate of each named point.
     pub points: Vec<[Term; 2]>,
-    /// All that a kernel needs, in its own form.
+    /// The equations in the form for a kernel.
     pub kernel: KernelEquations,
 }
 
 impl Equations {
-    /// Every term.
+    /// All terms.
     pub fn terms(&self) -> impl Iterator<Item = &Term> {
         let of_loops = [&self.constraints, &self.constraint_bias, &self.constraint_rate];
         let vectors = [&self.com_positions, &self.com_bias].into_iter().chain(of_loops);
@@ -62,25 +63,25 @@ impl Equations {
     }
 }
 
-/// Derivatives of the equations of motion, accelerations and multipliers held.
+/// Derivatives of the equations of motion, with accelerations and multipliers held constant.
 #[derive(Clone, Debug, Default)]
 pub struct Linearization {
-    /// -d(fbar - Mbar qdd - C_q' lambda)/dq
+    /// Stiffness, -d(fbar - Mbar qdd - C_q' lambda)/dq.
     pub stiffness: Vec<Vec<Term>>,
-    /// -d fbar/d qd
+    /// Damping, -d fbar/d qd.
     pub damping: Vec<Vec<Term>>,
-    /// d(C_q qdd + bias)/dq
+    /// Stiffness of the constraints, d(C_q qdd + bias)/dq.
     pub constraint_stiffness: Vec<Vec<Term>>,
-    /// d bias/d qd
+    /// Damping of the constraints, d bias/d qd.
     pub constraint_damping: Vec<Vec<Term>>,
-    /// d(fbar - C_q' lambda)/dt
+    /// Forcing, d(fbar - C_q' lambda)/dt.
     pub forcing: Vec<Term>,
-    /// -d(C_q qdd + bias)/dt
+    /// Forcing of the constraints, -d(C_q qdd + bias)/dt.
     pub constraint_forcing: Vec<Term>,
 }
 
 impl Linearization {
-    /// The matrices under their names.
+    /// The matrices with their names.
     pub fn parts(&self) -> [(&'static str, &Vec<Vec<Term>>); 4] {
         [
             ("stiffness", &self.stiffness),
@@ -91,32 +92,32 @@ impl Linearization {
     }
 }
 
-/// The equations of motion for a kernel. Roots of what varies have names and are differentiated by the chain rule, as
-/// one does on paper, so that everything stays short.
+/// The equations of motion for a kernel. Varying roots have names and are differentiated by the chain rule, as on
+/// paper, which keeps all terms short.
 #[derive(Clone, Debug, Default)]
 pub struct KernelEquations {
-    /// Roots and other named quantities, each after those that it needs.
+    /// Roots and other named quantities, each after those that it uses.
     pub names: Vec<Named>,
-    /// C(q)
+    /// Constraints, C(q).
     pub constraints: Vec<Term>,
-    /// C_q
+    /// Jacobian of the constraints, C_q.
     pub constraint_jacobian: Vec<Vec<Term>>,
-    /// C_t
+    /// Derivative of the constraints with respect to time, C_t.
     pub constraint_rate: Vec<Term>,
     /// The bias of the constraints at acceleration level: `C_q qdd + bias = 0`.
     pub constraint_bias: Vec<Term>,
-    /// T' M T
+    /// Mass matrix, T' M T.
     pub mass_matrix: Vec<Vec<Term>>,
-    /// The parts of Q + T' (F - M bias).
+    /// The parts of the generalized forces, Q + T' (F - M bias).
     pub pushes: Vec<Push>,
-    /// The outputs that the scene asks for.
+    /// The outputs of the scene.
     pub outputs: Vec<Term>,
-    /// The normal forces that friction depends on.
+    /// The normal forces of friction.
     pub normal_forces: Vec<NormalForce>,
 }
 
 impl KernelEquations {
-    /// The equations for a kernel with the same terms as in the plain functions.
+    /// Creates the equations for a kernel from the terms of the plain functions.
     pub fn without_roots(equations: &Equations) -> Self {
         let is_normal = |symbol| matches!(symbol, Symbol::NormalForce(_)).then(Term::zero);
         let total = equations.generalized_forces.iter().map(|force| force.replacing(&is_normal)).collect();
@@ -134,45 +135,45 @@ impl KernelEquations {
     }
 }
 
-/// A part of the generalized forces: what acts on a body, or a load.
+/// The contribution of a body or a load to the generalized forces.
 #[derive(Clone, Debug)]
 pub struct Push {
-    /// The name of the body or load that acts.
+    /// The name of the body or load.
     pub name: String,
-    /// Forces and torques, each with the derivative by each coordinate of the displacement that it acts along.
+    /// Forces and torques, each with the derivatives of its displacement with respect to the coordinates.
     pub efforts: Vec<(String, Term, Vec<Term>)>,
-    /// The generalized forces that these make, simplified together.
+    /// The resulting generalized forces, simplified together.
     pub total: Vec<Term>,
 }
 
-/// A force in a joint whose size friction is proportional to.
+/// A joint force to which friction is proportional.
 #[derive(Clone, Debug)]
 pub struct NormalForce {
-    /// The output that it is.
+    /// The output with this force.
     pub output: usize,
     /// The name of the normal force.
     pub name: String,
-    /// The components of the normal force: one, or two of which it is the norm.
+    /// The components of the normal force: a single one, or two whose norm is the force.
     pub components: Vec<AffineForce>,
-    /// The generalized forces of friction for a unit of it.
+    /// The generalized friction forces for a unit normal force.
     pub friction: Vec<Term>,
 }
 
-/// A force that depends on accelerations, multipliers and normal forces by constant factors.
+/// A force that depends linearly on accelerations, multipliers and normal forces, with constant factors.
 #[derive(Clone, Debug)]
 pub struct AffineForce {
     /// The part of the force without accelerations, multipliers and normal forces.
     pub rest: Term,
-    /// The derivatives of the force by the accelerations.
+    /// The derivatives of the force with respect to the accelerations.
     pub by_accelerations: Vec<Term>,
-    /// The derivatives of the force by the multipliers.
+    /// The derivatives of the force with respect to the multipliers.
     pub by_multipliers: Vec<Term>,
-    /// The derivatives of the force by the normal forces, in their order.
+    /// The derivatives of the force with respect to the normal forces, in their order.
     pub by_normal_forces: Vec<Term>,
 }
 
 impl NormalForce {
-    /// The normal force with other terms.
+    /// Maps all terms of the normal force.
     #[must_use]
     pub fn map(&self, f: impl Fn(&Term) -> Term) -> Self {
         let all = |terms: &[Term]| terms.iter().map(&f).collect();
@@ -196,7 +197,7 @@ impl NormalForce {
 pub struct Row {
     /// The body.
     pub body: usize,
-    /// Abscissa (0) or ordinate (1) of its centre of mass, or its angle (2).
+    /// Abscissa (0) or ordinate (1) of the centre of mass, or the angle (2).
     pub axis: usize,
     /// The mass of the body, or its moment of inertia.
     pub inertia: Term,

@@ -1,11 +1,11 @@
-//! Quantities that stand under a name in other formulae, with what the chain rule needs of them.
+//! Quantities with a name, and their derivatives for the chain rule.
 
 use num_rational::BigRational;
 
 use super::{Symbol, Term};
 use qrm_scene::scene::Scene;
 
-/// A quantity under a name: formulae hold its symbol and those of its derivatives, so that they stay short.
+/// A quantity with a name: formulae contain its symbol and those of its derivatives, which keeps them short.
 #[derive(Clone, Debug)]
 pub struct Named {
     /// The name of the quantity in generated code and in the derivation.
@@ -14,12 +14,12 @@ pub struct Named {
     pub kind: NamedKind,
 }
 
-/// How a named quantity and its derivatives are computed.
+/// The kinds of named quantities.
 #[derive(Clone, Debug)]
 pub enum NamedKind {
     /// The root of a term.
     Root(Root),
-    /// A point's or body's coordinate, or the argument of a function.
+    /// A coordinate of a point or body, or the argument of a function.
     Formula(Formula),
 }
 
@@ -28,24 +28,24 @@ pub enum NamedKind {
 pub struct Root {
     /// The term under the root.
     pub radicand: Term,
-    /// The derivative of the root by each coordinate, times the root.
+    /// The derivatives of the root with respect to the coordinates, times the root.
     pub slopes: Vec<Term>,
-    /// Half of the radicand's derivative by time alone.
+    /// Half of the radicand's partial derivative with respect to time.
     pub half_time_derivative: Term,
-    /// Half of what the second rate of the radicand has beside the accelerations.
+    /// Half of the second rate of the radicand, without the part proportional to accelerations.
     pub half_bias: Term,
 }
 
-/// A named formula in terms of coordinates, time and quantities named before.
+/// A named formula of coordinates, time and quantities named before.
 #[derive(Clone, Debug)]
 pub struct Formula {
     /// The value of the formula.
     pub value: Term,
-    /// The derivative of the formula by each coordinate.
+    /// The derivatives of the formula with respect to the coordinates.
     pub slopes: Vec<Term>,
     /// The rate of the formula.
     pub rate: Term,
-    /// The second rate of the formula without its slopes times the accelerations.
+    /// The second rate of the formula, without the part proportional to accelerations.
     pub bias: Term,
 }
 
@@ -58,7 +58,7 @@ impl Named {
         }
     }
 
-    /// The name of one of its symbols in plain text.
+    /// The plain-text name of one of its symbols.
     pub fn symbol_name(&self, symbol: Symbol, scene: &Scene) -> String {
         match symbol {
             Symbol::NamedSlope(_, i) => format!("{}_{}", self.name, scene.coordinates[i].name),
@@ -68,7 +68,7 @@ impl Named {
         }
     }
 
-    /// The symbols of the quantity at this place of a list and of its derivatives, with what they stand for.
+    /// The symbols of the quantity with this index and of its derivatives, with their terms.
     pub fn definitions(&self, place: usize) -> Vec<(Symbol, Term)> {
         let (value, slopes, rate, bias) = match &self.kind {
             NamedKind::Formula(formula) => {
@@ -85,7 +85,7 @@ impl Named {
 }
 
 impl Root {
-    /// Value, slopes, rate and bias of the root at this place.
+    /// The value, slopes, rate and bias of the root with this index.
     fn terms(&self, place: usize) -> (Term, Vec<Term>, Term, Term) {
         let over = |term: &Term| Term::Product(vec![term.clone(), power(Term::Symbol(Symbol::Named(place)), -1, 1)]);
         let slopes = self.slopes.iter().map(|slope| if slope.is_zero() { Term::zero() } else { over(slope) });

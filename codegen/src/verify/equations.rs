@@ -1,4 +1,4 @@
-//! The equations of motion at a state, straight from the scene.
+//! The equations of motion at a state, evaluated directly from the scene.
 
 use num_dual::Dual2;
 
@@ -10,7 +10,7 @@ use qrm_scene::function::Differentiable;
 use qrm_scene::scene::{Scene, Value as Formula};
 
 impl<B: Differentiable> Sample<B> {
-    /// The residual of the equations of motion at the accelerations and multipliers of the sample.
+    /// The residual of the equations of motion for the accelerations and multipliers of the sample.
     pub(super) fn residual(&self, scene: &Scene, equations: &Equations) -> Residual<B> {
         let gradients = Gradients::new(self, scene);
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
@@ -48,7 +48,7 @@ impl<B: Differentiable> Sample<B> {
     }
 }
 
-/// The residual of the equations of motion: zero in a motion.
+/// The residual of the equations of motion; zero during a motion.
 pub(super) struct Residual<B> {
     /// `Mbar qdd + C_q' lambda - fbar`
     pub(super) forces: Vec<B>,
@@ -58,12 +58,12 @@ pub(super) struct Residual<B> {
 
 /// The parts of the equations of motion at a state.
 pub(super) struct EquationsOfMotion<B> {
-    /// The rows of `T` in their second derivative by time.
+    /// The rows of `T` with two derivatives with respect to time.
     pub(super) positions: Vec<Dual2<B>>,
     pub(super) jacobian: Vec<Vec<B>>,
     pub(super) mass: Vec<B>,
     pub(super) forces: Vec<B>,
-    /// The loop constraints in their second derivative by time.
+    /// The loop constraints with two derivatives with respect to time.
     pub(super) residuals: Vec<Dual2<B>>,
     pub(super) constraint_jacobian: Vec<B>,
 }
@@ -79,7 +79,7 @@ impl<B: Differentiable> EquationsOfMotion<B> {
         let mut mass = vec![zero; n * n];
         let mut forces = sample.generalized_forces(gradients, plain);
         for (((_, inertia), row), bias) in rows.iter().zip(&jacobian).zip(&positions) {
-            // Most rows move with few coordinates of a large mechanism.
+            // In a large mechanism most rows depend on few coordinates.
             for i in (0..n).filter(|&i| !row[i].is_zero()) {
                 forces[i] -= *inertia * row[i] * bias.v2;
                 for j in 0..n {

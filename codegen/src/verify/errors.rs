@@ -1,4 +1,4 @@
-//! How large the errors of numbers are that are compared.
+//! Error estimates of compared numbers.
 
 use std::cell::OnceCell;
 
@@ -14,18 +14,19 @@ use qrm_scene::expression::Node;
 use qrm_scene::resolve::all_values;
 use qrm_scene::scene::{Quantity, Scene, Value};
 
-/// Rounding errors of 32 digits for each of 16 digits: where terms cancel, the latter tell how large the terms were.
+/// The ratio of rounding errors with 32 digits to those with 16: where terms cancel, the latter show the size of the
+/// terms.
 const ROUNDING: f64 = 1e-13;
-/// Rounding errors of numbers in the text of a module for those of a computation in doubles.
+/// The ratio of errors of constants in a module's text to rounding errors of double precision.
 pub(super) const CONSTANTS: f64 = 4.0;
-/// Where inputs that differ by a few units in the last place change a value by more than this fraction of a difference,
-/// the difference says nothing.
+/// The largest change of a value, relative to a difference, caused by a few units in the last place of the inputs, for
+/// which the difference is significant.
 const CONDITION: f64 = 0.1;
 
-/// Products of numbers with more digits than this have more than those of a double.
+/// The largest number of digits of factors whose product is exact in double precision.
 const LONG: usize = 7;
 
-/// The number of digits that are written of a number.
+/// The number of digits in a number's decimal.
 fn digits(number: f64) -> usize {
     format!("{number:e}").split('e').next().unwrap_or_default().chars().filter(char::is_ascii_digit).count()
 }
@@ -40,18 +41,18 @@ pub(super) fn has_rounded_constants(scene: &Scene) -> bool {
     all_values(scene).iter().any(has_long)
 }
 
-/// The errors of numbers at a state, computed when they are asked for.
+/// The errors of numbers at a state, computed on demand.
 pub(super) struct Errors<'a> {
     scene: &'a Scene,
     equations: &'a Equations,
     tape: &'a NamedTape,
     sample: &'a Sample,
     has_rounded_constants: bool,
-    /// The expected numbers in doubles, and with 32 digits at a state nearby.
+    /// The expected numbers in double precision, and with 32 digits at a nearby state.
     known: OnceCell<[Option<Expected<f64>>; 2]>,
     nearby: OnceCell<Option<Expected<Wide>>>,
     force_sizes: OnceCell<Vec<Wide>>,
-    /// The tape in doubles.
+    /// The tape in double precision.
     rounded: OnceCell<Evaluation<'a, f64>>,
 }
 
@@ -67,7 +68,7 @@ impl<'a> Errors<'a> {
         self.nearby.get_or_init(nearby).as_ref()
     }
 
-    /// The rounding errors of one number: those of doubles show how large the terms are that cancel in it.
+    /// The rounding error of one number: double-precision results show how large its cancelling terms are.
     pub(super) fn rounding_error(&self, place: usize, i: usize, expected: Wide, got: DoubleDouble) -> f64 {
         let samples = || [self.sample.clone(), self.sample.nearby()].map(|s| s.expected(self.scene, self.equations));
         let [here, near] = self.known.get_or_init(samples);
@@ -77,12 +78,12 @@ impl<'a> Errors<'a> {
         };
         let of_expected = error(here, Some(expected)) + error(near, self.nearby().map(|n| n[place].1[i]));
         let of_got = self.rounded(place, i).map_or(0.0, |rounded| size(Wide::from(rounded) - Wide(got)));
-        // Numbers in the text of a module have 16 digits: where terms cancel, no more of the sum is known.
+        // Numbers in the text of a module have 16 digits, which limits the accuracy where terms cancel.
         let constant_error = if self.has_rounded_constants { CONSTANTS * of_expected } else { 0.0 };
         (ROUNDING * (of_expected + of_got) + SMALLEST * self.terms(place, i)).max(constant_error)
     }
 
-    /// The errors that rounded numbers of the module leave in another number: rounding errors of doubles tell them.
+    /// The error of a number caused by rounded constants in the module, estimated from double-precision results.
     pub(super) fn constant_error(&self, name: &str, i: usize) -> f64 {
         if !self.has_rounded_constants {
             return 0.0;
@@ -96,7 +97,7 @@ impl<'a> Errors<'a> {
         CONSTANTS * errors.into_iter().flatten().sum::<f64>()
     }
 
-    /// The sum of the sizes of a number's terms, where it is known.
+    /// The sum of the absolute values of a number's terms, if known.
     fn terms(&self, place: usize, i: usize) -> f64 {
         let names = self.nearby().map(|nearby| nearby[place].0);
         if !names.is_some_and(|name| name.ends_with("generalized_forces")) {
@@ -106,14 +107,14 @@ impl<'a> Errors<'a> {
         size(self.force_sizes.get_or_init(sizes)[i])
     }
 
-    /// A number of the tape in doubles.
+    /// A number of the tape in double precision.
     fn rounded(&self, place: usize, i: usize) -> Option<f64> {
         let (name, _) = self.known.get()?.first()?.as_ref()?[place];
         let rounded = || self.sample.evaluation(self.scene, self.tape, &[]);
         self.rounded.get_or_init(rounded).results(name).get(i).copied()
     }
 
-    /// Whether a difference may come from numbers that are rounded to 16 digits in the module.
+    /// Whether a difference may be caused by numbers that are rounded to 16 digits in the module.
     pub(super) fn hide(&self, place: usize, i: usize, expected: Wide, got: DoubleDouble) -> bool {
         let spread = self.nearby().map_or(f64::INFINITY, |nearby| size(nearby[place].1[i] - expected));
         spread > CONDITION * size(Wide(got) - expected)

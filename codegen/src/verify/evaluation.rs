@@ -1,11 +1,11 @@
-//! All values of a tape at once, on any number.
+//! Evaluates all values of a tape on any number type.
 
 use qrm_core::named_tape::{Argument, Value};
 use qrm_core::{DoubleDouble, NamedTape, Operation, Scalar, execute};
 
-/// A number that a tape is verified on.
+/// A number type on which a tape is verified.
 pub(crate) trait Number: Scalar {
-    /// The number that a double means in a scene: its shortest decimal.
+    /// The number that a double represents in a scene: its shortest decimal.
     fn decimal(number: f64) -> Self;
 }
 
@@ -30,7 +30,7 @@ pub(crate) struct Evaluation<'t, N> {
 }
 
 impl<'t, N: Number> Evaluation<'t, N> {
-    /// The values for given parameters and arguments: those that an argument lacks are not a number.
+    /// Computes the values for given parameters and arguments; missing ones are not a number.
     pub(crate) fn new(tape: &'t NamedTape, parameters: &[N], arguments: &[(Argument, &[N])]) -> Self {
         let mut values = vec![N::from_f64(f64::NAN); tape.inputs()];
         values[..parameters.len()].copy_from_slice(parameters);
@@ -53,7 +53,7 @@ impl<'t, N: Number> Evaluation<'t, N> {
         evaluation
     }
 
-    /// The values of the parameters in the scene, some of them replaced: each follows from those before it.
+    /// The values of the parameters in the scene, some of them replaced; each depends on earlier ones.
     pub(crate) fn parameters(tape: &'t NamedTape, replace: impl Fn(usize) -> Option<N>) -> Vec<N> {
         let mut evaluation = Self { tape, values: vec![N::from_f64(f64::NAN); tape.values().len()] };
         let Some(function) = tape.function("parameters") else { return Vec::new() };
@@ -75,7 +75,8 @@ impl<'t, N: Number> Evaluation<'t, N> {
         }
     }
 
-    /// The results of a function, or of a part of it: `dynamics.mass_matrix`. None if there is no such function.
+    /// The results of a function, or of a part of it such as `dynamics.mass_matrix`; empty if there is no such
+    /// function.
     pub(crate) fn results(&self, name: &str) -> Vec<N> {
         let (name, part) = name.split_once('.').unwrap_or((name, ""));
         let Some(function) = self.tape.function(name) else { return Vec::new() };

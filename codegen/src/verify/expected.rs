@@ -1,4 +1,4 @@
-//! The values that each generated function must give at a state, computed straight from the scene.
+//! The expected results of each generated function at a state, computed directly from the scene.
 
 use num_dual::{Dual, Dual2};
 
@@ -11,11 +11,11 @@ use qrm_scene::evaluate::State;
 use qrm_scene::function::Differentiable;
 use qrm_scene::scene::{OutputKind, Scene};
 
-/// The numbers that each function must give.
+/// The expected results of each function.
 pub(super) type Expected<B> = Vec<(&'static str, Vec<B>)>;
 
 impl<B: Differentiable> Sample<B> {
-    /// The values that the functions must give; `None` if the state is outside the domain of the formulae.
+    /// The expected results of the functions; `None` if the state is outside the domain of the formulae.
     pub(super) fn expected(&self, scene: &Scene, equations: &Equations) -> Option<Expected<B>> {
         let gradients = Gradients::new(self, scene);
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
@@ -64,19 +64,19 @@ impl<B: Differentiable> Sample<B> {
         finite.then_some(expected)
     }
 
-    /// The derivatives of the closures by time alone.
+    /// The partial derivatives of the constraints with respect to time.
     pub(super) fn constraint_rates(&self, scene: &Scene) -> Vec<B> {
         let state = self.state_at(scene, Dual::new(self.t, B::from(1.0)));
         scene.constraints.iter().map(|constraint| state.value(&constraint.residual).eps).collect()
     }
 
-    /// The state at a time, coordinates and rates held.
+    /// The state at another time, with the same coordinates and rates.
     pub(super) fn state_at(&self, scene: &Scene, time: Dual<B>) -> State<Dual<B>> {
         let fixed = |values: &[B]| values.iter().map(|&value| Dual::new(value, B::from(0.0))).collect();
         State::new(scene, &self.parameters, time, fixed(&self.q), fixed(&self.qd))
     }
 
-    /// How closures curve along the rates while time stands still: `(C_q qd)_q qd`.
+    /// The curvature of the constraints along the rates at fixed time: `(C_q qd)_q qd`.
     pub(super) fn quadratic_velocity_term(&self, scene: &Scene) -> Vec<B> {
         let zero = B::from(0.0);
         let q = self.q.iter().zip(&self.qd).map(|(q, v)| Dual2::new(*q, *v, zero)).collect();
@@ -85,7 +85,7 @@ impl<B: Differentiable> Sample<B> {
         scene.constraints.iter().map(|constraint| state.value(&constraint.residual).v2).collect()
     }
 
-    /// The outputs at the accelerations, multipliers and normal forces of the sample.
+    /// The outputs for the accelerations, multipliers and normal forces of the sample.
     pub(super) fn outputs(&self, gradients: &Gradients<B>) -> Vec<B> {
         let zero = B::from(0.0);
         let scene = gradients.scene;

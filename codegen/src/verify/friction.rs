@@ -1,4 +1,4 @@
-//! Normal forces of friction at a state, straight from the scene.
+//! Normal forces of friction at a state, computed directly from the scene.
 
 use super::equations::EquationsOfMotion;
 use super::gradients::Gradients;
@@ -8,15 +8,15 @@ use qrm_scene::evaluate::State;
 use qrm_scene::function::Differentiable;
 use qrm_scene::scene::{OutputKind, Scene, Value as Formula};
 
-/// Most iterations to the doubles of the normal forces: as many as a contraction by 0.95 takes.
+/// The largest number of iterations to double precision: a contraction by 0.95 needs as many.
 const ITERATIONS: usize = 800;
 
 impl<B: Differentiable> Sample<B> {
-    /// The sample with the normal forces that belong to its accelerations and multipliers.
+    /// Adds the normal forces for the sample's accelerations and multipliers.
     pub(super) fn with_given_forces(&self, scene: &Scene) -> Self {
         let normals = scene.normal_forces();
         let mut sample = self.clone();
-        // None of them contains one that contains it.
+        // No cycles: no normal force contains another one that contains it.
         for _ in &normals {
             let sizes: Vec<B> = components(&sample, scene, &normals).iter().map(|force| size(force)).collect();
             sample.set_normal_forces(&normals, &sizes);
@@ -24,8 +24,8 @@ impl<B: Differentiable> Sample<B> {
         sample
     }
 
-    /// The sample with the normal forces of the motion at its coordinates and rates. They are not numbers where there
-    /// may be none or several, or the equations of motion are singular.
+    /// Adds the normal forces of the motion at the sample's coordinates and rates. They are not numbers if there may be
+    /// no solution or several, or if the equations of motion are singular.
     pub(super) fn with_forces_of_motion(&self, scene: &Scene, rows: &[(&Formula, B)]) -> Self {
         let normals = scene.normal_forces();
         if normals.is_empty() {
@@ -39,7 +39,7 @@ impl<B: Differentiable> Sample<B> {
 
     fn forces_of_motion(&self, scene: &Scene, rows: &[(&Formula, B)], normals: &[usize]) -> Option<Vec<B>> {
         let (zero, one) = (B::from(0.0), B::from(1.0));
-        // The normal forces are linear in those that friction takes: at none, and at one of each.
+        // The normal forces depend linearly on those in the friction: evaluated for zero, and for a unit of each.
         let at = |unit: Option<usize>| -> Option<Vec<Vec<B>>> {
             let mut sample = self.clone();
             let given: Vec<B> = (0..normals.len()).map(|k| if Some(k) == unit { one } else { zero }).collect();
@@ -74,7 +74,7 @@ impl<B: Differentiable> Sample<B> {
             let last = sizes.clone();
             sizes = next(&last);
             if sizes.iter().zip(&last).all(|(size, last)| size.re() == last.re()) {
-                // The digits beyond doubles take as many again.
+                // The digits beyond double precision need as many iterations again.
                 (0..count + 10).for_each(|_| sizes = next(&sizes));
                 return Some(sizes);
             }
@@ -89,7 +89,7 @@ impl<B: Differentiable> Sample<B> {
     }
 }
 
-/// The components of the normal forces, at the accelerations, multipliers and normal forces of a sample.
+/// The components of the normal forces for a sample's accelerations, multipliers and normal forces.
 fn components<B: Differentiable>(sample: &Sample<B>, scene: &Scene, normals: &[usize]) -> Vec<Vec<B>> {
     let outputs = sample.outputs(&Gradients::new(sample, scene));
     let of = |k: usize| match &scene.outputs[k].kind {
@@ -106,7 +106,8 @@ fn size<B: Differentiable>(force: &[B]) -> B {
     }
 }
 
-/// Whether the sizes of the matrix have a spectral radius below one: then all pivots of one less them are positive.
+/// Whether the matrix of absolute values has a spectral radius below one: all pivots of the identity minus the matrix
+/// are then positive.
 fn is_contraction<B: Differentiable>(by: &[Vec<Vec<B>>]) -> bool {
     let count = by.len();
     let mut rows: Vec<Vec<f64>> = by.iter().map(|row| row.iter().map(|force| -size(force).re()).collect()).collect();

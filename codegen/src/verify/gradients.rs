@@ -1,4 +1,4 @@
-//! Derivatives by the coordinates, by automatic differentiation of the scene.
+//! Derivatives with respect to the coordinates, by automatic differentiation of the scene.
 
 use num_dual::Dual;
 
@@ -7,11 +7,11 @@ use qrm_scene::evaluate::State;
 use qrm_scene::function::Differentiable;
 use qrm_scene::scene::{Scene, Value as Formula};
 
-/// Derivatives by the coordinates at a state, time and rates held.
+/// Derivatives with respect to the coordinates at a state, with time and rates fixed.
 pub(super) struct Gradients<'s, B> {
     pub(super) scene: &'s Scene,
     qd: &'s [B],
-    /// The state once for each coordinate by which every value in it carries its derivative.
+    /// One state for each coordinate; every value in it carries its derivative with respect to that coordinate.
     pub(super) states: Vec<State<Dual<B>>>,
 }
 
@@ -29,7 +29,7 @@ impl<'s, B: Differentiable> Gradients<'s, B> {
         gradient
     }
 
-    /// How far each coordinate moves any point at most, by its derivative.
+    /// The largest derivative of any point with respect to each coordinate.
     pub(super) fn levers(&self) -> Vec<B> {
         let larger = |most: B, moved: B| if moved.re() > most.re() { moved } else { most };
         let lever = |state: &State<Dual<B>>| {
@@ -39,13 +39,13 @@ impl<'s, B: Differentiable> Gradients<'s, B> {
         self.states.iter().map(lever).collect()
     }
 
-    /// The rate of a displacement that the coordinates bring.
+    /// The rate of a displacement due to the coordinates.
     pub(super) fn velocity(&self, displacement: &Formula) -> B {
         self.gradient(displacement).iter().zip(self.qd).map(|(s, v)| *s * *v).sum()
     }
 }
 
-/// The state in which every value carries its derivative by one coordinate.
+/// The state whose values carry their derivatives with respect to one coordinate.
 fn by_coordinate<B: Differentiable>(sample: &Sample<B>, scene: &Scene, i: usize) -> State<Dual<B>> {
     let [zero, one] = [0.0, 1.0].map(B::from);
     let dual = |(j, &q): (usize, &B)| Dual::new(q, if i == j { one } else { zero });

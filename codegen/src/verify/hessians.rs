@@ -1,4 +1,4 @@
-//! The second derivatives of the constraints, which the derivation shows.
+//! The second derivatives of the constraints, which occur in the derivation.
 
 use super::errors::CONSTANTS;
 use super::sample::Sample;
@@ -6,7 +6,7 @@ use super::wide::Wide;
 use crate::term::{Equations, Symbol, Term};
 use qrm_scene::scene::Scene;
 
-/// Compares `C_qq`, which no function computes but the derivation shows, contracted with the rates on both sides.
+/// Compares `C_qq`, contracted with the rates on both sides. The derivation shows it, but no function computes it.
 pub(super) fn second_derivatives(
     scene: &Scene,
     equations: &Equations,
@@ -39,7 +39,7 @@ pub(super) fn second_derivatives(
     Ok(())
 }
 
-/// The contraction, and the sum of the sizes of its terms.
+/// The contraction, and the sum of the absolute values of its terms.
 fn contraction(hessian: &[Vec<Term>], sample: &Sample) -> (f64, f64) {
     let value = |symbol: Symbol| match symbol {
         Symbol::Parameter(i) => sample.parameters[i],

@@ -1,4 +1,4 @@
-//! The kernel of a tape against the equations of motion as one system, solved by elimination with pivots.
+//! Compares the kernel of a tape with the equations of motion as one system, solved by elimination with pivoting.
 
 use num_traits::Signed;
 use qrm_core::{DoubleDouble, MAX_GROWTH, NamedTape, Scalar};
@@ -15,12 +15,12 @@ use qrm_scene::scene::Scene;
 
 /// Largest difference of a number, relative to itself.
 const TOLERANCE: f64 = 1e-12;
-/// Largest difference relative to what changes with the last digits of the sample.
+/// The largest difference, relative to the change caused by the last digits of the sample.
 const SPREAD: f64 = 10.0;
-/// Rounding errors of 32 digits, relative to the terms that cancel.
+/// Rounding errors with 32 digits, relative to the cancelling terms.
 const ROUNDING: f64 = 1e-26;
 
-/// Compares every function of the kernel at a state, as far as it suits the position and the equations are not nearly
+/// Compares every function of the kernel at a state, if it is valid at the position and the equations are not nearly
 /// singular there.
 pub(super) fn agrees(
     scene: &Scene,
@@ -62,7 +62,7 @@ pub(super) fn agrees(
         return Ok(());
     };
     let n = sample.q.len();
-    // How much the solutions change with the last digits of the sample, and what rounding leaves where forces cancel.
+    // The sensitivity of the solutions to the last digits of the sample, and the rounding errors where forces cancel.
     let here = &system;
     let spreads = || {
         let nearby = sample.nearby().on::<Wide>().expected(scene, equations)?;
@@ -71,7 +71,7 @@ pub(super) fn agrees(
         let bias: Vec<Wide> = known("dynamics.constraint_bias").iter().map(|bias| -*bias).collect();
         let (moved, _) = system.solve(known("dynamics.generalized_forces"), &bias)?;
         let (moved_correction, _) = system.solve(&none, &closing)?;
-        // Terms cancel in entries too: the rounding errors of doubles show how large they are.
+        // Terms cancel in matrix entries too; double-precision rounding errors show their size.
         let samples = [(sample, expected), (&sample.nearby(), &nearby)];
         let sizes = |name: &str| -> Option<Vec<Wide>> {
             let mut sizes: Vec<Wide> = known(name).iter().map(Signed::abs).collect();
@@ -117,7 +117,7 @@ pub(super) fn agrees(
     compare("correction", &evaluation.results("correction"), &correction[..n], 1)
 }
 
-/// Whether forces and multipliers balance accelerations and loads in every row of the equations of motion.
+/// Checks that forces and multipliers balance accelerations and loads in every row of the equations of motion.
 fn inverse_dynamics(
     tape: &NamedTape,
     evaluation: &Evaluation<DoubleDouble>,
@@ -136,7 +136,7 @@ fn inverse_dynamics(
         let terms: Vec<Wide> = inertia.chain(loops).chain(own).chain([-loads[i]]).collect();
         let rest = size(terms.iter().copied().sum());
         let largest = terms.iter().fold(TINY, |most, term| most.max(size(*term)));
-        // Written so that a rest that is not a number counts as a difference.
+        // Written so that a remainder that is not a number counts.
         if !(rest <= (TOLERANCE * largest).max(sample.error_of_zeros(largest))) {
             return Err(format!("generated `inverse_dynamics` is wrong: row {i} does not balance, by {rest:e}"));
         }
@@ -144,7 +144,7 @@ fn inverse_dynamics(
     Ok(())
 }
 
-/// The numbers of one function; none if it is not among them.
+/// The numbers of one function; empty if it is missing.
 fn numbers<'e, B>(expected: &'e Expected<B>, name: &str) -> &'e [B] {
     expected.iter().find(|(other, _)| *other == name).map_or(&[], |(_, numbers)| numbers)
 }

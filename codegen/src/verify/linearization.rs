@@ -1,4 +1,4 @@
-//! Derivatives of the equations of motion by automatic differentiation of the equations themselves.
+//! Derivatives of the equations of motion by automatic differentiation.
 
 use num_dual::Dual;
 
@@ -20,7 +20,7 @@ impl<B: Differentiable> Sample<B> {
         let mut expected = Expected::new();
         for (by, [forces, constraints]) in parts {
             let count = if by == By::Time { 1 } else { self.q.len() };
-            // Derivatives by time are on the right-hand side of the linearized equations.
+            // Derivatives with respect to time are on the right-hand side of the linearized equations.
             let sign = if by == By::Time { -1.0 } else { 1.0 };
             let columns: Vec<Residual<Dual<B>>> =
                 (0..count).map(|j| self.along(by, j).residual(scene, equations)).collect();
@@ -34,7 +34,7 @@ impl<B: Differentiable> Sample<B> {
         expected
     }
 
-    /// The sample, in which every value carries its derivative by time, or by one coordinate or rate.
+    /// The sample whose values carry their derivatives with respect to time, or to one coordinate or rate.
     fn along(&self, by: By, j: usize) -> Sample<Dual<B>> {
         let [zero, one] = [0.0, 1.0].map(B::from);
         let dual = |values: &[B], is_moving: bool| {
@@ -53,7 +53,7 @@ impl<B: Differentiable> Sample<B> {
     }
 }
 
-/// By what the equations are differentiated.
+/// The variable of the differentiation.
 #[derive(Clone, Copy, PartialEq)]
 enum By {
     Coordinates,

@@ -1,4 +1,4 @@
-//! The forces and torques of the loads of a scene at a state, computed straight from the scene.
+//! The forces and torques of a scene's loads at a state, computed directly from the scene.
 
 use num_dual::Dual;
 
@@ -10,7 +10,7 @@ use qrm_scene::function::{Differentiable, Function};
 use qrm_scene::scene::{Friction, LoadKind, Quantity, Scene, Value as Formula};
 
 impl<B: Differentiable> Sample<B> {
-    /// The forces and torques of a load, each with the displacement that it works along.
+    /// The forces and torques of a load, each with the displacement along which it acts.
     pub(super) fn load_forces<'s>(
         &self,
         scene: &'s Scene,
@@ -36,7 +36,7 @@ impl<B: Differentiable> Sample<B> {
         }
     }
 
-    /// The force of a spring in two parts: what its stiffness and potential give, and the rest of what acts along it.
+    /// The force of a spring in two parts: that of its stiffness and potential, and the rest.
     fn spring(&self, scene: &Scene, plain: &State<B>, load: &LoadKind) -> [B; 2] {
         let zero = B::from(0.0);
         let LoadKind::Spring { along, stiffness, rest, damping, potential, force, friction } = load else {
@@ -70,7 +70,7 @@ impl<B: Differentiable> Sample<B> {
         forces
     }
 
-    /// The sums of the sizes of the terms of the generalized forces: their rounding errors are relative to these.
+    /// The sums of the absolute values of the terms of the generalized forces, to which rounding errors are relative.
     pub(super) fn force_sizes(&self, scene: &Scene, equations: &Equations) -> Vec<B> {
         let gradients = Gradients::new(self, scene);
         let zero = B::from(0.0);
@@ -83,14 +83,14 @@ impl<B: Differentiable> Sample<B> {
         let mut sizes = vec![zero; self.q.len()];
         for (effort, displacement) in inertial.chain(loads) {
             for ((size, derivative), lever) in sizes.iter_mut().zip(gradients.gradient(displacement)).zip(&levers) {
-                // Inside a derivative terms cancel too: a spring from a pivot to its own link does no work.
+                // Terms also cancel inside derivatives: a spring from a pivot to its own link does no work.
                 *size += effort.abs() * (derivative.abs() + *lever);
             }
         }
         sizes
     }
 
-    /// The potential of the loads that have one, and the power of the others.
+    /// The potential of the loads that have one, and the power of the other loads.
     pub(super) fn potential_and_power(
         &self,
         gradients: &Gradients<B>,
@@ -136,7 +136,7 @@ impl<B: Differentiable> Sample<B> {
     }
 }
 
-/// Whether a force keeps its size.
+/// Whether a force is constant.
 fn is_constant(value: &Formula) -> bool {
     value.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi))
 }

@@ -1,4 +1,4 @@
-//! Random states at which generated functions are compared.
+//! Random states for the comparison of generated functions.
 
 use super::evaluation::{Evaluation, Number};
 use super::size::SMALLEST;
@@ -17,13 +17,13 @@ pub(super) struct Sample<B = f64> {
     pub(super) qd: Vec<B>,
     pub(super) qdd: Vec<B>,
     pub(super) multipliers: Vec<B>,
-    /// The sizes of the outputs that are normal forces of friction, in the places of the outputs.
+    /// The sizes of the outputs that are normal forces of friction, at the indices of the outputs.
     pub(super) normal_forces: Vec<B>,
 }
 
 impl Sample {
-    /// Random numbers; every second time coordinates and rates near the scene's start, and nearer each time, for
-    /// formulae that have a value nowhere else.
+    /// Creates random numbers. Every second sample has coordinates and rates near the scene's start, closer each time,
+    /// for formulae that have a value nowhere else.
     pub(super) fn random(scene: &Scene, number: usize, random: &mut fastrand::Rng) -> Self {
         let near_start = number.is_multiple_of(2);
         let (n, m) = (scene.coordinates.len(), scene.constraints.len());
@@ -57,15 +57,15 @@ impl Sample {
         }
     }
 
-    /// The error that is allowed to numbers that vanish, whose largest is this: numbers in the text of a module have 16
-    /// digits. Zero where they do not vanish: then it is larger than rounding errors of 32 digits.
+    /// The accepted error of vanishing numbers whose largest companion is `largest`, since numbers in the text of a
+    /// module have 16 digits; zero if they do not vanish but exceed rounding errors of 32 digits.
     pub(super) fn error_of_zeros(&self, largest: f64) -> f64 {
         let largest_of = |numbers: &[f64]| numbers.iter().fold(1.0, |most: f64, number| most.max(number.abs()));
         let size = (largest_of(&self.parameters) * largest_of(&self.q) * largest_of(&self.qd)).powi(2);
         if largest <= SMALLEST * size { 1e-14 * size } else { 0.0 }
     }
 
-    /// Random numbers near one, parameters too, whatever their values in the scene: no term is small beside the others.
+    /// Creates random numbers near one, including parameters, independent of the scene's values: no term is negligible.
     pub(super) fn random_of_order_one(scene: &Scene, random: &mut fastrand::Rng) -> Self {
         let mut sample = Self::random(scene, 1, random);
         for (value, parameter) in sample.parameters.iter_mut().zip(&scene.parameters) {
@@ -74,7 +74,7 @@ impl Sample {
         sample
     }
 
-    /// A sample whose numbers differ from these in their last digits.
+    /// Creates a sample that differs in the last digits.
     pub(super) fn nearby(&self) -> Self {
         let moved = |values: &[f64]| -> Vec<f64> {
             values
@@ -94,7 +94,7 @@ impl Sample {
         }
     }
 
-    /// The numbers of the sample in another type.
+    /// Converts the sample to another number type.
     pub(super) fn on<B: Differentiable>(&self) -> Sample<B> {
         let all = |values: &[f64]| values.iter().map(|&value| B::from(value)).collect();
         Sample {
@@ -108,7 +108,7 @@ impl Sample {
         }
     }
 
-    /// All values of a tape, for given residuals of the constraints.
+    /// Evaluates all values of a tape, for given residuals of the constraints.
     pub(super) fn evaluation<'t, N: Number>(
         &self,
         scene: &Scene,
@@ -130,7 +130,7 @@ impl Sample {
     }
 }
 
-/// A random number between two others.
+/// A random number in an interval.
 fn between(random: &mut fastrand::Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * random.f64()
 }

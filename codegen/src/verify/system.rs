@@ -1,8 +1,8 @@
-//! The equations of motion as one system, solved by elimination with pivots.
+//! The equations of motion as one system, solved by elimination with pivoting.
 
 use qrm_scene::function::Differentiable;
 
-/// Smallest pivot of equations that are solved.
+/// The smallest pivot of solvable equations.
 const SMALLEST_PIVOT: f64 = 1e-20;
 
 /// `| Mbar C_q' | C_q 0 |`
@@ -31,8 +31,8 @@ impl<B: Differentiable> System<B> {
         self.rows[self.coordinates..].iter().map(row).collect()
     }
 
-    /// The largest error of the solution for relative errors of one in all terms: `|A^-1| (S |x| + s)`, with the sizes
-    /// `S` and `s` of the terms of entries and right sides.
+    /// An upper bound of the error of the solution for relative errors of one in all terms: `|A^-1| (S |x| + s)`, with
+    /// the sizes `S` and `s` of the terms of entries and right-hand sides.
     pub(super) fn error_bound(&self, sizes: &Self, x: &[B], right: &[B]) -> Option<Vec<f64>> {
         let (zero, one) = (B::from(0.0), B::from(1.0));
         let size = |row: &[B]| row.iter().zip(x).map(|(entry, x)| (entry.re() * x.re()).abs()).sum::<f64>();
@@ -47,14 +47,14 @@ impl<B: Differentiable> System<B> {
         Some(bound)
     }
 
-    /// The solution, and how much pivots shrank; `None` if the equations are singular.
+    /// The solution, and the largest reduction of a pivot; `None` if the equations are singular.
     pub(super) fn solve(&self, forces: &[B], closures: &[B]) -> Option<(Vec<B>, f64)> {
         let mut a = self.rows.clone();
         let count = a.len();
         let size = |numbers: &mut dyn Iterator<Item = &B>| -> f64 {
             numbers.fold(0.0, |most: f64, number| most.max(number.re().abs()))
         };
-        // Units differ from row to row and from column to column.
+        // Units differ between rows and between columns.
         let columns: Vec<f64> = (0..count).map(|j| size(&mut a.iter().map(|row| &row[j]))).collect();
         for (row, right) in a.iter_mut().zip(forces.iter().chain(closures)) {
             row.iter_mut().zip(&columns).for_each(|(entry, size)| *entry /= *size);

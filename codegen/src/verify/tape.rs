@@ -1,4 +1,4 @@
-//! Comparison of evaluators with the tape that they were made of, to the last bit: both do the same operations.
+//! Compares evaluators bitwise with the tape from which they were made: both perform the same operations.
 
 use qrm_core::named_tape::Argument;
 use qrm_core::{NamedTape, Tape, TapeEvaluator, TapeFunction};
@@ -56,7 +56,7 @@ pub(super) fn agrees(scene: &Scene, tape: &NamedTape, placed: &Tape, sample: &Sa
     Ok(())
 }
 
-/// Compares parameters, start and schedule of the scene itself.
+/// Compares parameters, start and schedule for the scene's own values.
 pub(super) fn agrees_at_start(scene: &Scene, tape: &NamedTape, placed: &Tape) -> Result<(), String> {
     let mut evaluator = TapeEvaluator::new(placed);
     same("parameters", evaluator.parameters(), &Evaluation::parameters(tape, |_| None))?;

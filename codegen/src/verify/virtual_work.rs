@@ -1,4 +1,4 @@
-//! The work of virtual displacements of bodies and points, straight from the scene.
+//! The work in virtual displacements of bodies and points, computed directly from the scene.
 
 use num_dual::{Dual, Dual2};
 
@@ -20,7 +20,7 @@ impl<B: Differentiable> Shift<B> {
     }
 }
 
-/// The states at which work is done.
+/// The states at which the work is evaluated.
 pub(super) struct VirtualWork<'s, B> {
     scene: &'s Scene,
     sample: &'s Sample<B>,
@@ -38,7 +38,7 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
         Self { scene, sample, plain, moving }
     }
 
-    /// The work of inertia, less that of loads and constraints.
+    /// The work of inertia minus that of loads and constraints.
     pub(super) fn work(&self, displacements: &[Displacement]) -> B {
         let zero = B::from(0.0);
         let mut displaced = self.sample.state_at(self.scene, Dual::new(self.sample.t, zero));
@@ -75,13 +75,13 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
         work
     }
 
-    /// The work of all bodies and of forces from outside on the ground, along a vector.
+    /// The work of all bodies and of external forces on the ground, along a vector.
     pub(super) fn along_ground(&self, along: &[Formula; 2]) -> B {
         let zero = B::from(0.0);
         self.on_ground(&Shift { along: self.pair(along), turn: zero, about: [zero; 2] })
     }
 
-    /// The work of all bodies and of forces from outside on the ground, in a turn about a point.
+    /// The work of all bodies and of external forces on the ground, in a rotation about a point.
     pub(super) fn about_ground(&self, point: usize) -> B {
         let zero = B::from(0.0);
         self.on_ground(&Shift { along: [zero; 2], turn: B::from(1.0), about: self.plain.point(point) })
@@ -120,7 +120,7 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
         work
     }
 
-    /// The work of the forces and torques on a body.
+    /// The work of the applied forces and torques on a body.
     fn applied(&self, number: usize, shift: &Shift<B>) -> B {
         let mut work = B::from(0.0);
         for load in &self.scene.loads {

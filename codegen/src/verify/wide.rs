@@ -1,4 +1,4 @@
-//! Double-double numbers that automatic differentiation accepts as its plain numbers.
+//! Double-double numbers as a plain number type for automatic differentiation.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -9,7 +9,7 @@ use num_dual::{DualNum, DualStruct, Mappable};
 use num_traits::{FromPrimitive, Inv, Num, One, Signed, Zero};
 use qrm_core::{DoubleDouble, Scalar};
 
-/// A number of 32 digits.
+/// A double-double number, about 32 digits.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub(super) struct Wide(pub(super) DoubleDouble);
 
@@ -51,7 +51,7 @@ operators!(
     Div div, DivAssign div_assign
 );
 
-/// Remainders are part of the traits and of no formula.
+/// The traits require remainders, but no formula uses them.
 macro_rules! no_remainder {
     ($($other:ty),*) => {
         $(

@@ -1,4 +1,4 @@
-//! The program `qrm-engine`: where it is, and how it is built.
+//! Finds and builds the program `qrm-engine`.
 
 use std::env;
 use std::ffi::OsString;
@@ -9,14 +9,14 @@ use std::{io, thread};
 
 /// The version of the engine that belongs to this crate.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// The note that the engine is being built.
+/// The message that the engine is being built.
 pub const BUILDING: &str = "building the symbolic engine; this takes minutes, once";
-/// Time between two looks at its build.
+/// The interval between two checks of its build.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// The source of the engine.
 enum Origin {
-    /// A program of the right version.
+    /// A program of the matching version.
     Program(PathBuf),
     /// The sources in a clone of the project, from which cargo builds it.
     Sources(Sources),
@@ -25,12 +25,12 @@ enum Origin {
 /// The sources of the engine in a clone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sources {
-    /// The top folder of the clone.
+    /// The root folder of the clone.
     clone: PathBuf,
 }
 
 impl Sources {
-    /// The sources in the clone around a file or folder.
+    /// Finds the sources in the clone that contains a file or folder.
     pub fn around(path: &Path) -> Option<Self> {
         let is_clone = |folder: &&Path| {
             ["crates/engine/Cargo.toml", "crates/build/Cargo.toml"]
@@ -40,24 +40,24 @@ impl Sources {
         path.ancestors().find(is_clone).map(|clone| Self { clone: clone.to_owned() })
     }
 
-    /// The folder for what cargo makes of them.
+    /// The target folder of cargo.
     fn target(&self) -> PathBuf {
         env::var_os("CARGO_TARGET_DIR").map_or_else(|| self.clone.join("target"), PathBuf::from).join("engine")
     }
 
-    /// The program that cargo builds.
+    /// The program built by cargo.
     pub fn program(&self) -> PathBuf {
         self.target().join("release").join(file_name())
     }
 
-    /// Builds the program, as long as `keep_running` says so.
+    /// Builds the program; ends early if `keep_running` returns false.
     ///
     /// # Errors
     /// There is no cargo, the build failed, or it was interrupted.
     pub fn build(&self, mut keep_running: impl FnMut() -> bool) -> Result<(), String> {
         let mut cargo = self.start()?;
         let stderr = cargo.stderr.take();
-        // Read while it runs: a program whose pipe is full would wait.
+        // Read during the build: a program whose pipe is full would block.
         let said = thread::spawn(move || stderr.and_then(|pipe| io::read_to_string(pipe).ok()).unwrap_or_default());
         let status = loop {
             if let Some(status) = cargo.try_wait().map_err(|e| format!("cargo: {e}"))? {
@@ -82,7 +82,7 @@ impl Sources {
         let mut command = Command::new(&cargo);
         command.args(["build", "--release", "--locked", "--bin", "qrm-engine", "--color", "never", "--manifest-path"]);
         command.arg(self.clone.join("crates/engine/Cargo.toml")).arg("--target-dir").arg(self.target());
-        // An outer cargo, or clippy, sets these for its own compilers.
+        // An outer cargo or clippy sets these variables for its own compilers.
         for variable in ["CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_TARGET", "RUSTC_WORKSPACE_WRAPPER", "CARGO_MAKEFLAGS"]
         {
             command.env_remove(variable);
@@ -97,7 +97,7 @@ impl Sources {
         })
     }
 
-    /// The error of a build that failed, by the output of cargo and its status.
+    /// The error of a failed build, from the output of cargo and its exit status.
     fn failure(&self, said: &str, status: ExitStatus) -> String {
         let noise = ["Compiling ", "Downloaded ", "Downloading ", "Updating ", "warning: spurious network error"];
         let is_noise = |line: &&str| noise.iter().any(|noise| line.contains(noise));
@@ -121,21 +121,21 @@ pub fn file_name() -> String {
     format!("qrm-engine{}", env::consts::EXE_SUFFIX)
 }
 
-/// The program that `QRM_ENGINE` names, of whatever version.
+/// The program named by `QRM_ENGINE`, of any version.
 pub fn named() -> Option<PathBuf> {
     env::var_os("QRM_ENGINE").filter(|path| !path.is_empty()).map(PathBuf::from)
 }
 
-/// The engine in a folder of `PATH`, of whatever version.
+/// The engine in a folder of `PATH`, of any version.
 pub fn on_path() -> Option<PathBuf> {
     let folders = env::var_os("PATH")?;
     env::split_paths(&folders).map(|folder| folder.join(file_name())).find(|program| program.is_file())
 }
 
-/// Whether a program is the engine of this version.
+/// Checks that a program is the engine of this version.
 ///
 /// # Errors
-/// It cannot be started, or is another program or version.
+/// The program cannot be started, or is another program or version.
 pub fn check(program: &Path) -> Result<(), String> {
     let name = program.display();
     let help = format!(
@@ -153,8 +153,8 @@ pub fn check(program: &Path) -> Result<(), String> {
     Err(format!("the symbolic engine {name} is {said}, and this is {VERSION}\n{help}"))
 }
 
-/// The engine for a build script: the one that `QRM_ENGINE` names, that of the clone around this crate or the user's,
-/// or one on the `PATH`.
+/// The engine for a build script: the one named by `QRM_ENGINE`, that of the clone that contains this crate or the
+/// user's crate, or one on the `PATH`.
 fn origin() -> Result<Origin, String> {
     if let Some(program) = named() {
         return check(&program).map(|()| Origin::Program(program));
@@ -173,8 +173,8 @@ fn origin() -> Result<Origin, String> {
     check(&program).map(|()| Origin::Program(program))
 }
 
-/// Has the engine write the modules of scene files into a folder; builds it where it is not there or not current.
-/// Returns what the user should know of that.
+/// Runs the engine, which writes the modules of scene files into a folder; builds it if it is missing or outdated.
+/// Returns messages for the user.
 pub(crate) fn generate(scenes: &[&Path], out: &Path) -> Result<Vec<String>, String> {
     println!("cargo::rerun-if-env-changed=QRM_ENGINE");
     let (program, note) = match origin()? {
@@ -203,7 +203,7 @@ pub(crate) fn generate(scenes: &[&Path], out: &Path) -> Result<Vec<String>, Stri
     }
 }
 
-/// Builds the engine; a note if that took long.
+/// Builds the engine; returns a message if that took long.
 fn build(sources: &Sources) -> Result<Option<String>, String> {
     let begun = Instant::now();
     let is_new = !sources.program().is_file();
@@ -211,7 +211,7 @@ fn build(sources: &Sources) -> Result<Option<String>, String> {
         announce(BUILDING);
     }
     sources.build(|| true)?;
-    // Cargo takes a file of the right age for what it has built.
+    // Cargo may consider an old file current because of its time stamp.
     if check(&sources.program()).is_err() {
         let failed = |e| format!("the symbolic engine {} cannot be replaced: {e}", sources.program().display());
         std::fs::remove_file(sources.program()).map_err(failed)?;
@@ -226,7 +226,8 @@ fn build(sources: &Sources) -> Result<Option<String>, String> {
     Ok(is_new.then_some(note))
 }
 
-/// Says something on the terminal at once: cargo shows what a build script prints when the script has ended.
+/// Prints a message on the terminal immediately: cargo shows the output of a build script only after the script has
+/// ended.
 #[cfg(unix)]
 fn announce(message: &str) {
     if let Ok(mut terminal) = std::fs::File::options().write(true).open("/dev/tty") {

@@ -1,4 +1,4 @@
-//! A golden copy: a generated module that is committed.
+//! Golden copies, that is, committed generated modules.
 
 use std::fs;
 use std::io::{self, ErrorKind};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use qrm_core::{NamedTape, digest};
 use qrm_scene::files::write_whole;
 
-/// A generated module: its tape, the derivation of it, and its text.
+/// A generated module: its tape, derivation and text.
 #[derive(Clone, Debug)]
 pub struct GoldenCopy {
     /// The functions.
@@ -19,10 +19,10 @@ pub struct GoldenCopy {
 }
 
 impl GoldenCopy {
-    /// The copy of a module in a folder; `None` if there is none.
+    /// Reads the copy of a module in a folder; `None` if there is none.
     ///
     /// # Errors
-    /// It cannot be read, or is not what the generator wrote.
+    /// The copy cannot be read, or was changed since its generation.
     pub(crate) fn read(folder: &Path, module: &str) -> Result<Option<Self>, String> {
         let [code, tape, derivation] = paths(folder, module);
         let Some(text) = read(&code)? else { return Ok(None) };
@@ -45,7 +45,7 @@ impl GoldenCopy {
     /// Removes the files of a module from a folder.
     ///
     /// # Errors
-    /// A file is there and cannot be removed.
+    /// A file cannot be removed.
     pub(crate) fn remove(folder: &Path, module: &str) -> Result<(), String> {
         for path in paths(folder, module) {
             match fs::remove_file(&path) {
@@ -59,7 +59,7 @@ impl GoldenCopy {
     /// Writes the files of a module into a folder.
     ///
     /// # Errors
-    /// The path of a file that cannot be written, and why.
+    /// The path of a file that cannot be written, and the reason.
     pub fn write(&self, folder: &Path, module: &str) -> Result<(), (String, io::Error)> {
         for (path, bytes) in self.files(folder, module) {
             write_whole(&path, &bytes).map_err(|e| (path.display().to_string(), e))?;
@@ -67,7 +67,8 @@ impl GoldenCopy {
         Ok(())
     }
 
-    /// The files of a module in a folder. The last one includes the others, and is the mark of all.
+    /// The files of a module in a folder. The last one includes the others, and is written last to mark the module as
+    /// complete.
     pub(crate) fn files(&self, folder: &Path, module: &str) -> [(PathBuf, Vec<u8>); 3] {
         let tape = self.tape.to_bytes();
         let code = self.code.clone() + &checksum_line(&self.code, &tape, &self.derivation);
@@ -84,7 +85,7 @@ fn paths(folder: &Path, module: &str) -> [PathBuf; 3] {
     ["rs", "tape", "md"].map(|extension| folder.join(format!("{module}.{extension}")))
 }
 
-/// The bytes of a file; `None` if there is none.
+/// Reads a file; `None` if it does not exist.
 fn read(path: &Path) -> Result<Option<Vec<u8>>, String> {
     match fs::read(path) {
         Ok(bytes) => Ok(Some(bytes)),
@@ -93,13 +94,13 @@ fn read(path: &Path) -> Result<Option<Vec<u8>>, String> {
     }
 }
 
-/// The last line of a generated file, by which a file that was cut off or changed is known.
+/// The last line of a generated file, which reveals truncated or changed files.
 fn checksum_line(code: &str, tape: &[u8], derivation: &str) -> String {
     let bytes = code.bytes().chain([0]).chain(tape.iter().copied()).chain([0]).chain(derivation.bytes());
     format!("{CHECKSUM}{:016x}\n", digest(bytes))
 }
 
-/// Whether a generated file, its tape and its derivation are whole.
+/// Whether a generated file, its tape and its derivation are complete and unchanged.
 fn is_whole(code: &str, tape: &[u8], derivation: &str) -> bool {
     let is_own = |(text, _): (&str, &str)| code[text.len()..] == checksum_line(text, tape, derivation);
     code.rsplit_once(CHECKSUM).is_some_and(is_own)

@@ -6,25 +6,25 @@ use qrm_scene::scene_file::SceneFile;
 
 use crate::golden_copy::GoldenCopy;
 
-/// A module of the list.
+/// A module in the list.
 pub(crate) struct Entry<'f> {
     /// The name of the module.
     pub(crate) name: String,
-    /// The mechanism as it will be listed.
+    /// The listed mechanism.
     pub(crate) copy: GoldenCopy,
-    /// Whether its functions are compiled, not interpreted.
+    /// Whether its functions are compiled instead of interpreted.
     pub(crate) is_compiled: bool,
     /// The scene file of the module.
     pub(crate) file: &'f SceneFile,
 }
 
 impl Entry<'_> {
-    /// The file that is included.
+    /// The name of the included file.
     pub(crate) fn module_file(&self) -> String {
         format!("{}{}.rs", self.name, if self.is_compiled { "" } else { "_description" })
     }
 
-    /// The module of a scene whose functions are interpreted.
+    /// Writes the module of a scene whose functions are interpreted.
     pub(crate) fn description(&self) -> String {
         rust::description(&self.file.scene, &self.file.source)
     }

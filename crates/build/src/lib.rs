@@ -1,6 +1,6 @@
 //! Generated modules of mechanisms for build scripts, and the symbolic engine that writes them.
 //!
-//! A build script has three lines:
+//! A build script needs three lines:
 //!
 //! ```ignore
 //! fn main() {
@@ -8,10 +8,10 @@
 //! }
 //! ```
 //!
-//! and the crate includes the result by `include!(concat!(env!("OUT_DIR"), "/scenes.rs"));`.
+//! The crate includes the result by `include!(concat!(env!("OUT_DIR"), "/scenes.rs"));`.
 //!
-//! The modules come from golden copies: generated code that is committed in a folder of the crate. Numbers of a scene
-//! that have changed are replaced in its golden copy (module `values`). Where formulae have changed, or there is no
+//! The modules come from golden copies: generated code that is committed in a folder of the crate. If only numbers of a
+//! scene have changed, they are replaced in its golden copy (module `values`). If formulae have changed, or there is no
 //! golden copy, the program `qrm-engine` writes the module ([`engine`]).
 
 pub mod engine;
@@ -26,11 +26,11 @@ use std::path::{Path, PathBuf};
 pub use golden_copy::GoldenCopy;
 pub use modules::{Request, modules};
 
-/// Writes the modules of scene files, named from the folder of the crate, into `OUT_DIR`, from where the crate includes
-/// `scenes.rs`; tells cargo when to do so again, and what looks like a mistake in a scene.
+/// Writes the modules of scene files, whose paths are relative to the crate, into `OUT_DIR`, from where the crate
+/// includes `scenes.rs`. Tells cargo when to run the script again, and prints warnings about scenes.
 ///
-/// Golden copies in the folder `generated` of the crate spare the symbolic engine. If a scene is wrong, the build fails
-/// with its report.
+/// Golden copies in the folder `generated` of the crate make the symbolic engine unnecessary. If a scene has errors,
+/// the build fails with its report.
 pub fn build(scenes: &[&str]) {
     let paths: Vec<PathBuf> = scenes.iter().map(PathBuf::from).collect();
     report(out_folder().and_then(|out| {
@@ -39,7 +39,7 @@ pub fn build(scenes: &[&str]) {
     }));
 }
 
-/// The folder of a build script's results.
+/// The output folder of a build script.
 ///
 /// # Errors
 /// The program is not run by cargo.
@@ -47,13 +47,13 @@ pub fn out_folder() -> Result<PathBuf, String> {
     env::var_os("OUT_DIR").map(PathBuf::from).ok_or_else(|| "OUT_DIR is not set: this is for build scripts".to_owned())
 }
 
-/// Shows the result of a build script: warnings, or the error with which the build fails.
+/// Reports the result of a build script: warnings, or the error with which the build fails.
 pub fn report(result: Result<Vec<String>, String>) {
     print!("{}", logged(&result));
 }
 
-/// Messages for cargo, line by line. A script that fails itself would have them shown below the command and all that
-/// was printed before.
+/// Messages for cargo, line by line. If the script itself failed, cargo would show them only after the command line and
+/// all earlier output.
 fn logged(result: &Result<Vec<String>, String>) -> String {
     let lines = |kind: &str, text: &str| -> String {
         text.lines().map(|line| format!("cargo::{kind}={}\n", line.strip_prefix("error: ").unwrap_or(line))).collect()

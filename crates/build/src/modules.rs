@@ -1,4 +1,4 @@
-//! From scene files to the modules that a crate includes.
+//! Creates the modules of scene files for a crate.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,20 +19,20 @@ pub struct Request<'a> {
     pub scenes: &'a [PathBuf],
     /// The folder of the golden copies.
     pub copies: &'a Path,
-    /// The folder that receives the modules, with `scenes.rs`, which includes them.
+    /// The output folder for the modules and for `scenes.rs`, which includes them.
     pub out: &'a Path,
-    /// Tells by the name of a scene whether it is compiled, not interpreted. Scenes that differ from their golden copy
-    /// in more than numbers are compiled in any case.
+    /// Whether the scene with this name is compiled instead of interpreted. Scenes that differ from their golden copies
+    /// in more than numbers are always compiled.
     pub is_compiled: &'a dyn Fn(&str) -> bool,
 }
 
 /// Writes `out/NAME.rs` with its tape and derivation for each scene, and `out/scenes.rs`, which includes all modules;
-/// tells cargo when to do so again. Returns warnings.
+/// tells cargo when to run the script again. Returns warnings.
 ///
-/// With `QRM_GENERATE` in the environment no golden copy is used: the symbolic engine writes every module.
+/// If `QRM_GENERATE` is set in the environment, no golden copy is used: the symbolic engine writes every module.
 ///
 /// # Errors
-/// A scene is wrong, a golden copy was edited by hand, there is no engine, or a file cannot be written.
+/// A scene has errors, a golden copy was edited by hand, there is no engine, or a file cannot be written.
 pub fn modules(request: &Request) -> Result<Vec<String>, String> {
     let Request { scenes, copies, out, is_compiled } = *request;
     println!("cargo::rerun-if-env-changed=QRM_GENERATE");
@@ -54,7 +54,7 @@ pub fn modules(request: &Request) -> Result<Vec<String>, String> {
     }
     fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
     if !missing.is_empty() {
-        // A module of an earlier build must not stand for one that the engine fails to write.
+        // A module of an earlier build must not remain if the engine fails to write a new one.
         for (name, ..) in entries.iter().filter(|(_, copy, ..)| copy.is_none()) {
             GoldenCopy::remove(out, name)?;
         }
@@ -73,7 +73,7 @@ pub fn modules(request: &Request) -> Result<Vec<String>, String> {
     Ok(warnings)
 }
 
-/// Has cargo run the script again when a file or folder changes.
+/// Tells cargo to run the script again when a file or folder changes.
 fn watch(path: &Path) {
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     println!("cargo::rerun-if-changed={}", path.display());
@@ -84,7 +84,7 @@ fn texts<'a>(reports: impl Iterator<Item = &'a Report>) -> Vec<String> {
     reports.map(ToString::to_string).collect()
 }
 
-/// Every scene becomes a module, so no two may have names that make the same one.
+/// Reports a scene whose module has the same name as an earlier one.
 fn same_module(new: &SceneFile, files: &[SceneFile]) -> Option<Report> {
     let module = module_name(&new.scene.name);
     let other = files.iter().find(|file| module_name(&file.scene.name) == module)?;
@@ -94,25 +94,25 @@ fn same_module(new: &SceneFile, files: &[SceneFile]) -> Option<Report> {
     Some(new.report(vec![finding]))
 }
 
-/// The golden copy of a scene with the numbers of the scene; `None` if it has other formulae.
+/// The golden copy of a scene, updated to the scene's numbers; `None` if its formulae differ.
 fn current(copies: &Path, module: &str, file: &SceneFile) -> Result<Option<GoldenCopy>, String> {
     let Some(copy) = GoldenCopy::read(copies, module)? else { return Ok(None) };
     let Some(source) = source(&copy.code) else { return Ok(None) };
     if source == file.source {
         return Ok(Some(copy));
     }
-    // A copy of a version whose scenes are no scenes any more.
+    // The copy may be from a version whose scenes are no longer valid.
     let Ok((scene, _)) = resolve::read(module, source) else { return Ok(None) };
     Ok(values::with_values(&copy, (&scene, source), file))
 }
 
 /// Whether a module was generated from the text of a scene.
 fn is_of(copy: &GoldenCopy, file: &SceneFile) -> bool {
-    // A text that is not a raw literal has another form in the module.
+    // A text that is not a raw literal has another form in the module, and is not compared.
     source(&copy.code).is_none_or(|source| source == file.source)
 }
 
-/// The text of the scene that a module was generated from; `None` if it is not a raw literal.
+/// The text of the scene from which a module was generated; `None` if it is not a raw literal.
 fn source(code: &str) -> Option<&str> {
     const SOURCE: &str = "\npub const SOURCE: &str = r";
     let rest = &code[code.find(SOURCE)? + SOURCE.len()..];
@@ -120,8 +120,8 @@ fn source(code: &str) -> Option<&str> {
     Some(&rest[1..rest.find(&format!("\"{fence};"))?])
 }
 
-/// Writes the modules and their list, and removes those of scenes that are gone. A new time on an unchanged file would
-/// have everything compiled again.
+/// Writes the modules and their list, and removes those of deleted scenes. Unchanged files are not rewritten, since a
+/// new time stamp would recompile everything.
 fn write(entries: &[Entry], out: &Path) -> Result<(), String> {
     let mut files = vec![(out.join("scenes.rs"), index::text(entries).into_bytes())];
     for entry in entries {

@@ -1,4 +1,4 @@
-//! Changed numbers of a scene in its golden copy: values of parameters, start, step and end.
+//! Replaces changed numbers of a scene in its golden copy: values of parameters, start, step and end.
 
 use qrm_core::named_tape::Value as TapeValue;
 use qrm_core::{NamedTape, Operation};
@@ -10,10 +10,10 @@ use qrm_scene::scene_file::SceneFile;
 
 use crate::golden_copy::GoldenCopy;
 
-/// A golden copy with the numbers of a scene; `None` if more than numbers has changed since it was generated.
+/// Updates a golden copy to the numbers of a scene; `None` if more than numbers has changed since its generation.
 ///
-/// Values also decide in which order the kernel eliminates coordinates. The order of the copy stays, so that results
-/// may differ from those of a new derivation in the last digit.
+/// Values also determine the order in which the kernel eliminates coordinates. The order of the copy is kept, so
+/// results may differ from those of a new derivation in the last digit.
 pub(crate) fn with_values(copy: &GoldenCopy, (old, source): (&Scene, &str), new: &SceneFile) -> Option<GoldenCopy> {
     if formulae(source)? != formulae(&new.source)? || left_out(old) != left_out(&new.scene) {
         return None;
@@ -44,7 +44,7 @@ pub(crate) fn with_values(copy: &GoldenCopy, (old, source): (&Scene, &str), new:
     Some(copy)
 }
 
-/// The text of a scene without the numbers that can be replaced, and without what is no part of its module.
+/// The text of a scene without replaceable numbers, and without parts that do not affect its module.
 fn formulae(source: &str) -> Option<String> {
     without_layout(source, |keys, is_number| match keys {
         ["drawing" | "extreme" | "reference", ..] => true,
@@ -53,21 +53,21 @@ fn formulae(source: &str) -> Option<String> {
     })
 }
 
-/// For each parameter, whether the generated code does without it.
+/// Whether the generated code omits each parameter.
 fn left_out(scene: &Scene) -> Vec<bool> {
     scene.parameters.iter().map(|parameter| parameter.left_out).collect()
 }
 
-/// A number of a scene, and the result of the function that gives it.
+/// A number of a scene, and the result of the function that returns it.
 struct Number<'s> {
     function: &'static str,
     result: usize,
-    /// The name of the parameter that it is the value of.
+    /// The name of its parameter, if it is the value of one.
     parameter: Option<&'s str>,
     formula: Option<&'s Value>,
 }
 
-/// All numbers that a scene can change without other formulae.
+/// All numbers of a scene that can change without changing formulae.
 fn numbers(scene: &Scene) -> Vec<Number<'_>> {
     let kept = scene.parameters.iter().filter(|parameter| !parameter.left_out).enumerate();
     let parameters = kept.map(|(result, parameter)| Number {
@@ -95,7 +95,7 @@ fn numbers(scene: &Scene) -> Vec<Number<'_>> {
     parameters.chain(starts).chain(schedule).collect()
 }
 
-/// The number that a formula is.
+/// The value of a formula that is a single number.
 fn number(formula: &Value) -> Option<f64> {
     match formula.nodes() {
         [Node::Number(number)] => Some(number.value),
@@ -104,7 +104,7 @@ fn number(formula: &Value) -> Option<f64> {
     }
 }
 
-/// The number that a result of a function is.
+/// The value of a function's result that is a number.
 fn result(tape: &NamedTape, function: &str, result: usize) -> Option<f64> {
     let value = tape.function(function)?.results().nth(result)?;
     match tape.values()[value as usize] {

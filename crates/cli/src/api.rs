@@ -1,7 +1,7 @@
 //! The results of the command, for programs that embed it, such as the Python package.
 //!
-//! A [`LoadedScene`] gives numbers where the command writes files. Options are those of the command, under the same
-//! names and with the same errors.
+//! A [`LoadedScene`] returns numbers where the command writes files. Options have the same names as those of the
+//! command, and the same errors.
 
 mod accuracy;
 mod equations;
@@ -29,12 +29,13 @@ use crate::scenes::engine;
 
 /// Does some work that ends early when `check` returns true; `check` is called on this thread, every few milliseconds.
 ///
-/// Work that is not under this function installs a handler of signals, as the command does.
+/// Work outside this function installs a signal handler, as the command does.
 pub fn interruptible<T>(check: fn() -> bool, work: impl FnOnce() -> T) -> T {
     progress::interruptible(check, work)
 }
 
-/// Makes a file the symbolic engine, the program `qrm-engine`, that derives scene files; the first call decides.
+/// Uses this file as the symbolic engine, the program `qrm-engine`, which derives scene files; only the first call has
+/// an effect.
 pub fn choose_engine(program: PathBuf) {
     engine::choose(program);
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::output::{Named, save_json};
 
-/// The unit and the meaning of a column.
+/// The unit and the description of a column.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Meaning {
     unit: String,
@@ -21,12 +21,12 @@ impl Meaning {
     }
 }
 
-/// Writes `NAME.units.json` beside the table `NAME.csv`: unit and meaning of each column.
+/// Writes `NAME.units.json` next to the table `NAME.csv`: unit and description of each column.
 pub(crate) fn write_units<K>(table: &Path, columns: &[Column<K>]) -> Result<PathBuf, Error> {
     save_units(table, columns.iter().map(|column| (column.name.clone(), Meaning::new(column))).collect())
 }
 
-/// Writes the units of columns that are known by name.
+/// Writes the units of columns that are given by name.
 pub(crate) fn save_units(table: &Path, columns: Vec<(String, Meaning)>) -> Result<PathBuf, Error> {
     let path = table.with_extension("units.json");
     save_json(&path, &Named(columns))?;

@@ -5,8 +5,7 @@ use qrm_core::Model;
 
 use crate::error::Error;
 
-/// Declares the modules of the subcommands, each with its `Options` and its function `run`, and the enum that clap
-/// reads.
+/// Declares the modules of the subcommands, each with its `Options` and its function `run`, and the enum for clap.
 macro_rules! commands {
     ($($(#[doc = $doc:literal])+ $name:ident: $module:ident,)+) => {
         $(pub(crate) mod $module;)+

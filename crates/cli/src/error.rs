@@ -1,4 +1,4 @@
-//! Errors and warnings of the command: message and hint kept apart, one way to print them.
+//! Errors and warnings of the command: message and hint are separate, and printed by one function.
 
 use std::fmt;
 use std::path::Path;
@@ -7,12 +7,12 @@ use qrm_pictures::NoPlace;
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use serde::{Serialize, Serializer};
 
-/// A sentence about what is wrong, and how to mend it.
+/// A problem in one sentence, and its remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Message {
     /// The problem, in one sentence.
     pub(crate) text: String,
-    /// The way to mend it.
+    /// The remedy.
     pub(crate) help: Option<String>,
 }
 
@@ -30,7 +30,7 @@ impl Message {
         self
     }
 
-    /// The message behind a prefix.
+    /// Adds a prefix to the message.
     #[must_use]
     pub(crate) fn after(mut self, prefix: &str) -> Self {
         self.text.insert_str(0, prefix);
@@ -61,32 +61,32 @@ impl Serialize for Message {
     }
 }
 
-/// The reason why a command did not do what was asked.
+/// The reason why a command failed.
 #[derive(Debug)]
 pub struct Error {
     kind: Kind,
     details: Vec<Detail>,
 }
 
-/// A problem and its place in a scene.
+/// A problem and its location in a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// The file of the scene, as the user knows it.
+    /// The path of the scene file, as the user typed it.
     pub path: String,
-    /// Line and column, from 1 on, of the first character; `None` for the whole file.
+    /// Line and column of the first character, counted from 1; `None` for the whole file.
     pub place: Option<[usize; 2]>,
     /// The problem, in one sentence.
     pub text: String,
-    /// The way to mend it.
+    /// The remedy.
     pub help: Option<String>,
 }
 
-/// The kind of an error, which decides the exit status.
+/// The kind of an error, which determines the exit status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    /// The run itself failed; its files tell how far it got.
+    /// The run itself failed; its files show how far it got.
     Run,
-    /// The command line or the scene is wrong.
+    /// The command line or the scene has an error.
     Usage,
 }
 
@@ -94,27 +94,27 @@ enum Kind {
 #[derive(Debug)]
 enum Detail {
     Message(Message),
-    /// Mistakes at places of a text.
+    /// Errors at locations in a text.
     Places(Report),
 }
 
 impl Error {
-    /// A wrong option or scene.
+    /// Creates the error of an invalid option or scene.
     pub fn usage(text: impl Into<String>) -> Self {
         Self { kind: Kind::Usage, details: vec![Detail::Message(Message::new(text))] }
     }
 
-    /// An option, such as `--set O2A`, that is given twice.
+    /// Creates the error of a repeated option, such as `--set O2A`.
     pub(crate) fn given_twice(option: &str) -> Self {
         Self::usage(format!("`{option}` is given twice")).help("keep one of the two")
     }
 
-    /// A run that failed.
+    /// Creates the error of a failed run.
     pub(crate) fn run(text: impl Into<String>) -> Self {
         Message::new(text).into()
     }
 
-    /// A file that cannot be written.
+    /// Creates the error of a file that cannot be written.
     pub(crate) fn unwritable(path: &Path, e: &std::io::Error) -> Self {
         if e.kind() == std::io::ErrorKind::WouldBlock {
             return Self::usage(format!("another command is writing {}", path.display()))
@@ -128,12 +128,12 @@ impl Error {
         Self::usage(format!("cannot write {}: {reason}", path.display())).help("choose another folder with --out DIR")
     }
 
-    /// A file that cannot be read.
+    /// Creates the error of a file that cannot be read.
     pub(crate) fn unreadable(path: &Path, e: &std::io::Error) -> Self {
         Self::usage(format!("cannot read {}: {e}", path.display()))
     }
 
-    /// Adds the way to mend it.
+    /// Adds a remedy.
     #[must_use]
     pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
         if let Some(Detail::Message(message)) = self.details.last_mut() {
@@ -142,13 +142,13 @@ impl Error {
         self
     }
 
-    /// Makes the error one of a run that was under way.
+    /// Turns the error into one of a run in progress.
     #[must_use]
     pub(crate) fn while_running(self) -> Self {
         Self { kind: Kind::Run, ..self }
     }
 
-    /// Several errors as one of a run, if there are any.
+    /// Joins several errors into one of a run, if there are any.
     pub(crate) fn all(errors: Vec<Self>) -> Result<(), Self> {
         if errors.is_empty() {
             return Ok(());
@@ -156,7 +156,7 @@ impl Error {
         Err(Self { kind: Kind::Run, details: errors.into_iter().flat_map(|error| error.details).collect() })
     }
 
-    /// Whether a run that was under way failed, and not the use of the command or the scene.
+    /// Whether a run failed, as opposed to a wrong use of the command or an invalid scene.
     pub fn is_of_run(&self) -> bool {
         self.kind == Kind::Run
     }
@@ -164,14 +164,14 @@ impl Error {
     /// The problems in the text of a scene.
     pub fn findings(&self) -> Vec<Finding> {
         let reports = self.details.iter().filter_map(|detail| match detail {
-            // The value of an option is a text too.
+            // The value of an option is a text too, but not a scene.
             Detail::Places(report) if !report.path.starts_with("--") => Some(report),
             _ => None,
         });
         reports.flat_map(Finding::from_report).collect()
     }
 
-    /// The ways to mend it.
+    /// The remedies.
     pub fn hints(&self) -> Vec<String> {
         let hints = self.details.iter().flat_map(|detail| match detail {
             Detail::Message(message) => vec![message.help.clone()],
@@ -180,7 +180,7 @@ impl Error {
         hints.flatten().collect()
     }
 
-    /// The status that the command ends with.
+    /// The exit status of the command.
     pub(crate) fn status(&self) -> u8 {
         match self.kind {
             Kind::Run => 1,
@@ -188,7 +188,7 @@ impl Error {
         }
     }
 
-    /// The first message, without the place where it happened.
+    /// The first message, without its location.
     pub(crate) fn message(self) -> Message {
         match self.details.into_iter().next() {
             Some(Detail::Message(message)) => message,

@@ -1,4 +1,4 @@
-//! Numbers as people read them.
+//! Formatting of numbers for people.
 
 /// A number of things: `1 step`, `2 steps`.
 pub(crate) fn counted(count: u64, noun: &str) -> String {
@@ -12,24 +12,24 @@ pub(crate) fn seconds(t: f64) -> String {
     format!("{} s", digits.strip_suffix(".0").unwrap_or(&digits))
 }
 
-/// A run time, with three digits at least.
+/// A run time with at least three digits.
 pub(crate) fn milliseconds(seconds: f64) -> String {
     if seconds < 1e-5 { format!("{:.3} us", seconds * 1e6) } else { format!("{:.3} ms", seconds * 1e3) }
 }
 
-/// A number in the digits that read back as the same; nothing where it is not finite.
+/// A number in the shortest decimal that reads back exactly; empty if it is not finite.
 pub(crate) fn full(value: f64) -> String {
     if value.is_finite() { format!("{value:?}") } else { String::new() }
 }
 
-/// A number in seven decimals, or in six digits behind the first where these would not show it.
+/// A number with seven decimals, or with six digits after the first if seven decimals are too few.
 pub(crate) fn decimals(value: f64) -> String {
-    // Adding zero makes -0 the same as 0.
+    // Adding zero turns -0 into 0.
     let value = value + 0.0;
     if value == 0.0 || (1e-4..1e6).contains(&value.abs()) { format!("{value:.7}") } else { format!("{value:.6e}") }
 }
 
-/// Most digits of a number with an error: those that a double holds.
+/// The largest number of digits of a number with an error: those of a double.
 const MOST_DIGITS: i32 = 16;
 
 /// A number in its known digits, with the error of the last one in parentheses, rounded up: `-24359.2177(2)`.
@@ -41,14 +41,14 @@ pub(crate) fn with_error(value: f64, error: f64) -> String {
     let mut last = place(error);
     let leading = if value == 0.0 { last } else { place(value).max(last) };
     last = last.max(leading - MOST_DIGITS + 1);
-    // A digit of the error, in units of the last place.
+    // One unit of the last digit of the error.
     let unit = |last: i32| format!("1e{last}").parse::<f64>().unwrap_or(1.0);
     let mut digit = (error / unit(last) * (1.0 - 1e-9)).ceil().max(1.0);
     if digit >= 10.0 {
         (digit, last) = (1.0, last + 1);
     }
     let leading = leading.max(last);
-    // No sign of which no digit is known.
+    // No sign if no digit is known.
     let value = if value.abs() < 0.5 * unit(last) { 0.0 } else { value };
     let behind = usize::try_from(leading - last).unwrap_or(0);
     if (-4..6).contains(&leading) {
@@ -62,17 +62,17 @@ pub(crate) fn with_error(value: f64, error: f64) -> String {
     format!("{mantissa:.behind$}({digit})e{leading}")
 }
 
-/// A number in eight digits or so, however small it is.
+/// A number with about eight digits, of any size.
 pub(crate) fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e7).contains(&value.abs()) {
-        // Adding zero makes -0 the same as 0.
+        // Adding zero turns -0 into 0.
         format!("{:.7}", value + 0.0)
     } else {
         format!("{value:.7e}")
     }
 }
 
-/// An angle in degrees, a length as it is.
+/// An angle in degrees, or a length unchanged.
 pub(crate) fn quantity(value: f64, unit: &str) -> String {
     if unit == "rad" {
         let text = format!("{:.4} deg", value.to_degrees());
@@ -82,7 +82,7 @@ pub(crate) fn quantity(value: f64, unit: &str) -> String {
     }
 }
 
-/// A method and how its steps are chosen.
+/// A method with its tolerance or step.
 pub(crate) fn method(name: &str, tolerance: Option<f64>, step: f64) -> String {
     let name = name.to_uppercase();
     match tolerance {
@@ -91,7 +91,7 @@ pub(crate) fn method(name: &str, tolerance: Option<f64>, step: f64) -> String {
     }
 }
 
-/// A text in lines of a width.
+/// A text wrapped to a width.
 pub(crate) fn wrapped(text: &str, width: usize) -> String {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {
@@ -107,7 +107,7 @@ pub(crate) fn wrapped(text: &str, width: usize) -> String {
     lines.join("\n")
 }
 
-/// The beginning of a text.
+/// The beginning of a text, shortened to a width.
 pub(crate) fn shortened(text: &str, width: usize) -> String {
     match text.char_indices().nth(width) {
         Some((end, _)) => format!("{}...", &text[..end]),

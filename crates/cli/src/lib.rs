@@ -1,6 +1,6 @@
-//! The command `qrm`: runs, checks, tables and pictures of the mechanisms that a program was built with.
+//! The command `qrm`: runs, checks, tables and pictures of the mechanisms compiled into a program.
 //!
-//! Each subcommand is a module of `commands` with its options and a function `run`, and a row in the table there.
+//! Each subcommand is a module of `commands` with its options and a function `run`, listed in the table there.
 
 pub mod api;
 mod columns;
@@ -46,12 +46,12 @@ struct CommandLine {
     command: Option<Command>,
 }
 
-/// Runs the command with the scenes that the program was built with.
+/// Runs the command with the scenes of a program.
 pub fn main(models: &'static [Model]) -> ExitCode {
     ExitCode::from(execute(models, std::env::args_os()))
 }
 
-/// Runs a command line, the first word of which is the name of the program, and returns its exit status.
+/// Runs a command line, whose first word is the name of the program, and returns its exit status.
 pub fn execute(models: &'static [Model], line: impl IntoIterator<Item = OsString>) -> u8 {
     let parsed = CommandLine::try_parse_from(line).and_then(|line| match line.command {
         Some(command) => Ok(command),
@@ -60,7 +60,7 @@ pub fn execute(models: &'static [Model], line: impl IntoIterator<Item = OsString
     let command = match parsed {
         Ok(command) => command,
         Err(e) => {
-            // Help and version arrive here too; nobody may be listening.
+            // Help and version arrive here too; standard output may be closed.
             let _ = e.print();
             return u8::try_from(e.exit_code()).unwrap_or(2);
         }

@@ -1,4 +1,4 @@
-//! A scene in a browser, which follows the scene's file.
+//! A scene in a browser that follows the scene's file.
 
 mod derivation_key;
 mod feed;

@@ -2,10 +2,11 @@
 
 use std::fs;
 
-/// Up to so many bytes, whether they are free is not worth asking.
+/// The number of bytes up to which memory is not checked.
 const FEW: usize = 1 << 26;
 
-/// Whether so many bytes of memory are free: an allocation alone does not tell, as systems promise more than they have.
+/// Whether this number of bytes is free: a successful allocation does not show it, since systems promise more memory
+/// than they have.
 pub(crate) fn has_room(bytes: usize) -> bool {
     if bytes <= FEW {
         return true;
@@ -16,7 +17,7 @@ pub(crate) fn has_room(bytes: usize) -> bool {
     }
 }
 
-/// The bytes that are free, where the system tells it as Linux does.
+/// The number of free bytes, if the system reports it as Linux does.
 fn available() -> Option<usize> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     let entry = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;

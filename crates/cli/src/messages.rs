@@ -1,4 +1,4 @@
-//! Messages about motions that do not begin, go on, or end as they should.
+//! Messages about motions that fail to begin, to continue, or to end.
 
 use qrm_core::Description;
 use qrm_scene::diagnostic::Diagnostic;
@@ -11,7 +11,7 @@ use crate::format::{seconds, with_error};
 use crate::setup::Setup;
 
 impl Setup {
-    /// An error for a run that could not begin, with the place in the scene where there is one.
+    /// An error for a run that could not begin, with its location in the scene if there is one.
     pub(crate) fn no_start(&self, reason: &StartError) -> Error {
         match reason {
             StartError::NotAssembled(reason) => self.not_assembled(reason),
@@ -40,7 +40,7 @@ impl Setup {
         }
     }
 
-    /// The reason why a method does not get to the last time.
+    /// The reason why a method does not reach the last time.
     pub(crate) fn no_end(&self, reason: &StartError) -> Message {
         match reason {
             StartError::Step(StepError::NotFinite | StepError::ForcesNotFinite)
@@ -53,7 +53,7 @@ impl Setup {
         }
     }
 
-    /// An error for constraints that cannot be met, at their place in the scene.
+    /// An error for constraints that cannot be satisfied, with their location in the scene.
     pub(crate) fn not_assembled(&self, reason: &NotAssembled) -> Error {
         let constraint = &self.scene.constraints[reason.constraint];
         let (name, unit, span) = (&constraint.name, &constraint.unit, constraint.span.clone());
@@ -96,7 +96,7 @@ pub(crate) fn step_error(reason: &StepError, description: &Description) -> Messa
     Message::new(text).help(help)
 }
 
-/// The end of a run, at a time with an error, in a sentence or a few.
+/// Describes the end of a run, at a time with an error, in a few sentences.
 pub(crate) fn status(
     status: &Status,
     (end_time, error): (f64, Option<f64>),

@@ -107,25 +107,25 @@ pub(crate) struct OutFolder {
 }
 
 impl OutFolder {
-    /// The folder that is asked for, or that of the scene at `path`.
+    /// The requested folder, or the default for the scene at `path`.
     pub(crate) fn folder(&self, path: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| default_folder(path))
     }
 }
 
-/// The folder for files about the scene at `path`.
+/// The default folder for results about the scene at `path`.
 pub(crate) fn default_folder(path: &str) -> PathBuf {
     Path::new("out").join(Path::new(path).file_stem().unwrap_or_default())
 }
 
-/// The parameters that `--set` changes.
+/// The parameters changed by `--set`.
 pub(crate) fn parameters(description: &Description, set: &[String]) -> Result<BTreeMap<String, f64>, Error> {
     let values = assignments("--set", set)?;
     values.keys().try_for_each(|name| check_parameter(description, name))?;
     Ok(values)
 }
 
-/// The names and numbers of an option that is given several times as `NAME=VALUE`.
+/// The names and values of a repeatable option `NAME=VALUE`.
 pub(crate) fn assignments(option: &str, texts: &[String]) -> Result<BTreeMap<String, f64>, Error> {
     let mut values = BTreeMap::new();
     for text in texts {
@@ -137,7 +137,7 @@ pub(crate) fn assignments(option: &str, texts: &[String]) -> Result<BTreeMap<Str
     Ok(values)
 }
 
-/// The name and the number of `NAME=VALUE`.
+/// The name and the value of `NAME=VALUE`.
 pub(crate) fn assignment<'t>(option: &str, text: &'t str) -> Result<(&'t str, f64), Error> {
     let Some((name, value)) = text.split_once('=') else {
         return Err(Error::usage(format!("`{option} {text}` has no `=`")).help(format!("write `{option} NAME=VALUE`")));
@@ -146,7 +146,7 @@ pub(crate) fn assignment<'t>(option: &str, text: &'t str) -> Result<(&'t str, f6
     Ok((name, number(&format!("{option} {name}"), value)?))
 }
 
-/// An error if the generated code has no parameter of this name.
+/// Returns an error if the generated code has no parameter with this name.
 pub(crate) fn check_parameter(description: &Description, name: &str) -> Result<(), Error> {
     let scene = description.name;
     if description.parameters.iter().any(|p| p.name == name) {
@@ -164,7 +164,7 @@ pub(crate) fn check_parameter(description: &Description, name: &str) -> Result<(
     Err(Error::usage(format!("scene `{scene}` has no parameter `{name}`")).help(help))
 }
 
-/// A number, written as a number or as a formula of numbers and `pi`.
+/// Reads a number, written as a number or as a formula of numbers and `pi`.
 pub(crate) fn number(option: &str, text: &str) -> Result<f64, Error> {
     let formula = parse_formula(text, 0, &[]).map_err(|finding| Report::new(option, text, vec![finding]))?;
     let wrong = |why: String| Error::usage(format!("`{option}` needs a number, but `{text}` {why}"));
@@ -177,13 +177,13 @@ pub(crate) fn number(option: &str, text: &str) -> Result<f64, Error> {
     if value.is_finite() { Ok(value) } else { Err(wrong(format!("gives {value}"))) }
 }
 
-/// A number above zero.
+/// Reads a positive number.
 pub(crate) fn positive(option: &str, text: &str) -> Result<f64, Error> {
     let value = number(option, text)?;
     if value > 0.0 { Ok(value) } else { Err(Error::usage(format!("`{option}` must be above zero, but is {value}"))) }
 }
 
-/// A number above zero that may be left out.
+/// Reads an optional positive number.
 pub(crate) fn optional_positive(option: &str, text: Option<&String>) -> Result<Option<f64>, Error> {
     text.map(|text| positive(option, text)).transpose()
 }

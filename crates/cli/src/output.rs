@@ -1,4 +1,4 @@
-//! The ways out of the command: standard output and files.
+//! The output of the command: standard output and files.
 
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -12,10 +12,10 @@ use serde::ser::{SerializeMap, Serializer};
 
 use crate::error::Error;
 
-/// Set when something could not be printed.
+/// Set when printing failed.
 static FAILED: AtomicBool = AtomicBool::new(false);
 
-/// Prints to standard output, to which nobody may be listening any more.
+/// Prints to standard output, which may be closed.
 pub(crate) fn print(text: &str) {
     let mut out = std::io::stdout();
     if let Err(e) = writeln!(out, "{text}").and_then(|()| out.flush())
@@ -25,22 +25,22 @@ pub(crate) fn print(text: &str) {
     }
 }
 
-/// An error if something could not be printed.
+/// Returns an error if printing failed.
 pub(crate) fn printed() -> Result<(), Error> {
     if FAILED.load(Ordering::Relaxed) { Err(Error::run("cannot write to the standard output")) } else { Ok(()) }
 }
 
-/// The scene files that were read.
+/// The scene files read so far.
 static SCENE_FILES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Keeps a scene file from being replaced by a result.
+/// Protects a scene file from being overwritten by a result.
 pub(crate) fn protect(scene: &Path) {
     if let Ok(path) = scene.canonicalize().or_else(|_| std::path::absolute(scene)) {
         SCENE_FILES.lock().unwrap_or_else(PoisonError::into_inner).insert(path);
     }
 }
 
-/// An error if a result would replace a scene file. A link to one is replaced, and not the file.
+/// Returns an error if a result would overwrite a scene file. Links to scene files may be replaced.
 pub(crate) fn check_target(path: &Path) -> Result<(), Error> {
     let is_link = path.is_symlink();
     let files = SCENE_FILES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -53,13 +53,13 @@ pub(crate) fn check_target(path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Writes a file of a command, in a folder that is made if it is not there.
+/// Writes a file of a command; creates its folder if necessary.
 pub(crate) fn save(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     check_target(path)?;
     write_whole(path, bytes).map_err(|e| Error::unwritable(path, &e))
 }
 
-/// Writes files of a command that belong together: all of them or none.
+/// Writes files of a command that belong together: all or none.
 pub(crate) fn save_all(files: &[(PathBuf, String)]) -> Result<(), Error> {
     files.iter().try_for_each(|(path, _)| check_target(path))?;
     write_all_whole(files).map_err(|(path, e)| Error::unwritable(path, &e))
@@ -72,13 +72,13 @@ pub(crate) fn save_and_print(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     Ok(())
 }
 
-/// The line that lists the files that were written.
+/// The line that lists the written files.
 pub(crate) fn written(files: &[String]) -> String {
     let files = if files.is_empty() { "nothing".to_owned() } else { files.join("\n      ") };
     format!("wrote {files}")
 }
 
-/// A word of a command line, quoted where a shell would take it apart.
+/// Quotes a word of a command line if a shell would split it.
 pub(crate) fn shell_word(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "_-./:=@%+,".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
@@ -108,7 +108,7 @@ where
     writer.into_inner().map_err(|e| csv::Error::from(e.into_error()).into())
 }
 
-/// Values under names, in their order.
+/// Values with names, in order.
 #[derive(Debug)]
 pub(crate) struct Named<T>(pub(crate) Vec<(String, T)>);
 

@@ -1,4 +1,4 @@
-//! The simulator of pages and scenes for it, as text.
+//! Encodes the simulator of pages, and scenes for it, as text.
 
 use std::io::Write;
 
@@ -27,9 +27,9 @@ pub(crate) fn compressed(bytes: &[u8]) -> Result<String, Error> {
     Ok(base85(&bytes))
 }
 
-/// Bytes as text: five digits for four bytes, where base 64 takes a third more than the bytes.
+/// Encodes bytes as text: five digits for four bytes, an overhead of a quarter, while base 64 has a third.
 ///
-/// The digits are the first printable signs but space and those that HTML or JSON would escape.
+/// The digits are the first printable ASCII characters, except space and those that HTML or JSON would escape.
 fn base85(bytes: &[u8]) -> String {
     let digits: Vec<char> = (b'!'..=b'~').map(char::from).filter(|sign| !"\"&'<>\\`".contains(*sign)).collect();
     let mut text = String::with_capacity(bytes.len() / 4 * 5 + 5);

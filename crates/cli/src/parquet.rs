@@ -1,4 +1,4 @@
-//! A table in CSV as a Parquet file, in programs with the feature `parquet`.
+//! Converts a table in CSV to a Parquet file, in programs with the feature `parquet`.
 
 #[cfg(feature = "parquet")]
 mod writer;
@@ -14,7 +14,7 @@ use crate::error::Error;
 /// The type of a column.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// A whole number.
+    /// An integer.
     Whole,
     /// A number.
     Number,
@@ -22,7 +22,7 @@ pub(crate) enum Kind {
     Text,
 }
 
-/// An error in a program that was built without Parquet.
+/// Returns an error if the program was built without Parquet.
 pub(crate) fn require() -> Result<(), Error> {
     if cfg!(feature = "parquet") {
         return Ok(());
@@ -33,18 +33,18 @@ pub(crate) fn require() -> Result<(), Error> {
     ))
 }
 
-/// Writes a table in CSV once more.
+/// Copies a table in CSV to a Parquet file.
 pub(crate) fn copy(table: &Path, path: &Path, kind: impl Fn(&str) -> Kind) -> io::Result<()> {
     write_whole_with(path, |file| write(&mut io::BufReader::new(File::open(table)?), file, kind)).map(|_| ())
 }
 
-/// Writes a table that begins with its header, and returns how many rows it has.
+/// Writes a table with its header in the first line; returns the number of rows.
 #[cfg(feature = "parquet")]
 pub(crate) fn write(rows: &mut impl Read, file: &mut File, kind: impl Fn(&str) -> Kind) -> io::Result<usize> {
     writer::write(rows, file, kind)
 }
 
-/// Fails: there is no Parquet.
+/// Fails, since this program has no Parquet.
 #[cfg(not(feature = "parquet"))]
 pub(crate) fn write(_: &mut impl Read, _: &mut File, kind: impl Fn(&str) -> Kind) -> io::Result<usize> {
     let _ = [Kind::Whole, Kind::Number, Kind::Text].map(|own| kind("") == own);

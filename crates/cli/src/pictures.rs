@@ -9,7 +9,7 @@ use qrm_view::figure::{Abscissa, Curve, Extremes, Figure, Panel, Scale};
 use crate::format;
 use crate::setup::Setup;
 
-/// The figures of a run under the names of their files, without extensions.
+/// The figures of a run, with file names without extensions.
 pub(crate) fn figures(setup: &Setup, outcome: &Outcome, recording: &Recording) -> Vec<(String, Figure)> {
     let groups = groups(&setup.scene, recording).into_iter();
     let mut figures: Vec<(String, Figure)> =
@@ -25,7 +25,7 @@ pub(crate) fn figures(setup: &Setup, outcome: &Outcome, recording: &Recording) -
     figures
 }
 
-/// The picture of a group.
+/// Draws the figure of a group.
 fn figure(group: &Group, recording: &Recording) -> Figure {
     let curve = |member: &Member| Curve {
         name: member.name.clone(),
@@ -44,13 +44,13 @@ fn figure(group: &Group, recording: &Recording) -> Figure {
     Figure { title: group.title.clone(), abscissa: Abscissa::time(), panels: vec![panel] }
 }
 
-/// The extremes of a column over time, if it is no check.
+/// The extremes of a column over time; `None` for checks.
 pub(crate) fn extremes(recording: &Recording, kind: Kind) -> Option<Extremes> {
     let swapped = |(value, t)| (t, value);
     recording.extremes(kind).map(|e| Extremes { minimum: swapped(e.minimum), maximum: swapped(e.maximum) })
 }
 
-/// The path of the tip of each force that has two components.
+/// Draws the tip of each force with two components.
 fn polar_diagrams(scene: &Scene, recording: &Recording) -> Vec<(String, Figure)> {
     let mut diagrams = Vec::new();
     for output in &scene.outputs {
@@ -75,7 +75,7 @@ fn polar_diagrams(scene: &Scene, recording: &Recording) -> Vec<(String, Figure)>
     diagrams
 }
 
-/// Residuals, energy and corrections over time.
+/// Draws residuals, energy and corrections over time.
 fn health(scene: &Scene, recording: &Recording, title: String, is_conservative: bool) -> Figure {
     let panel = |quantity: &str, unit: &str, scale, name: &str, points| Panel {
         quantity: quantity.to_owned(),

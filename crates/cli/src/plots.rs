@@ -1,4 +1,4 @@
-//! Plots that a user asks for: columns of a run, or components of points, over one another.
+//! Plots requested by the user: columns of a run, or components of points, plotted against each other.
 
 mod path;
 mod quantity;
@@ -18,10 +18,10 @@ use crate::setup::Setup;
 use path::Path;
 use quantity::{Quantity, Source};
 
-/// Units in which both axes of a path have the same scale.
+/// Units for which both axes of a path have the same scale.
 const LENGTHS: [&str; 6] = ["m", "mm", "cm", "km", "in", "ft"];
 
-/// The plots that are asked for, and an observer that keeps what they show.
+/// The requested plots, and an observer that keeps their data.
 pub(crate) struct Plots<'s> {
     setup: &'s Setup,
     parameters: Vec<f64>,
@@ -30,7 +30,7 @@ pub(crate) struct Plots<'s> {
     has_points: bool,
 }
 
-/// Some quantities over another one.
+/// Quantities plotted against another one.
 struct Plot {
     /// The name of its file, without its extension.
     file: String,
@@ -41,12 +41,12 @@ struct Plot {
 }
 
 impl<'s> Plots<'s> {
-    /// The plots that the options of the command line ask for.
+    /// Creates the plots requested on the command line.
     pub(crate) fn new(setup: &'s Setup, options: &PlotOptions) -> Result<Self, Error> {
         let mut plots: Vec<Plot> = Vec::new();
         for text in &options.plot {
             let plot = Plot::new(setup, text)?;
-            // Some file systems do not tell capitals apart.
+            // Some file systems do not distinguish upper and lower case.
             if let Some(other) = plots.iter().find(|other| other.file.eq_ignore_ascii_case(&plot.file)) {
                 let (same, file) = (other.file == plot.file, &plot.file);
                 return Err(if same {
@@ -63,14 +63,14 @@ impl<'s> Plots<'s> {
         Ok(Self { parameters: setup.parameters(), setup, has_points, plots })
     }
 
-    /// The figures under the names of their files, without extensions.
+    /// The figures, with file names without extensions.
     pub(crate) fn figures(&self, recording: &Recording) -> Vec<(String, Figure)> {
         self.plots.iter().map(|plot| (plot.file.clone(), plot.figure(recording))).collect()
     }
 }
 
 impl Plot {
-    /// `Y,..:X`, or `Y,..` for what is shown over time.
+    /// Reads `Y,..:X`, or `Y,..` for a plot over time.
     fn new(setup: &Setup, text: &str) -> Result<Self, Error> {
         let wrong = |why: &str| {
             Error::usage(format!("`--plot {text}` {why}"))
@@ -103,7 +103,7 @@ impl Plot {
         Ok(Self { file: format!("plot-{}", names.join("-")), ordinates, abscissa, paths })
     }
 
-    /// The picture.
+    /// Draws the figure.
     fn figure(&self, recording: &Recording) -> Figure {
         let curve = |(quantity, path): (&Quantity, &Path)| {
             let (points, extremes) = match (&self.abscissa.source, &quantity.source) {

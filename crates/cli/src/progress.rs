@@ -1,4 +1,4 @@
-//! Shows that a long command goes on, and lets the user end it.
+//! Shows the progress of long commands, and lets the user interrupt them.
 
 use std::cell::Cell;
 use std::io::{self, IsTerminal};
@@ -8,26 +8,26 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
 use qrm_sim::run::{Observer, Row};
 
-/// The time that a run goes on in silence before it shows its progress.
+/// The time after which a run shows its progress.
 const PROGRESS_DELAY: Duration = Duration::from_millis(300);
 
-/// Set when the user wants the command to end.
+/// Set when the user interrupts the command.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 thread_local! {
-    /// How a program that embeds the command learns of interrupts; unused by the command itself.
+    /// The check for interrupts of a program that embeds the command; unused by the command itself.
     static EMBEDDER: Cell<Option<fn() -> bool>> = const { Cell::new(None) };
 }
 
-/// Whether the user wants the command to end.
+/// Whether the user has interrupted the command.
 pub(crate) fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed) || EMBEDDER.get().is_some_and(|check| check())
 }
 
-/// Does some work that ends when `check` returns true, on this thread. No handler of signals is installed meanwhile,
-/// and no progress is shown.
+/// Does some work on this thread that ends when `check` returns true. Meanwhile no signal handler is installed, and no
+/// progress is shown.
 pub(crate) fn interruptible<T>(check: fn() -> bool, work: impl FnOnce() -> T) -> T {
-    /// Restores what was there before, also when the work panics.
+    /// Restores the previous check, even if the work panics.
     struct Restored(Option<fn() -> bool>);
     impl Drop for Restored {
         fn drop(&mut self) {
@@ -38,44 +38,44 @@ pub(crate) fn interruptible<T>(check: fn() -> bool, work: impl FnOnce() -> T) ->
     work()
 }
 
-/// Takes note of interrupts from now on.
+/// Starts to watch for interrupts.
 pub(crate) fn watch_interrupts() {
     if EMBEDDER.get().is_some() {
         return;
     }
-    // A second handler in one process is refused; the first one is enough.
+    // A second handler in one process is refused; the first one suffices.
     let _ = ctrlc::set_handler(|| {
-        // Who asks twice does not want to wait for the end of what is under way.
+        // A second interrupt ends the program immediately.
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
     });
 }
 
-/// The progress of a command, shown on a terminal alone.
+/// The progress of a command; shown on terminals only.
 pub(crate) struct Progress {
     bar: ProgressBar,
     begun: Instant,
-    /// The number of motions, one after the other.
+    /// The number of consecutive motions.
     count: u32,
-    /// Motions that have ended, and the time of the one under way.
+    /// The number of completed motions, and the time of the current one.
     done: Cell<(u32, f64)>,
 }
 
 impl Progress {
-    /// The progress of a motion.
+    /// Creates the progress of a motion.
     pub(crate) fn new() -> Self {
         Self::motions(1)
     }
 
-    /// The progress of motions, one after the other. A short one is not shown.
+    /// Creates the progress of consecutive motions. A short one is not shown.
     pub(crate) fn motions(count: usize) -> Self {
         watch_interrupts();
         let count = u32::try_from(count).unwrap_or(u32::MAX);
         Self { count, ..Self::hidden(10_000, "{bar:40} {msg}, {eta} left") }
     }
 
-    /// The progress of designs, some of which are done.
+    /// Creates the progress of designs, some of which are done.
     pub(crate) fn designs(count: usize, done: usize) -> Self {
         let progress = Self::hidden(count as u64, "{bar:40} {pos} of {len} designs, {per_sec}, {eta} left");
         progress.bar.set_position(done as u64);
@@ -83,7 +83,7 @@ impl Progress {
         progress
     }
 
-    /// A sign of life with a text.
+    /// Creates a spinner with a text.
     pub(crate) fn spinner() -> Self {
         let progress = Self::hidden(0, "{spinner} {elapsed} {msg}");
         progress.reveal();
@@ -103,10 +103,10 @@ impl Progress {
         }
     }
 
-    /// Shows the progress of the motion under way; false once the user wants the command to end.
+    /// Shows the progress of the current motion; returns false once the user has interrupted the command.
     pub(crate) fn keep_running(&self, t: f64, end_time: f64) -> bool {
         let (done, last) = self.done.get();
-        // Time begins anew with each motion.
+        // Each motion starts at time zero again.
         let done = if t < last { done + 1 } else { done };
         self.done.set((done, t));
         if self.begun.elapsed() > PROGRESS_DELAY {
@@ -121,7 +121,7 @@ impl Progress {
         !interrupted()
     }
 
-    /// Counts designs that are done.
+    /// Counts completed designs.
     pub(crate) fn add(&self, count: usize) {
         self.bar.inc(count as u64);
     }

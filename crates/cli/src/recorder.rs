@@ -1,4 +1,4 @@
-//! Takes the rows of a run to the disk.
+//! Writes the rows of a run to disk.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ pub(crate) struct Recorder {
     trajectory: Option<Trajectory>,
     /// Whether the last row was not written.
     is_behind: bool,
-    /// The error if nothing can be written at all.
+    /// The error if nothing can be written.
     pub(crate) unusable: Option<Error>,
 }
 
@@ -27,9 +27,9 @@ impl Recorder {
         Self { folder: folder.to_owned(), columns, every, trajectory: None, is_behind: false, unusable: None }
     }
 
-    /// Puts the rows at their place, and returns their number; after a failed write the whole rows that are left.
+    /// Moves the rows to their final file, and returns their number; after a failed write, the number of complete rows.
     ///
-    /// Other files of an earlier run are removed: they would not belong to the new rows.
+    /// Other files of an earlier run are removed, since they do not belong to the new rows.
     pub(crate) fn finish_files(&mut self, failed: bool) -> Result<u64, Error> {
         let Some(trajectory) = self.trajectory.take() else { return Ok(0) };
         let others = ["summary.json", "trajectory.units.json", "trajectory.parquet"].map(str::to_owned);
@@ -47,7 +47,7 @@ impl Recorder {
         self.folder.join("trajectory.csv")
     }
 
-    /// Makes the file with the first row: a run that cannot start leaves an earlier trajectory alone.
+    /// Creates the file at the first row: a run that cannot start leaves an earlier trajectory unchanged.
     fn open(&mut self) -> io::Result<()> {
         if self.trajectory.is_none() {
             let path = self.path();
@@ -77,7 +77,7 @@ impl Observer for Recorder {
 
     fn finish(&mut self, last: &[f64]) -> io::Result<()> {
         let Some(trajectory) = &mut self.trajectory else { return Ok(()) };
-        // The last row is written even if it is not its turn.
+        // The last row is always written.
         if self.is_behind && !last.is_empty() {
             trajectory.row(last.iter().copied())?;
         }

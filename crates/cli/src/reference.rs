@@ -1,4 +1,4 @@
-//! The states that results are compared with, which do not share their errors.
+//! The states to which results are compared; they do not share the errors of the results.
 
 mod errors;
 
@@ -31,37 +31,36 @@ use qrm_sim::columns::Kind;
 use qrm_sim::integrate::{DOP853, MethodSettings};
 use qrm_sim::run::Status;
 
-/// States that are known, and how well.
+/// Reference states and their accuracy.
 pub(crate) struct Reference {
-    /// The origin of the states.
+    /// The source of the states.
     pub(crate) origin: String,
     /// The states, in the order of time.
     pub(crate) states: Vec<StateAt>,
-    /// The largest errors that they may have.
+    /// Upper bounds of their errors.
     pub(crate) uncertainty: Errors,
-    /// The column that is looked at beside others.
+    /// The additionally compared column.
     pub(crate) of: Option<Kind>,
 }
 
-/// The number of times to compare at where none are asked for.
+/// The default number of times for the comparison.
 const TIMES: usize = 8;
 
-/// One run of a method is enough.
+/// A single run of a method suffices.
 const ONCE: Repetitions = Repetitions { least: 1, time: Duration::ZERO };
 
-/// An energy integral as certain as this needs no comparison with a run.
+/// The uncertainty of an energy integral below which no other reference is tried.
 const ALMOST_EXACT: f64 = 1e-12;
 
-/// Two tolerances in doubles whose results tell each other's errors.
+/// Two tolerances in double precision; the difference of their results shows the errors.
 const TIGHT: [f64; 2] = [1e-14, 1e-13];
 
-/// Two tolerances in double-double numbers whose results tell each other's errors.
+/// Two tolerances in double-double precision; the difference of their results shows the errors.
 const TIGHTEST: [f64; 2] = [1e-22, 1e-20];
 
 impl Reference {
-    /// The reference that is asked for, or the most independent one that there is. Values of the scene hold at their
-    /// own times,
-    /// and are not used for other ones.
+    /// Finds the requested reference, or the most independent one available. The scene's reference values are valid at
+    /// their own times only.
     pub(crate) fn find(
         setup: &Setup,
         at: &[String],
@@ -85,10 +84,10 @@ impl Reference {
         }
     }
 
-    /// The energy integral, unless it is less certain than a run: it is where the motion is about to stand still.
+    /// The energy integral, unless it is less accurate than a run: it is so where the motion nearly stops.
     fn best(setup: &Setup, at: &[String], of: Option<Kind>) -> Result<Self, Error> {
         let times = times(setup, at)?;
-        // Scenes hold values of some columns.
+        // Scenes have values of some columns.
         let from_scene = || Self::from_scene(setup, of).filter(|_| at.is_empty() && of.is_none());
         match (Self::from_energy_integral(setup, &times, of), from_scene()) {
             (Ok(exact), _) if exact.uncertainty.position <= ALMOST_EXACT => Ok(exact),
@@ -101,7 +100,7 @@ impl Reference {
         }
     }
 
-    /// States from the energy integral, whose rounding errors two divisions of the way tell.
+    /// Computes states from the energy integral; two different numbers of panels show the rounding errors.
     fn from_energy_integral(setup: &Setup, times: &[f64], of: Option<Kind>) -> Result<Self, NoEnergyIntegral> {
         let [states, others] = PANELS.map(|panels| exact_states(&*setup.mechanism(), times, panels));
         let (states, others) = (states?, others?);
@@ -110,9 +109,9 @@ impl Reference {
         Ok(Self { origin, states, uncertainty, of })
     }
 
-    /// Values that the scene holds.
+    /// The reference values of the scene.
     fn from_scene(setup: &Setup, of: Option<Kind>) -> Option<Self> {
-        // They hold for the scene as it stands.
+        // They are valid for the unchanged scene only.
         if setup.is_changed() {
             return None;
         }
@@ -133,7 +132,7 @@ impl Reference {
         };
         for reference in &scene.references {
             let t = constant(&reference.t, &parameters);
-            // Several entries may speak of one time.
+            // Several entries may have the same time.
             let place = states.iter().position(|state| state.t == t).unwrap_or_else(|| {
                 states.push(unknown(t));
                 states.len() - 1
@@ -156,7 +155,7 @@ impl Reference {
         (!states.is_empty()).then_some(Self { origin, states, uncertainty, of })
     }
 
-    /// A run in double-double numbers, or one of the method of order 8 in doubles where that fails.
+    /// Computes a run in double-double precision, or by the method of order 8 in double precision if that fails.
     fn from_run(setup: &Setup, times: &[f64], of: Option<Kind>) -> Result<Self, Error> {
         if let Some(reference) = Self::from_double_doubles(setup, times, of) {
             return Ok(reference);
@@ -171,7 +170,7 @@ impl Reference {
         Ok(Self::from_two_runs(setup, of, "DOP853", TIGHT, runs))
     }
 
-    /// Extrapolation in double-double numbers; `None` if the motion is too long or not smooth enough for it.
+    /// Extrapolation in double-double precision; `None` if the motion is too long or not smooth enough.
     fn from_double_doubles(setup: &Setup, times: &[f64], of: Option<Kind>) -> Option<Self> {
         let run = |tolerance| -> Option<Vec<StateAt>> {
             let states = reference_states(setup.model, &setup.replace(), times, tolerance).ok()?;
@@ -181,7 +180,7 @@ impl Reference {
         Some(Self::from_two_runs(setup, of, "extrapolation in double-double numbers", TIGHTEST, runs))
     }
 
-    /// The finer of two runs, with their difference as uncertainty.
+    /// The finer of two runs; its uncertainty is their difference.
     fn from_two_runs(
         setup: &Setup,
         of: Option<Kind>,
@@ -195,7 +194,7 @@ impl Reference {
         Self { origin, states, uncertainty, of }
     }
 
-    /// The size of the column that is asked for, as a power of ten; 1 for coordinates.
+    /// The size of the requested column, as a power of ten; 1 for coordinates.
     pub(crate) fn size(&self) -> f64 {
         let Some(kind) = self.of else { return 1.0 };
         let largest = self.states.iter().map(|state| state.value(kind).abs()).fold(0.0, f64::max);
@@ -220,7 +219,7 @@ fn no_integral(reason: NoEnergyIntegral) -> Error {
     ))
 }
 
-/// A few units in the last place, which no comparison sees.
+/// A few units in the last place, which no comparison can detect.
 fn rounding(setup: &Setup, of: Option<Kind>, states: &[StateAt]) -> Errors {
     let zero = |state: &StateAt| StateAt {
         q: vec![0.0; state.q.len()],
@@ -235,7 +234,7 @@ fn rounding(setup: &Setup, of: Option<Kind>, states: &[StateAt]) -> Errors {
     Errors::between(&setup.scene, of, states, &zeros).times(8.0 * f64::EPSILON)
 }
 
-/// The times to compare at, rising: those that are asked for, or some up to the end of the scene's own run.
+/// The times of the comparison in increasing order: the requested ones, or some up to the end of the scene's own run.
 fn times(setup: &Setup, asked: &[String]) -> Result<Vec<f64>, Error> {
     if !asked.is_empty() {
         let mut times = asked.iter().map(|text| positive("--at", text)).collect::<Result<Vec<_>, _>>()?;

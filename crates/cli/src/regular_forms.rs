@@ -1,4 +1,4 @@
-//! Constraints that are singular at some positions of a mechanism, rewritten in a form that is not.
+//! Rewrites constraints that are singular at some positions of a mechanism in a regular form.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,31 +15,32 @@ use crate::scenes::cache::Entry;
 use crate::scenes::{engine, model_of_source};
 use crate::setup::Setup;
 
-/// The designs that share one form of each constraint.
+/// The designs that use the same form of each constraint.
 pub(crate) struct DesignSpace<'d> {
-    /// How many there are.
+    /// The number of designs.
     pub(crate) count: usize,
-    /// The value that a design gives a parameter; `None` if it is not varied.
+    /// The value of a parameter in a design; `None` if it is not varied.
     pub(crate) value: &'d dyn Fn(usize, &str) -> Option<f64>,
-    /// The range of these values.
+    /// The ranges of these values.
     pub(crate) range: ParameterRange<'d>,
 }
 
-/// The range of a parameter that varies; `None` if it has one value.
+/// The range of a varied parameter; `None` if it is not varied.
 type ParameterRange<'r> = &'r dyn Fn(&str) -> Option<Interval>;
 
-/// A scene whose constraints are rewritten.
+/// A scene with rewritten constraints.
 pub(crate) struct Rewritten {
     pub(crate) model: &'static Model,
     pub(crate) scene: Arc<Scene>,
-    /// The messages about the constraints that were rewritten.
+    /// The messages about the rewritten constraints.
     pub(crate) notes: Vec<Message>,
 }
 
-/// The scene with regular forms in place of the constraints that may be singular with these values of its parameters;
-/// `None` if none may be, or if there is no engine to derive it.
+/// Replaces the constraints that may be singular for these parameter values by regular forms; `None` if there are none,
+/// or there is no engine to derive the result.
 ///
 /// # Errors
+/// The engine fails or is interrupted.
 /// The engine fails or is interrupted.
 pub(crate) fn rewritten(setup: &Setup, range: ParameterRange) -> Result<Option<Rewritten>, Error> {
     let (path, source, scene) = (&setup.path, setup.description.source, &*setup.scene);
@@ -67,7 +68,7 @@ pub(crate) fn rewritten(setup: &Setup, range: ParameterRange) -> Result<Option<R
     };
     let notes = singular.iter().map(note).collect();
     let mut text = source.to_owned();
-    // From the end, so that the places of the others hold.
+    // From the end, so that the other locations stay valid.
     for direction in singular.iter().rev() {
         text.replace_range(direction.span.clone(), &direction.regular_form);
     }
@@ -79,7 +80,7 @@ pub(crate) fn rewritten(setup: &Setup, range: ParameterRange) -> Result<Option<R
     Ok(Some(Rewritten { model, scene: Arc::new(scene), notes }))
 }
 
-/// The ranges of all parameters, of which some vary.
+/// The ranges of all parameters, including those that are not varied.
 fn parameter_ranges(scene: &Scene, values: &[f64], range: ParameterRange) -> Vec<Interval> {
     let mut known: Vec<Interval> = values.iter().map(|value| Interval::point(*value)).collect();
     for (place, parameter) in scene.parameters.iter().enumerate() {

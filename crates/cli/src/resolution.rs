@@ -1,4 +1,4 @@
-//! Steps against the time scales of loads and drives: what a step must not pass over.
+//! Compares steps with the time scales of loads and drives, whose changes a step must not skip.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,10 +7,10 @@ use qrm_sim::integrate::StepBounds;
 
 use crate::format::seconds;
 
-/// A blow acts at this multiple of its width around its moment.
+/// The duration of a short pulse on each side of its centre, in multiples of its width.
 const REACH: f64 = 6.0;
 
-/// The bounds of steps that a method chooses, so that it sees every change with time that a formula shows.
+/// The bounds of the steps that a method chooses, so that it sees every time-dependent change that a formula shows.
 pub(crate) fn step_bounds(scales: &[TimeScale], max_step: Option<f64>) -> StepBounds {
     let longest = |scale: &TimeScale| match scale {
         TimeScale::Period(rate) => Some(FRAC_PI_2 / rate),
@@ -24,7 +24,7 @@ pub(crate) fn step_bounds(scales: &[TimeScale], max_step: Option<f64>) -> StepBo
     StepBounds::new(longest, &times.collect::<Vec<_>>())
 }
 
-/// The reason why steps of a fixed length pass over a change with time, in a run to an end time.
+/// The reason why fixed steps skip a time-dependent change in a run to an end time.
 pub(crate) fn passed_over(scales: &[TimeScale], step: f64, end_time: f64) -> Option<String> {
     scales.iter().find_map(|scale| match *scale {
         TimeScale::Period(rate) if rate * step > FRAC_PI_2 => Some(format!(

@@ -27,7 +27,7 @@ pub(crate) struct RunReport {
     #[serde(skip)]
     description: &'static Description,
     scene: &'static str,
-    /// Whether nothing was compiled for the scene.
+    /// Whether the scene has no compiled functions.
     #[serde(rename = "interpreted")]
     is_interpreted: bool,
     method: &'static str,
@@ -48,67 +48,67 @@ pub(crate) struct RunReport {
     /// The coordinates and rates that are given at the start.
     start: Named<f64>,
     end_time: f64,
-    /// The estimated error of a time that a condition tells.
+    /// The estimated error of the end time, if a condition ended the run.
     end_time_error: Option<f64>,
     end_state: Named<f64>,
-    /// The estimated errors of these.
+    /// The estimated errors of the end state.
     end_state_errors: Named<f64>,
     run_seconds: f64,
-    /// The largest one of a coordinate.
+    /// The largest estimated error of a coordinate.
     estimated_error: Option<f64>,
-    /// The largest one of each column.
+    /// The largest estimated error of each column.
     estimated_errors: Named<f64>,
     max_residual_position: f64,
     max_residual_velocity: f64,
-    /// Before the coordinates were corrected after a step, and by how much a coordinate was corrected at most.
+    /// The largest residual before a correction after a step, and the largest correction of a coordinate.
     max_residual_before_correction: f64,
     max_correction: f64,
     smallest_singular_value: Option<SingularEntry>,
-    /// Solves for which the fast factorisation was not enough.
+    /// Solves for which the fast factorization did not suffice.
     careful_solves: u64,
-    /// Constraints that repeat others.
+    /// Redundant constraints.
     redundancy: Option<RedundancyEntry>,
     energy_drift: Option<f64>,
     energy_imbalance: f64,
     extremes: Named<ExtremesEntry>,
     pub(crate) parameters: Named<f64>,
     pub(crate) figures: Vec<String>,
-    /// Whether a load jumps with the motion.
+    /// Whether a load jumps during the motion.
     #[serde(skip)]
     has_jumps: bool,
-    /// The reasons not to trust the numbers.
+    /// The reasons not to trust the results.
     distrust: Vec<String>,
     pub(crate) warnings: Vec<Message>,
 }
 
-/// Extremes of a column.
+/// The extremes of a column.
 #[derive(Debug, Serialize)]
 struct ExtremesEntry {
     min: f64,
     min_time: f64,
-    /// Estimated, as the other error.
+    /// The estimated error, like the other one.
     min_error: Option<f64>,
     max: f64,
     max_time: f64,
     max_error: Option<f64>,
 }
 
-/// The place where the smallest singular value of C_q was smallest.
+/// The position with the smallest singular value of C_q.
 #[derive(Debug, Serialize)]
 struct SingularEntry {
     value: f64,
-    /// The largest that it was in any row.
+    /// The largest such value in any row.
     largest: f64,
     row: u64,
     time: f64,
-    /// The constraint with the largest part in the combination that vanishes.
+    /// The constraint with the largest part in the vanishing combination.
     constraint: &'static str,
-    /// Whether it vanishes by itself.
+    /// Whether that constraint vanishes alone.
     #[serde(skip)]
     is_alone: bool,
 }
 
-/// Constraints that repeat others, and what is not unique for it.
+/// Redundant constraints, and the quantities that are therefore not unique.
 #[derive(Debug, Serialize)]
 struct RedundancyEntry {
     constraints: usize,
@@ -135,7 +135,7 @@ impl RedundancyEntry {
 }
 
 impl RunReport {
-    /// The report of a run, before any file of it is written.
+    /// Creates the report of a run, before its files are written.
     pub(crate) fn new(setup: &Setup, outcome: &Outcome, recording: &Recording) -> Self {
         let description = setup.description;
         let tolerance = setup.settings.tolerance();
@@ -201,12 +201,12 @@ impl RunReport {
         }
     }
 
-    /// An error if the run did not do what was asked.
+    /// Returns an error if the run failed.
     pub(crate) fn problem(&self) -> Option<Error> {
         if self.is_done { self.distrusted() } else { Some(self.message.clone().into()) }
     }
 
-    /// An error if the numbers of the run are not to be trusted.
+    /// Returns an error if the results of the run cannot be trusted.
     pub(crate) fn distrusted(&self) -> Option<Error> {
         if self.distrust.is_empty() {
             return None;
@@ -231,13 +231,13 @@ impl RunReport {
         Some(Error::run(format!("do not trust the numbers: {}", self.distrust.join("; and "))).help(help))
     }
 
-    /// The figures that the summary of an earlier run in a folder lists; none if there is no such summary.
+    /// The figures listed in the summary of an earlier run in a folder; empty without such a summary.
     pub(crate) fn figures_in(folder: &Path) -> Vec<String> {
         let text = read_at_most(&folder.join("summary.json"), MAX_SUMMARY).unwrap_or_default();
         let summary: serde_json::Value = serde_json::from_slice(&text).unwrap_or_default();
         let listed = summary["figures"].as_array().cloned().unwrap_or_default();
         let names = listed.iter().filter_map(|figure| figure.as_str());
-        // The file may say anything; only figures are removed.
+        // The file may have any content; only figures are removed.
         let is_figure = |name: &&str| {
             name.strip_prefix("figures/").is_some_and(|name| name.ends_with(".svg") && !name.contains(['/', '\\']))
         };
@@ -266,14 +266,14 @@ fn end_state(outcome: &Outcome, recording: &Recording) -> Named<f64> {
     Named(columns.filter_map(|column| Some((column.name.clone(), value(column.kind)?))).collect())
 }
 
-/// The errors of columns whose errors are estimated.
+/// The errors of the columns with error estimates.
 fn errors(outcome: &Outcome, recording: &Recording, part: impl Fn(ErrorEstimate, Kind) -> Option<f64>) -> Named<f64> {
     let Some(estimates) = &outcome.errors else { return Named(Vec::new()) };
     let error = |column: &Column| Some((column.name.clone(), part(estimates.column(column.kind)?, column.kind)?));
     Named(recording.columns().filter_map(error).collect())
 }
 
-/// Extremes of every column that describes the motion.
+/// The extremes of every column that describes the motion.
 fn extremes(outcome: &Outcome, recording: &Recording) -> Named<ExtremesEntry> {
     let described = recording.columns().filter(|column| column.kind != Kind::Time && !column.kind.is_check());
     let entries = described.filter_map(|column| {

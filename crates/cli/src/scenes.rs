@@ -1,4 +1,4 @@
-//! Scenes by their names, and scene files.
+//! Finds scenes by name, and scene files.
 
 pub(crate) mod cache;
 pub(crate) mod engine;
@@ -17,18 +17,18 @@ use crate::error::Error;
 use crate::options::SceneName;
 use crate::output::protect;
 
-/// A scene of the command line.
+/// A scene named on the command line.
 #[derive(Clone, Debug)]
 pub(crate) struct FoundScene {
     /// The derived functions of the scene.
     pub(crate) model: &'static Model,
-    /// The path of the scene file, as users know it.
+    /// The path of the scene file, as the user typed it.
     pub(crate) path: String,
-    /// The scene as read from its text, with its own values of the parameters; `None` if it is still to be read.
+    /// The scene with its own parameter values; `None` if it has not been read yet.
     pub(crate) scene: Option<Arc<Scene>>,
 }
 
-/// The source that the name of a scene refers to.
+/// The source of a named scene.
 pub(crate) enum SceneSource {
     /// A scene of the program.
     Model(&'static Model),
@@ -37,7 +37,7 @@ pub(crate) enum SceneSource {
 }
 
 impl SceneName {
-    /// The source that the name refers to.
+    /// Finds the source with this name.
     pub(crate) fn source(&self, models: &'static [Model]) -> Result<SceneSource, Error> {
         let Self { scene } = self;
         if is_path(models, scene) {
@@ -46,7 +46,7 @@ impl SceneName {
         model_named(models, scene, &[]).map(SceneSource::Model)
     }
 
-    /// The scene of this name, or that of a file.
+    /// Finds the scene with this name, or in a file.
     pub(crate) fn find(&self, models: &'static [Model]) -> Result<FoundScene, Error> {
         match self.source(models)? {
             SceneSource::Model(model) => Ok(FoundScene { model, path: path_of(model.description), scene: None }),
@@ -57,7 +57,7 @@ impl SceneName {
     }
 }
 
-/// Whether the name of a scene is that of a file.
+/// Whether the name of a scene is a path.
 pub(crate) fn is_path(models: &[Model], name: &str) -> bool {
     let is_scene = models.iter().any(|model| model.description.name == name);
     !is_scene && (name.ends_with(".toml") || name.contains(['/', '\\']) || Path::new(name).exists())
@@ -68,7 +68,7 @@ pub(crate) fn path_of(description: &Description) -> String {
     format!("scenes/{}.toml", description.name)
 }
 
-/// The model of a scene of the program, where `others` are names that would do as well.
+/// Finds a scene of the program by name; `others` are further valid names for the error message.
 pub(crate) fn model_named(models: &'static [Model], name: &str, others: &[&str]) -> Result<&'static Model, Error> {
     models.iter().find(|model| model.description.name == name).ok_or_else(|| {
         let own = models.iter().map(|model| model.description.name);
@@ -80,10 +80,10 @@ pub(crate) fn model_named(models: &'static [Model], name: &str, others: &[&str])
     })
 }
 
-/// The files that were read, each once: a model lives as long as the program.
+/// The files read so far, each read once. A model lives as long as the program.
 static READ: Mutex<BTreeMap<PathBuf, &'static Model>> = Mutex::new(BTreeMap::new());
 
-/// The model of a scene file: one of the program if it has the same text, else one that is interpreted.
+/// The model of a scene file: a scene of the program with the same text, or an interpreted one.
 fn model_of_file(models: &'static [Model], path: &Path) -> Result<&'static Model, Error> {
     let mut read = READ.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     if let Some(model) = read.get(path) {
@@ -94,18 +94,18 @@ fn model_of_file(models: &'static [Model], path: &Path) -> Result<&'static Model
     Ok(model)
 }
 
-/// The interpreted models by their texts: a model lives as long as the program.
+/// The interpreted models by their texts. A model lives as long as the program.
 static INTERPRETED: Mutex<BTreeMap<String, &'static Model>> = Mutex::new(BTreeMap::new());
 
-/// The model of what a scene file contains now.
+/// The model of a scene file's present content.
 pub(crate) fn model_of_file_now(models: &'static [Model], path: &Path) -> Result<&'static Model, Error> {
     let source = read_text(path)?;
     protect(path);
     model_of_source(models, path, source)
 }
 
-/// The model of a text: a compiled one that has it, or an interpreted one. Paths in it are relative to that of the file
-/// that it is from.
+/// The model of a text: a compiled one with the same text, or an interpreted one. Paths in the text are relative to its
+/// file.
 pub(crate) fn model_of_source(models: &'static [Model], path: &Path, source: String) -> Result<&'static Model, Error> {
     if let Some(model) = model_of_text(models, &source) {
         return Ok(model);
@@ -118,14 +118,14 @@ pub(crate) fn model_of_source(models: &'static [Model], path: &Path, source: Str
     Ok(known().entry(source).or_insert(model))
 }
 
-/// The scene of the program that has this text.
+/// The scene of the program with this text.
 pub(crate) fn model_of_text(models: &'static [Model], source: &str) -> Option<&'static Model> {
     models.iter().find(|model| model.description.source == source)
 }
 
-/// The model of a text that is interpreted: from the cache, or else by the engine.
+/// The interpreted model of a text, from the cache or the engine.
 fn interpreted(path: &Path, source: &str) -> Result<&'static Model, Error> {
-    // Mistakes are reported without the engine.
+    // Errors are reported without starting the engine.
     resolve::read(&path.display().to_string(), source)?;
     let derived = match cache::Entry::new(source).read(source) {
         Some(derived) => derived,

@@ -1,4 +1,4 @@
-//! A scene as the command line wants it run.
+//! A scene prepared for a run as requested on the command line.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -23,55 +23,55 @@ use crate::regular_forms::{DesignSpace, Rewritten, rewritten};
 use crate::resolution;
 use crate::scenes::FoundScene;
 
-/// A scene with its parameters set, and how it is to be run.
+/// A scene with its parameters set, and the options of its run.
 pub(crate) struct Setup {
     /// The functions.
     pub(crate) model: &'static Model,
-    /// The file of the scene, as users know it.
+    /// The path of the scene file, as the user typed it.
     pub(crate) path: String,
     pub(crate) description: &'static Description,
-    /// The scene that the code was generated from.
+    /// The scene from which the code was generated.
     pub(crate) scene: Arc<Scene>,
     pub(crate) settings: MethodSettings,
-    /// How fast its loads and drives change with time.
+    /// The time scales of its loads and drives.
     scales: Vec<TimeScale>,
     /// The stop condition as written.
     pub(crate) until: String,
-    /// Parameters that the command line changes.
+    /// The parameters changed on the command line.
     pub(crate) set: BTreeMap<String, f64>,
-    /// The start of the command line.
+    /// The start given on the command line.
     start: Option<Start>,
-    /// Step of the command line.
+    /// The step given on the command line.
     pub(crate) own_step: Option<f64>,
-    /// Longest step of the command line.
+    /// The longest step given on the command line.
     max_step: Option<f64>,
-    /// End time of the command line.
+    /// The end time given on the command line.
     pub(crate) end_time: Option<f64>,
-    /// The event of the command line's stop condition.
+    /// The event of the stop condition given on the command line.
     event: Option<Tape>,
-    /// The constraints that were rewritten.
+    /// The messages about rewritten constraints.
     pub(crate) notes: Vec<Message>,
 }
 
-/// Coordinates at the start that differ by less, in rad or m, are those of one position.
+/// The largest difference of coordinates at the start, in rad or m, that belong to the same position.
 const SAME_POSITION: f64 = 1e-6;
 
 impl Setup {
-    /// The setup of a scene of the command line, which says what was rewritten.
+    /// Prepares a scene of the command line; prints the constraints that were rewritten.
     pub(crate) fn new(models: &'static [Model], options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
         let setup = Self::from_found(options.name.find(models)?, options, how)?;
         setup.print_notes();
         Ok(setup)
     }
 
-    /// The setup of a scene that is already found, and read with its own values if it has a scene; the name in
-    /// `options` is not used.
+    /// Prepares a scene that was found already; it is not read again if it contains a scene with its own values. The
+    /// name in `options` is not used.
     pub(crate) fn from_found(found: FoundScene, options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
         let one = DesignSpace { count: 1, value: &|_, _| None, range: &|_| None };
         Self::without_rewrites(found, options, how)?.with_regular_forms(&one)
     }
 
-    /// The setup of a scene with all constraints in the form in which they are written.
+    /// Prepares a scene with all constraints in their original form.
     pub(crate) fn without_rewrites(
         found: FoundScene,
         options: &SceneOptions,
@@ -131,10 +131,10 @@ impl Setup {
         })
     }
 
-    /// The setup with regular forms in place of the constraints that may be singular in some design.
+    /// Replaces the constraints that may be singular in some design by regular forms.
     pub(crate) fn with_regular_forms(mut self, designs: &DesignSpace) -> Result<Self, Error> {
         let Some(Rewritten { model, scene, notes }) = rewritten(&self, designs.range)? else { return Ok(self) };
-        // The form as given also holds for mirrored positions, and those have no other.
+        // The original form also holds for mirrored positions, which the regular form excludes.
         let is_same = (0..designs.count).all(|design| {
             let replace = |name: &str| (designs.value)(design, name).or_else(|| self.replace()(name));
             let own_start = |mechanism: Box<dyn Mechanism>| assemble(&*mechanism, Start::new(&*mechanism));
@@ -156,15 +156,15 @@ impl Setup {
         Ok(self)
     }
 
-    /// Prints the notes about constraints that were rewritten.
+    /// Prints the messages about rewritten constraints.
     pub(crate) fn print_notes(&self) {
         for note in &self.notes {
-            // Nobody may be listening.
+            // Standard error may be closed.
             let _ = writeln!(std::io::stderr(), "{}", note.warning());
         }
     }
 
-    /// The setup with the start values that the options give.
+    /// Applies the start values of the options.
     pub(crate) fn starting_from(mut self, options: &StartOptions) -> Result<Self, Error> {
         if options.start.is_empty() {
             return Ok(self);
@@ -186,32 +186,32 @@ impl Setup {
         Ok(self)
     }
 
-    /// Whether the motion starts elsewhere than the scene says.
+    /// Whether the start differs from that of the scene.
     pub(crate) fn has_own_start(&self) -> bool {
         self.start.is_some()
     }
 
-    /// The bounds of steps that a method chooses, with these values of the scene's parameters.
+    /// The bounds of the steps that a method chooses, for these parameter values.
     pub(crate) fn step_bounds(&self, parameters: &[f64]) -> StepBounds {
         resolution::step_bounds(&time_scales(&self.scene, parameters), self.max_step)
     }
 
-    /// The value that the command line gives a parameter.
+    /// The values of parameters given on the command line.
     pub(crate) fn replace(&self) -> impl Fn(&str) -> Option<f64> {
         |name| self.set.get(name).copied()
     }
 
-    /// The mechanism with the parameters of the command line.
+    /// Creates the mechanism with the parameters of the command line.
     pub(crate) fn mechanism(&self) -> Box<dyn Mechanism> {
         self.model.mechanism(&self.replace())
     }
 
-    /// The start of the command line, or of the scene.
+    /// The start given on the command line, or that of the scene.
     pub(crate) fn start(&self) -> Start {
         self.start.clone().unwrap_or_else(|| Start::new(&*self.mechanism()))
     }
 
-    /// Coordinates and rates at the start, wherever it is.
+    /// Coordinates and rates at the start.
     pub(crate) fn first_state(&self) -> Result<[Vec<f64>; 2], Error> {
         let (q, qd) = assemble(&*self.mechanism(), self.start()).map_err(|reason| self.not_assembled(&reason))?;
         Ok([q, qd])
@@ -224,12 +224,12 @@ impl Setup {
         Ok(q)
     }
 
-    /// The values of all parameters of the scene, also of those that the generated code does without.
+    /// The values of all parameters of the scene, including those that the generated code omits.
     pub(crate) fn parameters(&self) -> Vec<f64> {
         parameter_values(&self.scene, self.replace())
     }
 
-    /// The reason why steps of a fixed length pass over a change of a load with time, in a run to an end time.
+    /// The reason why fixed steps skip a time-dependent change of a load, in a run to an end time.
     pub(crate) fn passed_over(&self, end_time: f64) -> Option<String> {
         if self.settings.method.is_adaptive() {
             return None;
@@ -237,7 +237,7 @@ impl Setup {
         resolution::passed_over(&self.scales, self.step(), end_time)
     }
 
-    /// An error if constraints repeat others at a position of the mechanism.
+    /// Returns an error if constraints are redundant at a position of the mechanism.
     pub(crate) fn refuse_redundant(&self, q: &[f64]) -> Result<(), Error> {
         let (rank, count) = (constraint_rank(&*self.mechanism(), 0.0, q), self.description.constraints.len());
         if rank == count {
@@ -255,17 +255,17 @@ impl Setup {
         !self.set.is_empty()
     }
 
-    /// The step of the command line, or of the scene.
+    /// The step given on the command line, or that of the scene.
     pub(crate) fn step(&self) -> f64 {
         self.own_step.unwrap_or_else(|| constant(&self.scene.run.step, &self.parameters()))
     }
 
-    /// The end time of the command line; infinite without one.
+    /// The end time given on the command line; infinite without one.
     pub(crate) fn latest_end(&self) -> f64 {
         self.end_time.unwrap_or(f64::INFINITY)
     }
 
-    /// The end of the command line; `None` for that of the scene.
+    /// The end given on the command line; `None` for that of the scene.
     pub(crate) fn end(&self) -> Option<End<'_>> {
         self.end_time.map(End::Time).or(self.event.as_ref().map(End::Event))
     }
@@ -275,7 +275,7 @@ impl Setup {
         event(&self.scene, self.model, condition)
     }
 
-    /// A mistake at a place of the scene.
+    /// Creates an error at a location in the scene.
     pub(crate) fn at_place(&self, diagnostic: Diagnostic) -> Error {
         Report::new(&self.path, self.description.source, vec![diagnostic]).into()
     }

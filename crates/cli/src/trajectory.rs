@@ -1,4 +1,4 @@
-//! `trajectory.csv`: every row in full precision, on disk while the run goes on, at its place when the run is over.
+//! `trajectory.csv`: every row in full precision. Rows are written during the run; the file gets its name at the end.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, BufWriter, Write};
@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 use qrm_scene::files::{open_alone, under_way};
 use qrm_sim::columns::Column;
 
-/// The time that rows may wait for the disk.
+/// The longest time for which rows are buffered.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// A trajectory under way, in a file beside its place.
+/// An unfinished trajectory, in a temporary file next to its final one.
 pub(crate) struct Trajectory {
     path: PathBuf,
     writer: csv::Writer<BufWriter<File>>,
@@ -23,7 +23,7 @@ pub(crate) struct Trajectory {
 impl Trajectory {
     pub(crate) fn create(path: &Path, columns: &[Column]) -> io::Result<Self> {
         let file = open_alone(&under_way(path))?;
-        // A run that was killed left its rows.
+        // A killed run left its rows.
         if file.metadata()?.is_file() {
             file.set_len(0)?;
         }
@@ -37,7 +37,7 @@ impl Trajectory {
     pub(crate) fn row(&mut self, numbers: impl Iterator<Item = f64>) -> io::Result<()> {
         for number in numbers {
             self.text.clear();
-            // Debug prints the shortest digits that read back as the same double.
+            // The Debug format is the shortest decimal that reads back exactly.
             write!(self.text, "{number:?}")?;
             self.writer.write_field(&self.text)?;
         }
@@ -46,7 +46,7 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Hands waiting rows to the disk, now and then.
+    /// Writes buffered rows to disk from time to time.
     pub(crate) fn flush_if_due(&mut self) -> io::Result<()> {
         if self.flushed.elapsed() >= PATIENCE {
             self.flush()?;
@@ -54,11 +54,11 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Puts the rows at their place, and returns their number; after a failed write the whole rows that are left.
+    /// Moves the rows to their final file, and returns their number; after a failed write, the number of complete rows.
     pub(crate) fn finish(mut self, failed: bool) -> io::Result<u64> {
         let path = under_way(&self.path);
         if failed {
-            // What still waits could not be written either, and must not be tried again when the writer goes.
+            // Buffered rows could not be written either, and must not be written when the writer is dropped.
             std::mem::forget(self.writer);
             if !std::fs::metadata(&path)?.is_file() {
                 return Ok(0);
@@ -72,14 +72,14 @@ impl Trajectory {
         Ok(self.rows)
     }
 
-    /// Hands all rows to the disk.
+    /// Writes all buffered rows to disk.
     pub(crate) fn flush(&mut self) -> io::Result<()> {
         self.flushed = Instant::now();
         self.writer.flush()
     }
 }
 
-/// Cuts off what a failed write left of a row, and counts the whole ones.
+/// Removes an incomplete row after a failed write, and counts the complete ones.
 fn cut(path: &Path) -> io::Result<u64> {
     let mut file = BufReader::new(File::options().read(true).write(true).open(path)?);
     let (mut lines, mut whole, mut line) = (0, 0, Vec::new());

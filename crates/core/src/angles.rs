@@ -1,11 +1,11 @@
-//! Sines and cosines that follow turns.
+//! Sines and cosines that are updated by turns.
 
 #[cfg(feature = "simd")]
 use core::f64::consts::FRAC_PI_4;
 
 use crate::scalar::Scalar;
 
-/// Sines and cosines of the coordinates that are angles; the places of others hold nothing of use.
+/// Sines and cosines of the coordinates that are angles; the entries of other coordinates are meaningless.
 #[derive(Clone, Copy, Debug)]
 pub struct Angles<R, const N: usize> {
     /// Sines.
@@ -14,18 +14,18 @@ pub struct Angles<R, const N: usize> {
     pub cos: [R; N],
 }
 
-/// Up to these turns, in rad, a series is right to 5e-17.
+/// The largest turn, in rad, for which the series is accurate to 5e-17.
 const SHORT: f64 = 1.0 / 40.0;
 const SMALL: f64 = 6e-6;
 const TINY: f64 = 1e-8;
 
-/// (sin d - d) / d^3 as the polynomial of d^2 that is nearest up to the first of these turns (Remez).
+/// The minimax polynomial (Remez) of d^2 for (sin d - d) / d^3, for turns up to `SHORT`.
 const SINE: [f64; 2] = [-0.166_666_666_626_764_27, 0.008_333_148_724_138_672];
 
-// Loops instead of closures: what a loop does is always compiled in line, with the instructions of the function around
-// it.
+// Loops instead of closures: rustc always inlines the body of a loop, with the target features of the enclosing
+// function.
 impl<R: Scalar, const N: usize> Angles<R, N> {
-    /// The sines and cosines of the coordinates `q` for which `is_angle` is true.
+    /// Computes the sines and cosines of the coordinates `q` for which `is_angle` is true.
     #[inline(always)]
     pub fn new(q: &[R; N], is_angle: [bool; N]) -> Self {
         let mut angles = Self { sin: *q, cos: *q };
@@ -37,13 +37,14 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         angles
     }
 
-    /// The sines and cosines of angles, computed out of line: where a block of steps begins.
+    /// Computes the sines and cosines of angles, out of line: used at the start of a block of steps.
     #[inline(always)]
     pub(crate) fn apart(q: &[R; N], is_angle: [bool; N]) -> Self {
         Self { sin: *q, cos: *q }.refreshed(q, R::from_f64(1.0), 0.0, is_angle)
     }
 
-    /// The sines and cosines of `to`, which lies a turn `dq` from where these belong: quickest up to an angle of 1/40.
+    /// Returns the sines and cosines of `to`, which lies a turn `dq` from the present angles; fastest for turns up to
+    /// 1/40 rad.
     #[inline(always)]
     #[must_use]
     pub fn turned(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
@@ -57,8 +58,8 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         if size.is_within(SHORT) { turned } else { turned.refreshed(to, size, SHORT, is_angle) }
     }
 
-    /// The sines and cosines of `to`, which lies a turn `dq` from where these belong: quickest up to an eighth of a
-    /// revolution.
+    /// Returns the sines and cosines of `to`, which lies a turn `dq` from the present angles; fastest for turns up to
+    /// an eighth of a revolution.
     #[cfg(feature = "simd")]
     #[inline(always)]
     #[must_use]
@@ -73,7 +74,8 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         if size.is_within(FRAC_PI_4) { turned } else { turned.refreshed(to, size, FRAC_PI_4, is_angle) }
     }
 
-    /// The sines and cosines of `to`, which lies a turn `dq` from where these belong: quickest for turns up to 6e-6.
+    /// Returns the sines and cosines of `to`, which lies a turn `dq` from the present angles; fastest for turns up to
+    /// 6e-6 rad.
     #[inline(always)]
     #[must_use]
     pub fn nudged(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
@@ -87,7 +89,8 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         if size.is_within(SMALL) { turned } else { turned.refreshed(to, size, SMALL, is_angle) }
     }
 
-    /// The sines and cosines of `to`, which lies a turn `dq` from where these belong: quickest for turns up to 1e-8.
+    /// Returns the sines and cosines of `to`, which lies a turn `dq` from the present angles; fastest for turns up to
+    /// 1e-8 rad.
     #[inline(always)]
     #[must_use]
     pub fn corrected(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
@@ -102,8 +105,8 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         if size.is_within(TINY) { turned } else { turned.refreshed(to, size, TINY, is_angle) }
     }
 
-    /// The sines and cosines of `q` in lanes in which `test` is larger than `bound`, the present ones in the others.
-    /// They are computed out of line, for where they are seldom needed.
+    /// Computes the sines and cosines of `q` in lanes in which `test` is larger than `bound`, and keeps the present
+    /// ones in the others. The function is not inlined, for places where this is rarely needed.
     #[inline(always)]
     #[must_use]
     pub fn refreshed(&self, q: &[R; N], test: R, bound: f64, is_angle: [bool; N]) -> Self {

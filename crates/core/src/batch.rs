@@ -1,4 +1,4 @@
-//! Motions of one mechanism in the lanes of vectors: each lane makes the steps of a design of its own.
+//! Motions of one mechanism in the lanes of vectors: each lane takes its own steps.
 
 extern crate alloc;
 
@@ -13,9 +13,9 @@ use crate::lane_steps::layout::{
     MADE, MOST_STEPS, QUALITY, SHORTEST, STEP, TOLERANCE,
 };
 
-/// Motions in lanes, whatever the mechanism and the number of lanes.
+/// Motions of any mechanism in any number of lanes.
 ///
-/// Each lane chooses its steps by a tolerance of its own.
+/// Each lane chooses its steps by its own tolerance.
 pub struct SimdBatch {
     steps: BoxedLaneSteps,
     layout: BatchLayout,
@@ -23,24 +23,24 @@ pub struct SimdBatch {
     residual: f64,
 }
 
-/// The steps of a lane.
+/// The step schedule of a lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaneSchedule {
-    /// Steps aim at 0.8 of this error, of an angle itself, of a length or a rate `x` relative to `1 + |x|`. Those with
-    /// more than four times this error are made again.
+    /// The target error of a step is 0.8 of this: absolute for an angle, relative to `1 + |x|` for a length or a rate
+    /// `x`. Steps with more than four times this error are repeated.
     pub tolerance: f64,
     /// Longest step.
     pub longest: f64,
-    /// The time that steps do not go beyond.
+    /// The time at which the motion ends.
     pub end_time: f64,
     /// Length of the next step.
     pub step: f64,
-    /// The number of steps after which the lane waits.
+    /// The number of steps after which the lane waits for its caller.
     pub most_steps: f64,
 }
 
 impl SimdBatch {
-    /// For this mechanism; a step counts as reliable up to this residual of the constraints.
+    /// A batch for this mechanism; a step counts as reliable up to this residual of the constraints.
     pub(crate) fn new(steps: BoxedLaneSteps, mechanism: &Description, request: BatchRequest, residual: f64) -> Self {
         Self { steps, layout: BatchLayout::new(mechanism, &request), request, residual }
     }
@@ -50,12 +50,12 @@ impl SimdBatch {
         self.steps.lanes()
     }
 
-    /// Gives a lane its parameters.
+    /// Sets the parameters of a lane.
     pub fn set_parameters(&mut self, lane: usize, values: &[f64]) {
         self.set(lane, self.layout.parameters(), values);
     }
 
-    /// Puts a motion at a row `[t, q, qd, qdd, multipliers]`, with its steps still to make.
+    /// Places a motion at a row `[t, q, qd, qdd, multipliers]`, with a schedule of steps to make.
     pub fn place(&mut self, lane: usize, row: &[f64], schedule: &LaneSchedule) {
         self.set_row(lane, row);
         (0..CHECKPOINTS).for_each(|age| self.set(lane, self.layout.checkpoint(age), &row[..self.layout.width()]));
@@ -87,20 +87,20 @@ impl SimdBatch {
         self.read(self.layout.row_before(), lane, row);
     }
 
-    /// The state of a lane after the last number of steps that was a power of two (`age` 0), or after the one before
-    /// (1), as a row without `qdd` and multipliers.
+    /// Reads the state of a lane at its last checkpoint (`age` 0) or at the one before (1), as a row without `qdd` and
+    /// multipliers. Checkpoints are taken when the number of steps is a power of two.
     pub fn read_checkpoint(&self, age: usize, lane: usize, row: &mut Vec<f64>) {
         self.read(self.layout.checkpoint(age), lane, row);
     }
 
-    /// The steps that a lane is to make.
+    /// The step schedule of a lane.
     pub fn schedule(&self, lane: usize) -> LaneSchedule {
         let [tolerance, longest, end_time, step, most_steps] =
             [TOLERANCE, LONGEST, END_TIME, STEP, MOST_STEPS].map(|place| self.get(lane, place));
         LaneSchedule { tolerance, longest, end_time, step, most_steps }
     }
 
-    /// Replaces the steps that a lane is to make.
+    /// Replaces the step schedule of a lane.
     pub fn set_schedule(&mut self, lane: usize, schedule: &LaneSchedule) {
         let LaneSchedule { tolerance, longest, end_time, step, most_steps } = *schedule;
         [(TOLERANCE, tolerance), (LONGEST, longest), (END_TIME, end_time), (STEP, step), (MOST_STEPS, most_steps)]
@@ -108,7 +108,7 @@ impl SimdBatch {
             .for_each(|(place, number)| self.set(lane, place, &[number]));
     }
 
-    /// Takes the last step of a lane back: puts it at a row with these outputs.
+    /// Undoes the last step of a lane: restores this row with these outputs.
     pub fn take_back(&mut self, lane: usize, row: &[f64], outputs: &[f64]) {
         self.set_row(lane, row);
         let outputs = &outputs[..self.layout.output_count.min(outputs.len())];
@@ -125,7 +125,7 @@ impl SimdBatch {
         self.get(lane, MADE) as u64
     }
 
-    /// Whether a lane can simply go on after the step that is waited for.
+    /// Whether a lane can continue without its caller after the last step.
     pub fn keep_running(&self, lane: usize) -> bool {
         let numbers = self.numbers(lane);
         let t = self.get(lane, self.layout.row());
@@ -136,7 +136,7 @@ impl SimdBatch {
             && is_reliable(&numbers, self.residual)
     }
 
-    /// Whether the steps of a lane have become too short, or too many.
+    /// Whether the steps of a lane have become too short or too many.
     pub fn is_stuck(&self, lane: usize) -> bool {
         is_stuck(&self.numbers(lane))
     }
@@ -153,7 +153,7 @@ impl SimdBatch {
         numbers
     }
 
-    /// The smallest and the largest value of a coordinate after any step, where checkpoints are kept.
+    /// The smallest and the largest value of a coordinate after any step; kept only with checkpoints.
     pub fn coordinate_range(&self, lane: usize, coordinate: usize) -> [f64; 2] {
         [0, 1].map(|kind| self.get(lane, COORDINATE_RANGES + kind * self.layout.n + coordinate))
     }
@@ -165,12 +165,12 @@ impl SimdBatch {
         [get(self.layout.lowest()).min(low), get(self.layout.highest()).max(high)]
     }
 
-    /// Whether all outputs of a lane were numbers so far.
+    /// Whether all outputs of a lane have been numbers so far.
     pub fn is_defined(&self, lane: usize) -> bool {
         self.get(lane, DEFINED) == 0.0
     }
 
-    /// Begins the ranges of a lane with these outputs.
+    /// Starts the ranges of a lane with these outputs.
     pub fn begin_ranges(&mut self, lane: usize, outputs: &[f64]) {
         let outputs = &outputs[..self.layout.output_count.min(outputs.len())];
         self.set(lane, DEFINED, &[outputs.iter().map(|value| 0.0 * value).sum()]);
@@ -179,7 +179,7 @@ impl SimdBatch {
         self.begin_step(lane, outputs);
     }
 
-    /// Begins the ranges of a step of a lane with these outputs.
+    /// Starts the ranges of a step of a lane with these outputs.
     fn begin_step(&mut self, lane: usize, outputs: &[f64]) {
         [self.layout.outputs(), self.layout.step_lowest(), self.layout.step_highest()]
             .into_iter()
@@ -192,7 +192,7 @@ impl SimdBatch {
         number[0]
     }
 
-    /// Sets the numbers of a lane from a place on.
+    /// Sets consecutive numbers of a lane, beginning at a place.
     fn set(&mut self, lane: usize, place: usize, numbers: &[f64]) {
         self.steps.write(place, lane, numbers);
     }

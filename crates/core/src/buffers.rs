@@ -1,4 +1,4 @@
-//! States, and room for what functions of mechanisms return.
+//! States, and buffers for the results of a mechanism's functions.
 
 /// A state of a mechanism.
 #[derive(Clone, Copy, Debug)]
@@ -24,8 +24,8 @@ pub struct RowQuantities {
     pub power: f64,
 }
 
-/// Room for the start of a motion: some values are given, the others are first guesses (rates: unused) until they are
-/// solved for.
+/// A buffer for the start of a motion. Some values are given; the others are first guesses (unused for rates) until
+/// they are solved for.
 #[derive(Debug)]
 pub struct StartMut<'a> {
     /// Coordinates.
@@ -38,7 +38,7 @@ pub struct StartMut<'a> {
     pub given_rates: &'a mut [bool],
 }
 
-/// Room for the parts of the equations of motion: see [`Dynamics`](crate::Dynamics).
+/// A buffer for the parts of the equations of motion: see [`Dynamics`](crate::Dynamics).
 #[derive(Debug)]
 pub struct DynamicsMut<'a> {
     /// Mbar, `n` by `n`.
@@ -47,11 +47,11 @@ pub struct DynamicsMut<'a> {
     pub generalized_forces: &'a mut [f64],
     /// C_q, `m` by `n`.
     pub constraint_jacobian: &'a mut [f64],
-    /// `m`.
+    /// The bias of the constraints, `m`.
     pub constraint_bias: &'a mut [f64],
 }
 
-/// Room for the loop constraints: see [`LoopConstraints`](crate::LoopConstraints).
+/// A buffer for the loop constraints: see [`LoopConstraints`](crate::LoopConstraints).
 #[derive(Debug)]
 pub struct LoopConstraintsMut<'a> {
     /// C, `m`.
@@ -62,19 +62,19 @@ pub struct LoopConstraintsMut<'a> {
     pub constraint_rate: &'a mut [f64],
 }
 
-/// Room for the derivatives of the equations of motion: see [`Linearization`](crate::Linearization).
+/// A buffer for the derivatives of the equations of motion: see [`Linearization`](crate::Linearization).
 #[derive(Debug)]
 pub struct LinearizationMut<'a> {
-    /// `n` by `n`.
+    /// Stiffness, `n` by `n`.
     pub stiffness: &'a mut [f64],
-    /// `n` by `n`.
+    /// Damping, `n` by `n`.
     pub damping: &'a mut [f64],
-    /// `m` by `n`.
+    /// Stiffness of the constraints, `m` by `n`.
     pub constraint_stiffness: &'a mut [f64],
-    /// `m` by `n`.
+    /// Damping of the constraints, `m` by `n`.
     pub constraint_damping: &'a mut [f64],
-    /// `n`.
+    /// Forcing, `n`.
     pub forcing: &'a mut [f64],
-    /// `m`.
+    /// Forcing of the constraints, `m`.
     pub constraint_forcing: &'a mut [f64],
 }

@@ -28,7 +28,7 @@ use crate::stored_tape::StoredTape;
 #[cfg(all(feature = "simd", target_arch = "x86_64"))]
 use crate::width::Width;
 
-/// A generated mechanism, whatever the numbers that it is evaluated on.
+/// A generated mechanism, generic over the number type.
 pub trait Generated<const N: usize, const M: usize>: 'static {
     /// The equations of motion of the mechanism.
     type Kernel<R: Scalar>: Equations<R, N, M> + Copy + Send + Sync + 'static;
@@ -50,8 +50,8 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
 
     /// The mechanism with these values of its parameters, in the order of the description.
     ///
-    /// This method is compiled with the module of its mechanism, and what it calls is inline. Where a single mechanism
-    /// changes, nothing is compiled for the others.
+    /// The method is compiled with the module of its mechanism, and everything it calls is inline. If one mechanism
+    /// changes, the others are not recompiled.
     #[cfg(feature = "std")]
     fn mechanism(values: Vec<f64>) -> Box<dyn Mechanism>
     where
@@ -78,7 +78,7 @@ pub fn four_lanes<X: Generated<N, M>, const N: usize, const M: usize>(
     request: BatchRequest,
     residual: f64,
 ) -> Option<BoxedLaneSteps> {
-    // A constant, so that what is not used is not compiled.
+    // A constant condition, so that unused code is not compiled.
     #[cfg(target_arch = "x86_64")]
     if const { suits(Width::Four, X::Kernel::<f64>::OPERATIONS) } {
         let token = pulp::x86::V3::try_new()?;
@@ -110,7 +110,7 @@ pub fn eight_lanes<X: Generated<N, M>, const N: usize, const M: usize>(
 #[derive(Debug)]
 pub struct Compiled<X: Generated<N, M>, const N: usize, const M: usize, V> {
     kernel: X::Kernel<f64>,
-    /// The kernel on numbers with fused products, once steps need it.
+    /// The kernel on numbers with fused products, created at the first step that needs it.
     #[cfg(feature = "simd")]
     fused: std::sync::OnceLock<X::Kernel<Fused>>,
     values: V,

@@ -1,4 +1,4 @@
-//! A derived scene as data: what a generated module holds, without its compiled functions.
+//! A derived scene as data: the contents of a generated module without its compiled functions.
 
 #[cfg(feature = "simd")]
 use std::boxed::Box;
@@ -14,9 +14,9 @@ use crate::named_tape::NamedTape;
 #[cfg(feature = "simd")]
 use crate::stored_tape::StoredTape;
 
-/// The line by which the program that derives scenes says that another derivation on this machine goes first.
+/// The line that the deriving program prints while it waits for another derivation on this machine.
 pub const WAITING: &str = "waiting for another derivation";
-/// The line by which the program that derives scenes says that it need not wait any longer.
+/// The line that the deriving program prints once it no longer waits.
 pub const DERIVING: &str = "deriving";
 
 /// A scene's names and functions as data.
@@ -28,7 +28,7 @@ pub struct DerivedScene {
     pub tape: NamedTape,
 }
 
-/// A [`Description`](crate::Description) with its texts.
+/// A [`Description`](crate::Description) that owns its texts.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[allow(missing_docs, reason = "the fields are those of a description")]
 pub struct OwnedDescription {
@@ -46,7 +46,7 @@ pub struct OwnedDescription {
     pub until: String,
 }
 
-/// A [`QuantityDescription`](crate::QuantityDescription) with its texts.
+/// A [`QuantityDescription`](crate::QuantityDescription) that owns its texts.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[allow(missing_docs, reason = "the fields are those of a quantity")]
 pub struct OwnedQuantity {
@@ -55,7 +55,7 @@ pub struct OwnedQuantity {
     pub doc: String,
 }
 
-/// A [`ParameterDescription`](crate::ParameterDescription) with its texts.
+/// A [`ParameterDescription`](crate::ParameterDescription) that owns its texts.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[allow(missing_docs, reason = "the fields are those of a parameter")]
 pub struct OwnedParameter {
@@ -66,10 +66,10 @@ pub struct OwnedParameter {
 }
 
 impl DerivedScene {
-    /// The scene as bytes, which end with their hash.
+    /// Encodes the scene as bytes, which end with their hash.
     ///
     /// # Panics
-    /// Never: memory is all that it needs.
+    /// Never: encoding needs nothing but memory.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = postcard::to_stdvec(self).unwrap_or_else(|e| unreachable!("memory takes all bytes: {e}"));
         let hash = digest(bytes.iter().copied());
@@ -77,7 +77,7 @@ impl DerivedScene {
         bytes
     }
 
-    /// The scene of bytes; `None` if they were cut off or changed.
+    /// Decodes a scene; `None` if the bytes were truncated or changed.
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let (bytes, hash) = bytes.split_last_chunk()?;
         (digest(bytes.iter().copied()) == u64::from_le_bytes(*hash)).then(|| postcard::from_bytes(bytes).ok())?
@@ -86,12 +86,12 @@ impl DerivedScene {
 
 #[cfg(feature = "simd")]
 impl DerivedScene {
-    /// The data of a model.
+    /// Extracts the data of a model.
     pub fn from_model(model: &Model) -> Self {
         Self { description: OwnedDescription::from_description(model.description), tape: model.named_tape().clone() }
     }
 
-    /// The scene as an entry in a program's list. It lives as long as the program.
+    /// Turns the scene into an entry of a program's list. It lives as long as the program.
     pub fn into_model(self) -> Model {
         self.description.into_model(StoredTape::from(self.tape))
     }
@@ -127,7 +127,7 @@ impl OwnedDescription {
         }
     }
 
-    /// The entry of a scene with this tape in a program's list. It lives as long as the program.
+    /// Turns the description and its tape into an entry of a program's list. It lives as long as the program.
     pub fn into_model(self, tape: StoredTape) -> Model {
         Model::interpreted(Box::leak(Box::new(self.leaked())), Box::leak(Box::new(tape)))
     }

@@ -1,6 +1,6 @@
-//! The names, units and meanings of a mechanism's numbers.
+//! The names, units and descriptions of a mechanism's numbers.
 
-/// Names, units and meanings of a mechanism's numbers.
+/// Names, units and descriptions of a mechanism's numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Description {
     /// The scene's name.
@@ -19,11 +19,11 @@ pub struct Description {
     pub outputs: &'static [QuantityDescription],
     /// Parameters that can be set.
     pub parameters: &'static [ParameterDescription],
-    /// Parameters that are exactly zero in the scene, so that the generated code does without them.
+    /// Parameters that are exactly zero in the scene: the generated code omits them.
     pub left_out: &'static [&'static str],
-    /// Whether a load has a corner or jumps somewhere: steps across it are of a low order.
+    /// Whether a load has a corner or a jump: steps across it have a low order.
     pub has_corners: bool,
-    /// The joints and loads with friction that depends on the force in a joint, in words.
+    /// The joints and loads whose friction depends on a joint force, in words.
     pub friction: &'static [&'static str],
     /// The stop condition as written; empty if there is none.
     pub until: &'static str,
@@ -36,8 +36,8 @@ impl Description {
         self.coordinates[coordinate].unit == "rad"
     }
 
-    /// Whether the code was generated from this text: for crates that compile a copy of generated code, at compile
-    /// time.
+    /// Whether the code was generated from this text. Crates that compile a copy of generated code can check this at
+    /// compile time.
     ///
     /// ```ignore
     /// const _: () = assert!(wiper::DESCRIPTION.is_of(include_str!("../wiper.toml")), "generate the code again");

@@ -1,6 +1,6 @@
-//! A step of order 8 with its error estimate by a kernel, and the projection of its end onto the constraints.
+//! A step of order 8 by a kernel, with its error estimate, and the projection of its end onto the constraints.
 //!
-//! The step is written for any number: vectors in lanes make several steps at once, each of a length of its own.
+//! The step is generic over the number type: vectors in lanes make several steps at once, each with its own length.
 
 mod coefficients;
 
@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 use crate::step_end::{StepEnd, finish, has_constraints};
 use crate::vectors::{along, difference, largest, scaled, sum};
 
-/// Stages of a step; the end of the step is the stage after them.
+/// The number of stages; the end of the step is one stage more.
 const STAGES: usize = 12;
 
 /// A step of order 8.
@@ -45,9 +45,8 @@ pub(crate) struct Slopes<R, const N: usize> {
 /// One step of length `h` from time `t` by the pair of Dormand and Prince of order 8, its end projected onto the
 /// constraints in the mass metric.
 ///
-/// Errors are measured against `scale` times `1 + |x|`, or `scale` for an angle, as the code DOP853 does. The work is
-/// bounded: 12 evaluations of the accelerations and four corrections of the coordinates. The slopes of the step before
-/// are replaced.
+/// Errors are measured against `scale` times `1 + |x|`, or `scale` for an angle, as in the code DOP853. The work is
+/// bounded: 12 evaluations of the accelerations and four corrections of the coordinates. `slopes` is overwritten.
 #[inline(always)]
 pub(crate) fn dop853_step<'a, K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,
@@ -94,13 +93,13 @@ pub(crate) fn dop853_step<'a, K: Kernel<R, N, M>, R: Scalar, const N: usize, con
 }
 
 impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<'_, R, P, N, M> {
-    /// The fastest rate of the motion times the length `h` of the step, from the distance between the last stage and
-    /// the end of the step and the difference of their derivatives (Hairer, Wanner II, IV.2); rates count for what they
-    /// change in a step. The dense output must not have been asked for.
+    /// Estimates the fastest rate of the motion times the length `h` of the step: the difference of the derivatives at
+    /// the last stage and at the end of the step, over the distance of the two (Hairer, Wanner II, IV.2). Rates are
+    /// weighted by the change that they cause in a step. Call it before the dense output, which overwrites the stages.
     #[inline(always)]
     pub(crate) fn stiffness(&self, h: R) -> R {
         let (slopes, end) = (&self.slopes, &self.result.end);
-        // Distances below rounding errors tell nothing.
+        // Distances below rounding errors carry no information.
         let (mut apart, mut differ) = (R::from_f64(f64::EPSILON * f64::EPSILON), R::zero());
         for i in 0..N {
             let dq = end.q[i] - slopes.q[i];
@@ -112,8 +111,8 @@ impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<'_, R, P, N, M> {
         (differ / apart).sqrt()
     }
 
-    /// The higher coefficients of coordinates and of rates in the dense output of order 7, by three more evaluations of
-    /// the accelerations, whose growth of rounding errors counts as that of the step.
+    /// Computes the higher coefficients of coordinates and rates in the dense output of order 7, with three more
+    /// evaluations of the accelerations. Their growth of rounding errors counts for the step.
     #[inline(always)]
     pub(crate) fn dense_output<K: Kernel<R, N, M>>(
         &mut self,
@@ -126,7 +125,7 @@ impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<'_, R, P, N, M> {
         self.slopes.evaluate::<K, M, 14>(kernel, (t, h), from, growth);
         self.slopes.evaluate::<K, M, 15>(kernel, (t, h), from, growth);
         let end = &self.result.end;
-        // Closures would be compiled without the instructions of vectors.
+        // Closures would be compiled without vector instructions.
         let (mut of_q, mut of_qd) = ([from.q; DENSE.len()], [from.qd; DENSE.len()]);
         for k in 0..DENSE.len() {
             (of_q[k], of_qd[k]) = self.slopes.sums(DENSE[k]);
@@ -138,14 +137,14 @@ impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<'_, R, P, N, M> {
     }
 }
 
-/// A step between its projected ends: coefficients of coordinates and of rates.
+/// The polynomial between the projected ends of a step: coefficients of coordinates and of rates.
 pub(crate) struct DenseOutput<R, const N: usize> {
     pub(crate) q: [[R; N]; 8],
     pub(crate) qd: [[R; N]; 8],
 }
 
 impl<R: Scalar, const N: usize> DenseOutput<R, N> {
-    /// Zero, but not a number (in some lane) where a coefficient is not finite.
+    /// Zero if all coefficients are finite; not a number in a lane where one is not.
     #[inline(always)]
     pub(crate) fn finite_check(&self) -> R {
         let mut sum = R::zero();
@@ -157,7 +156,7 @@ impl<R: Scalar, const N: usize> DenseOutput<R, N> {
         sum * R::zero()
     }
 
-    /// Coordinates and rates after a part of the step.
+    /// Evaluates coordinates and rates at a fraction of the step.
     #[inline(always)]
     pub(crate) fn at(&self, part: f64) -> ([R; N], [R; N]) {
         let (s, r) = (R::from_f64(part), R::from_f64(1.0 - part));
@@ -172,8 +171,8 @@ impl<R: Scalar, const N: usize> DenseOutput<R, N> {
     }
 }
 
-/// The coefficients of the polynomial through both ends of a step of length `h`, with their derivatives, from its
-/// higher coefficients.
+/// The coefficients of the polynomial through both ends of a step of length `h` and the derivatives there; `higher` are
+/// its higher coefficients.
 #[inline(always)]
 fn coefficients<R: Scalar, const N: usize>(
     h: R,
@@ -223,7 +222,7 @@ impl<R: Scalar, const N: usize> Slopes<R, N> {
         *growth = own_growth.max(*growth);
     }
 
-    /// The sums of rates and accelerations over the stages of a row.
+    /// Sums rates and accelerations over the stages, with the weights of a row.
     #[inline(always)]
     fn sums(&self, row: Row) -> ([R; N], [R; N]) {
         let (mut rate, mut acceleration) = ([R::zero(); N], [R::zero(); N]);
@@ -237,7 +236,7 @@ impl<R: Scalar, const N: usize> Slopes<R, N> {
         (rate, acceleration)
     }
 
-    /// The estimated error of a step against the tolerance; `rate` and `acceleration` are the sums of its end.
+    /// Estimates the error of a step against the tolerance; `rate` and `acceleration` are the sums at its end.
     #[inline(always)]
     fn error<K: Kernel<R, N, M>, const M: usize>(
         &self,
@@ -269,7 +268,7 @@ impl<R: Scalar, const N: usize> Slopes<R, N> {
     }
 }
 
-/// The accelerations at a stage, out of line: large kernels stay in the processor's cache, and compile once.
+/// The accelerations at a stage, out of line: large kernels stay in the processor's cache and are compiled once.
 #[inline(always)]
 fn accelerations<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,

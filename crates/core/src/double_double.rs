@@ -9,8 +9,8 @@ use crate::math;
 
 /// A number of about 32 digits: the sum of a double and a second one of at most half a unit in its last place.
 ///
-/// Relative errors of operations and functions are below 1e-31; sines and cosines have a value up to angles of 1e15.
-/// Numbers that are not finite have the second part zero.
+/// Relative errors of operations and functions are below 1e-31; sines and cosines accept angles up to 1e15. In numbers
+/// that are not finite the second part is zero.
 ///
 /// The algorithms are those of Dekker (1971), Hida, Li and Bailey (2001), and Joldes, Muller and Popescu (2017).
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
@@ -42,12 +42,12 @@ impl DoubleDouble {
         self.hi
     }
 
-    /// The number less the double nearest to it.
+    /// The difference between the number and the double nearest to it.
     pub fn lo(self) -> f64 {
         self.lo
     }
 
-    /// The exact sum of two doubles, the first of which is not smaller.
+    /// The exact sum of two doubles; the first must not be smaller in size.
     fn ordered_sum(a: f64, b: f64) -> Self {
         let hi = a + b;
         Self::rounded(hi, b - (hi - a))

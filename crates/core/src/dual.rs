@@ -6,8 +6,8 @@ use num_dual::DualNum;
 
 use crate::scalar::Scalar;
 
-/// A dual number of the crate `num-dual`, of any kind, as a number for generated functions: they return derivatives
-/// beside values, by whatever the parts of `D` were seeded with. What is compared is the value alone.
+/// A number of generated functions that wraps any dual number of the crate `num-dual`. The functions return derivatives
+/// along with values, with respect to the seeds in the parts of `D`. Comparisons use the value alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(transparent)]
 pub struct Dual<D>(pub D);
@@ -60,7 +60,7 @@ impl<D: DualKind> Scalar for Dual<D> {
     #[inline(always)]
     fn powf(self, exponent: f64) -> Self {
         if self.0.re() == 0.0 && exponent > 2.0 {
-            // The crate divides by zero here. Of this, value and derivatives up to the second are zero.
+            // The crate divides by zero here. The value and its derivatives up to the second are zero.
             return Self(self.0 * self.0 * 0.0);
         }
         Self(self.0.powf(exponent))
@@ -74,7 +74,7 @@ impl<D: DualKind> Scalar for Dual<D> {
         Self(D::from(self.0.re().sign()))
     }
     fn tanh(self) -> Self {
-        // Not as sinh over cosh, which overflow.
+        // sinh over cosh would overflow.
         let less_one = (self.abs().0 * -2.0).exp_m1();
         let size = Self(-less_one / (less_one + 2.0));
         if self.is_negative() { -size } else { size }

@@ -1,4 +1,4 @@
-//! Steps of the Gauss method of order 16 by a kernel, its eight nodes in the lanes of vectors.
+//! Steps of the Gauss method of order 16 by a kernel, with its eight nodes in the lanes of vectors.
 
 #[cfg(target_arch = "x86_64")]
 mod at_nodes;
@@ -15,19 +15,19 @@ pub(crate) use steps::Steps;
 
 use crate::buffers::StateRef;
 
-/// Nodes of a step.
+/// The number of nodes of a step.
 pub const GAUSS_NODES: usize = 8;
 
 /// Steps of one motion by the Gauss method: collocation at the zeros of the Legendre polynomial of degree 8, solved by
-/// fixed-point iteration, all nodes at once.
+/// fixed-point iteration of all nodes at once.
 ///
-/// A step begins its iteration from the polynomial of the step before.
+/// The iteration of a step begins with the extrapolated polynomial of the step before.
 pub trait GaussSteps: core::fmt::Debug + Send {
-    /// A step from a state to its end, which is not projected. `None` where the kernel does not suit a position, or a
-    /// number is not finite.
+    /// Makes a step; its end is not projected. Returns `None` where the kernel is not valid at a position, or a number
+    /// is not finite.
     fn step(&mut self, request: &GaussRequest, from: &StateRef, end: GaussEnd) -> Option<GaussEstimate>;
 
-    /// A copy.
+    /// Copies the steps into a new box.
     fn boxed_clone(&self) -> Box<dyn GaussSteps>;
 }
 
@@ -37,15 +37,15 @@ impl Clone for Box<dyn GaussSteps> {
     }
 }
 
-/// A step of the Gauss method to make.
+/// A request for a step of the Gauss method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussRequest {
     /// Length of the step.
     pub h: f64,
-    /// Largest error of a step: of an angle itself, of a length or a rate `x` relative to `1 + |x|`.
+    /// Largest error of a step: absolute for an angle, relative to `1 + |x|` for a length or a rate `x`.
     pub tolerance: f64,
-    /// Whether it is a shorter step from the same state as the last one, directly after it. The next step goes on from
-    /// the last one all the same.
+    /// Whether the step is a shorter one from the same state as the last step, directly after it. The next step still
+    /// continues from the last step.
     pub is_inside: bool,
 }
 
@@ -56,7 +56,8 @@ pub struct GaussEnd<'a> {
     pub q: &'a mut [f64],
     /// The rates there.
     pub qd: &'a mut [f64],
-    /// The accelerations of the polynomials at the beginning and at the end, where no nodes are.
+    /// The accelerations of the polynomial, extrapolated to the beginning and to the end of the step, where there are
+    /// no nodes.
     pub extrapolated: [&'a mut [f64]; 2],
 }
 
@@ -65,21 +66,22 @@ pub struct GaussEnd<'a> {
 pub enum Convergence {
     /// The iteration converged.
     Converged,
-    /// The iteration was given up early: the error is far too large.
+    /// The iteration was stopped early: the error is far too large.
     TooLong,
-    /// The iteration did not converge, or too slowly.
+    /// The iteration did not converge, or converged too slowly.
     Diverged,
 }
 
-/// The error of a step of the Gauss method, and how it was found.
+/// The error of a step of the Gauss method, and the course of the iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussEstimate {
-    /// The estimated error of the step relative to the tolerance: 1 is just accepted; beyond, the end is of no use.
+    /// The estimated error of the step relative to the tolerance. Up to 1 the step is accepted; above, the end is
+    /// meaningless.
     pub error: f64,
-    /// How the iteration ended.
+    /// The outcome of the iteration.
     pub convergence: Convergence,
-    /// How often all nodes were evaluated.
+    /// The number of evaluations of all nodes.
     pub iterations: u32,
-    /// The work of the loads that have no potential, and of what drives the constraints, in J.
+    /// The work, in J, of the loads without a potential and of the driven constraints.
     pub work: f64,
 }

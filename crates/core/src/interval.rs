@@ -7,12 +7,11 @@ mod sine;
 use core::f64::consts::PI;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-/// All real numbers between two doubles, both included.
+/// The set of all real numbers between two doubles, ends included.
 ///
 /// The result of an operation contains the results for all numbers in its operands. Doubles are rounded to nearest, so
-/// an exact result lies between the neighbours of the rounded one; this also holds below the normal range. An end that
-/// overflows, or a result that is not defined for all numbers, makes [`Interval::ENTIRE`] of the result: it proves
-/// nothing.
+/// an exact result lies between the neighbours of the rounded one, even below the normal range. If an end overflows, or
+/// a result is undefined for some number, the result is [`Interval::ENTIRE`], which proves nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     lo: f64,
@@ -20,7 +19,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Zero, which sums and products with finite intervals keep exact.
+    /// Zero: sums and products with finite intervals keep it exact.
     pub const ZERO: Self = Self { lo: 0.0, hi: 0.0 };
     /// One.
     pub const ONE: Self = Self { lo: 1.0, hi: 1.0 };
@@ -33,16 +32,16 @@ impl Interval {
         if lo <= hi && lo.is_finite() && hi.is_finite() { Self { lo, hi } } else { Self::ENTIRE }
     }
 
-    /// A double and nothing else.
+    /// The interval that contains one double only.
     #[must_use]
     pub fn point(value: f64) -> Self {
         Self::new(value, value)
     }
 
-    /// All numbers that round to a double, among them the decimal that it was read from.
+    /// All numbers that round to a double, among them the decimal from which it was read.
     ///
-    /// Whole numbers and parts of 1024, of moderate size, are the only decimals of at most 15 digits that round to
-    /// themselves: they stay alone.
+    /// Integers and multiples of 1/1024, of moderate size, are the only decimals of at most 15 digits that doubles
+    /// represent exactly: their interval is a point.
     #[must_use]
     pub fn rounded(value: f64) -> Self {
         let is_short = |value: f64| value.abs() < 1e7 && (value as i64) as f64 == value;
@@ -52,7 +51,7 @@ impl Interval {
     /// The ratio of a circle's circumference to its diameter.
     #[must_use]
     pub fn pi() -> Self {
-        // The double is the one below.
+        // The nearest double is below pi.
         Self { lo: PI, hi: PI.next_up() }
     }
 
@@ -74,19 +73,19 @@ impl Interval {
         self.lo.is_finite() && self.hi.is_finite()
     }
 
-    /// Whether it contains a double.
+    /// Whether the interval contains a double.
     #[must_use]
     pub fn contains(self, value: f64) -> bool {
         self.lo <= value && value <= self.hi
     }
 
-    /// Whether it lies between the ends of another interval, and touches none.
+    /// Whether the interval lies strictly inside another.
     #[must_use]
     pub fn is_inside(self, other: Self) -> bool {
         other.lo < self.lo && self.hi < other.hi
     }
 
-    /// An upper bound of the difference of its ends.
+    /// An upper bound of the width.
     #[must_use]
     pub fn width(self) -> f64 {
         if self.lo == self.hi { 0.0 } else { (self.hi - self.lo).next_up() }
@@ -98,26 +97,26 @@ impl Interval {
         0.5 * self.lo + 0.5 * self.hi
     }
 
-    /// The largest size of its numbers.
+    /// The largest absolute value of its numbers.
     #[must_use]
     pub fn magnitude(self) -> f64 {
         self.lo.abs().max(self.hi.abs())
     }
 
-    /// The smallest interval with the numbers of both.
+    /// The smallest interval that contains both.
     #[must_use]
     pub fn hull(self, other: Self) -> Self {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
-    /// The numbers in both intervals; `None` if there are none.
+    /// The intersection; `None` if it is empty.
     #[must_use]
     pub fn intersection(self, other: Self) -> Option<Self> {
         let (lo, hi) = (self.lo.max(other.lo), self.hi.min(other.hi));
         (lo <= hi).then_some(Self { lo, hi })
     }
 
-    /// Square root; all real numbers where some number has none.
+    /// Square root; all real numbers if the interval contains a negative one.
     #[cfg(feature = "std")]
     #[must_use]
     pub fn sqrt(self) -> Self {
@@ -136,13 +135,13 @@ impl Interval {
         if self.is_finite() && self.contains(0.0) { Self { lo: 0.0, ..square } } else { square }
     }
 
-    /// Contains what rounds to ends between these.
+    /// The interval that contains all numbers which round to ends between these.
     fn outward(lo: f64, hi: f64) -> Self {
         Self::new(lo.next_down(), hi.next_up())
     }
 }
 
-/// The least and the largest of four numbers.
+/// The smallest and the largest of four numbers.
 fn ends(values: [f64; 4]) -> [f64; 2] {
     [values.into_iter().fold(f64::INFINITY, f64::min), values.into_iter().fold(f64::NEG_INFINITY, f64::max)]
 }
@@ -220,7 +219,7 @@ mod tests {
         for _ in 0..100_000 {
             let [a, b] = [next(&mut state), next(&mut state)];
             let [x, y] = [Interval::point(a), Interval::point(b)];
-            // The rounding error of a product and of a sum are doubles.
+            // The rounding errors of a product and of a sum are doubles.
             let (product, sum) = (a * b, a + b);
             let product_error = a.mul_add(b, -product);
             let part = sum - a;
@@ -229,7 +228,7 @@ mod tests {
                 (i.lo < value || (i.lo == value && error >= 0.0)) && (value < i.hi || (i.hi == value && error <= 0.0))
             };
             assert!(holds(x * y, product, product_error) && holds(x + y, sum, sum_error), "{a} {b}");
-            // `q b` surrounds `a` for the ends `q` of a quotient.
+            // The products `q b` enclose `a` for the ends `q` of a quotient.
             let quotient = x / y;
             assert!((quotient * y).contains(a) && quotient.width() <= 4.0 * f64::EPSILON * (a / b).abs(), "{a} {b}");
             let [low, high] = [quotient.lo.mul_add(b, -a), quotient.hi.mul_add(b, -a)];

@@ -1,66 +1,66 @@
-//! The generated equations of motion, with sizes known when they are compiled.
+//! The generated equations of motion, with sizes known at compile time.
 
 use crate::angles::Angles;
 use crate::scalar::Scalar;
 
 /// The equations of motion of a mechanism with `N` coordinates and `M` constraints, as far as steps need them, on
-/// numbers `R`, its parameters inside.
+/// numbers `R`. The kernel holds the parameters.
 ///
-/// What follows from the position alone is computed once, and serves accelerations as well as corrections. The
-/// constraints `C_q qdd + bias = 0` are solved for `M` coordinates that depend on the others; the motion of those
-/// follows from `T' (Mbar qdd - fbar) = 0` with the tangents `T`, `C_q T = 0`.
+/// Quantities that follow from the position are computed once and serve both accelerations and corrections. The
+/// constraints `C_q qdd + bias = 0` are solved for `M` dependent coordinates; the motion of the others follows from
+/// `T' (Mbar qdd - fbar) = 0` with the tangents `T`, `C_q T = 0`.
 ///
 /// All numbers are in SI units, angles in radians.
 pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
-    /// The quantities that follow from the position alone. They may be used until the second call of
-    /// [`position`](Self::position) after the one that gave them.
+    /// The quantities that follow from the position. A value stays usable until the second call of
+    /// [`position`](Self::position) after the one that returned it.
     type Position: Copy;
 
-    /// The number of operations of accelerations and multipliers. Large kernels are compiled into fewer places.
+    /// The number of operations for accelerations and multipliers. Large kernels are compiled into fewer places.
     const OPERATIONS: usize;
 
-    /// The numbers of coordinates and of constraints; where they are smaller than `N` and `M`, what lies beyond is
+    /// The numbers of coordinates and of constraints. If they are smaller than `N` and `M`, the remaining entries are
     /// zero.
     #[inline(always)]
     fn sizes(&self) -> [usize; 2] {
         [N, M]
     }
 
-    /// For each coordinate, whether its sine or cosine is needed.
+    /// Whether the sine or cosine of each coordinate is needed.
     fn has_angle(&self) -> [bool; N];
 
-    /// For each coordinate, whether it is a length, not an angle.
+    /// Whether each coordinate is a length instead of an angle.
     fn is_length(&self) -> [bool; N];
 
-    /// Gives the parameters these values, in the order of the description.
+    /// Sets the values of the parameters, in the order of the description.
     fn set_values(&mut self, value: &dyn Fn(usize) -> R);
 
-    /// Calls a function from a place that is never inlined, with the instructions that belong to `R`.
+    /// Calls a function that is never inlined, with the target features of `R`.
     ///
     /// This is a method of the mechanism, so that rustc compiles it in the codegen unit of the mechanism's module. A
-    /// function would be compiled with those of all mechanisms, whenever one of them changes.
+    /// free function would be recompiled for all mechanisms whenever one of them changes.
     #[inline(never)]
     fn call_out_of_line<T>(f: impl FnOnce() -> T) -> T {
         R::vectorized(f)
     }
 
-    /// The quantities that follow from the position `q` at time `t`.
+    /// Computes the quantities that follow from the position `q` at time `t`.
     fn position(&self, t: R, q: &[R; N], angles: &Angles<R, N>) -> Self::Position;
 
     /// The residuals of the constraints, `C(q, t)`.
     fn residuals(&self, position: &Self::Position) -> [R; M];
 
-    /// The growth of rounding errors in the solution of the constraints for the dependent coordinates: where it is
-    /// large, the choice of dependent coordinates does not suit the position.
+    /// The growth of rounding errors when the constraints are solved for the dependent coordinates. Where it is large,
+    /// the choice of dependent coordinates is not valid at the position.
     fn growth_factor(&self, position: &Self::Position) -> R;
 
     /// The rates of the residuals, `C_q qd + C_t`.
     fn velocity_residual(&self, position: &Self::Position, qd: &[R; N]) -> [R; M];
 
-    /// The change of coordinates that is least in the metric of `Mbar` among those with `C_q dq = -residuals`.
+    /// The smallest change of coordinates, in the metric of `Mbar`, with `C_q dq = -residuals`.
     fn correction(&self, position: &Self::Position, residuals: &[R; M]) -> [R; N];
 
-    /// The accelerations `qdd` and the multipliers; time, coordinates and angles are those of the position.
+    /// Computes the accelerations `qdd` and the multipliers; time, coordinates and angles are those of the position.
     fn accelerations(
         &self,
         position: &Self::Position,
@@ -70,7 +70,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
         angles: &Angles<R, N>,
     ) -> ([R; N], [R; M]);
 
-    /// The accelerations alone.
+    /// Computes the accelerations alone.
     #[inline(always)]
     fn stage_accelerations(
         &self,
@@ -83,7 +83,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
         self.accelerations(position, t, q, qd, angles).0
     }
 
-    /// The outputs at a position that is known; as far as `outputs` has room.
+    /// Computes the outputs at a known position, as many as fit into `outputs`.
     #[allow(clippy::too_many_arguments, reason = "a row has these parts")]
     fn outputs_at(
         &self,
@@ -97,43 +97,44 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
         outputs: &mut [R],
     );
 
-    /// The power of the loads that have no potential, and of what drives the constraints, in W.
+    /// The power, in W, of the loads without a potential and of the driven constraints.
     fn power(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M]) -> R;
 
-    /// A value that rises through zero when the scene's stop condition becomes true; `None` if it has no such
+    /// A value that rises through zero when the scene's stop condition becomes true; `None` if there is no such
     /// condition.
     fn event(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M]) -> Option<R>;
 }
 
-/// The equations of motion of a mechanism with `N` coordinates and `M` constraints, at any position, on numbers `R`.
+/// The complete equations of motion of a mechanism with `N` coordinates and `M` constraints, on numbers `R`; valid at
+/// any position.
 ///
 /// All numbers are in SI units, angles in radians.
 pub trait Equations<R: Scalar, const N: usize, const M: usize>: Kernel<R, N, M> {
-    /// The mechanism with these values of its parameters, in the order of the description.
+    /// Creates the mechanism with these values of its parameters, in the order of the description.
     fn with_values(value: &dyn Fn(usize) -> R) -> Self;
 
     /// The start of the motion.
     fn start(&self) -> Start<R, N>;
 
-    /// Step and end of the motion.
+    /// The step length and the end of the motion.
     fn schedule(&self) -> Schedule<R>;
 
     /// The parts of the equations of motion.
     fn dynamics(&self, t: R, q: &[R; N], qd: &[R; N]) -> Dynamics<R, N, M>;
 
-    /// The constraints, their Jacobian and their derivative by time.
+    /// The constraints, their Jacobian and their derivative with respect to time.
     fn loop_constraints(&self, t: R, q: &[R; N]) -> LoopConstraints<R, N, M>;
 
     /// The reduced mass matrix `Mbar`.
     fn mass_matrix(&self, q: &[R; N]) -> [[R; N]; N];
 
-    /// The kinetic energy, and the potential of the conservative loads, in J.
+    /// The kinetic energy and the potential of the conservative loads, in J.
     fn energy(&self, q: &[R; N], qd: &[R; N]) -> [R; 2];
 
-    /// The outputs, in the order of the description; as far as `outputs` has room.
+    /// Computes the outputs in the order of the description, as many as fit into `outputs`.
     fn outputs(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M], outputs: &mut [R]);
 
-    /// The derivatives of the equations of motion by the state; `None` if the scene does not ask for them.
+    /// The derivatives of the equations of motion with respect to the state; `None` if the scene does not ask for them.
     fn linearization(
         &self,
         _t: R,
@@ -146,8 +147,8 @@ pub trait Equations<R: Scalar, const N: usize, const M: usize>: Kernel<R, N, M> 
     }
 }
 
-/// Copies the outputs of a row, as many as there is room for.
-// Here and not in generated code: a panic there would hold the path of its file.
+/// Copies the outputs of a row, as many as fit.
+// Here and not in generated code: a panic there would contain the path of its file.
 #[inline(always)]
 pub fn copy_outputs<R: Copy, const K: usize>(values: &[R; K], outputs: &mut [R]) {
     for i in 0..K {
@@ -166,7 +167,7 @@ pub struct Dynamics<R, const N: usize, const M: usize> {
     pub generalized_forces: [R; N],
     /// C_q, a row for each constraint.
     pub constraint_jacobian: [[R; N]; M],
-    /// (C_q qd)_q qd, with `2 C_qt qd + C_tt` where constraints depend on time.
+    /// `(C_q qd)_q qd`, plus `2 C_qt qd + C_tt` where constraints depend on time.
     pub constraint_bias: [R; M],
 }
 
@@ -181,38 +182,39 @@ pub struct LoopConstraints<R, const N: usize, const M: usize> {
     pub constraint_rate: [R; M],
 }
 
-/// The derivatives of `Mbar qdd + C_q' lambda - fbar = 0` and `C_q qdd + bias = 0`, accelerations and multipliers held.
+/// The derivatives of `Mbar qdd + C_q' lambda - fbar = 0` and `C_q qdd + bias = 0`, with accelerations and multipliers
+/// held constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linearization<R, const N: usize, const M: usize> {
-    /// The first by the coordinates.
+    /// The first equation differentiated with respect to the coordinates.
     pub stiffness: [[R; N]; N],
-    /// The first by the rates.
+    /// The first equation differentiated with respect to the rates.
     pub damping: [[R; N]; N],
-    /// The second by the coordinates.
+    /// The second equation differentiated with respect to the coordinates.
     pub constraint_stiffness: [[R; N]; M],
-    /// The second by the rates.
+    /// The second equation differentiated with respect to the rates.
     pub constraint_damping: [[R; N]; M],
-    /// `fbar - C_q' lambda` by time.
+    /// `fbar - C_q' lambda` differentiated with respect to time.
     pub forcing: [R; N],
-    /// `-(C_q qdd + bias)` by time.
+    /// `-(C_q qdd + bias)` differentiated with respect to time.
     pub constraint_forcing: [R; M],
 }
 
-/// The start of a motion: some values are given, the others are first guesses (rates: unused) until they are solved
+/// The start of a motion. Some values are given; the others are first guesses (unused for rates) until they are solved
 /// for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start<R, const N: usize> {
     /// Coordinates.
     pub q: [R; N],
-    /// For each coordinate, whether it is given.
+    /// Whether each coordinate is given.
     pub given: [bool; N],
     /// Rates.
     pub qd: [R; N],
-    /// For each rate, whether it is given.
+    /// Whether each rate is given.
     pub given_rates: [bool; N],
 }
 
-/// Step and end of a run, in seconds.
+/// Step length and end of a run, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Schedule<R> {
     /// Step of the integration.
@@ -221,5 +223,5 @@ pub struct Schedule<R> {
     pub end_time: R,
 }
 
-/// The growth of rounding errors beyond which a kernel does not suit a position.
+/// The growth of rounding errors above which a kernel is not valid at a position.
 pub const MAX_GROWTH: f64 = 1e3;

@@ -4,7 +4,7 @@ use crate::angles::Angles;
 use crate::kernel::{Kernel, MAX_GROWTH};
 use crate::scalar::Scalar;
 
-/// A state, with what a step needs at its beginning.
+/// A state, and the sines and cosines that a step needs at its beginning.
 #[derive(Clone, Copy, Debug)]
 pub struct KernelState<R, const N: usize, const M: usize> {
     /// Coordinates, in rad or m.
@@ -20,7 +20,7 @@ pub struct KernelState<R, const N: usize, const M: usize> {
 }
 
 impl<R: Scalar, const N: usize, const M: usize> KernelState<R, N, M> {
-    /// The state at time `t` with these coordinates and rates, which fulfil the constraints.
+    /// Creates the state at time `t` from coordinates and rates that satisfy the constraints.
     #[inline]
     pub fn new<K: Kernel<R, N, M>>(kernel: &K, t: R, q: [R; N], qd: [R; N]) -> Self {
         let angles = Angles::new(&q, kernel.has_angle());
@@ -29,7 +29,7 @@ impl<R: Scalar, const N: usize, const M: usize> KernelState<R, N, M> {
         Self { q, qd, qdd, multipliers, angles }
     }
 
-    /// This state, or another one number by number, as a function chooses from the other's number and this one's.
+    /// Combines two states number by number: `choose` takes the number of `other` and that of `self`.
     #[cfg(feature = "simd")]
     #[inline(always)]
     pub(crate) fn replaced(&self, other: &Self, choose: impl Fn(R, R) -> R) -> Self {
@@ -47,11 +47,11 @@ impl<R: Scalar, const N: usize, const M: usize> KernelState<R, N, M> {
         state
     }
 
-    /// Zero, but not a number (in some lane) where one of the state's is not finite.
+    /// Zero if all numbers are finite; not a number in a lane where one is not.
     #[inline(always)]
     pub fn finite_check(&self) -> R {
-        // Accelerations and multipliers depend on all the others. Zero times a number that is not finite is not a
-        // number.
+        // Accelerations and multipliers depend on all the other numbers. Zero times a number that is not finite is not
+        // a number.
         let mut sum = R::zero();
         for i in 0..N {
             sum = sum + self.qdd[i];
@@ -63,10 +63,10 @@ impl<R: Scalar, const N: usize, const M: usize> KernelState<R, N, M> {
     }
 }
 
-/// The end of a step, with what is known of the way there.
+/// The end of a step and its quality.
 #[derive(Clone, Copy, Debug)]
 pub struct StepResult<R, P, const N: usize, const M: usize> {
-    /// The state there.
+    /// The state at the end.
     pub end: KernelState<R, N, M>,
     /// The quantities that follow from the position at the end.
     pub position: P,
@@ -74,13 +74,13 @@ pub struct StepResult<R, P, const N: usize, const M: usize> {
     pub growth_factor: R,
     /// Largest residual of a constraint at the end, in its unit.
     pub residual: R,
-    /// How often the coordinates were corrected, 4 times at most.
+    /// The number of corrections of the coordinates, at most 4.
     pub corrections: u32,
 }
 
 impl<R: Scalar, P, const N: usize, const M: usize> StepResult<R, P, N, M> {
-    /// Whether the step can be relied on: all numbers are finite, no residual is larger than `tolerance`, and the
-    /// kernel suits the position.
+    /// Whether the step is reliable: all numbers are finite, no residual is larger than `tolerance`, and the kernel is
+    /// valid at the position.
     #[inline(always)]
     pub fn is_good(&self, tolerance: f64) -> bool {
         self.growth_factor.is_within(MAX_GROWTH)

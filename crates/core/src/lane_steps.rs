@@ -24,25 +24,25 @@ use crate::scalar::Scalar;
 #[cfg(target_arch = "x86_64")]
 use crate::width::Width;
 
-/// Steps in lanes, whatever the mechanism and the number of lanes; used by [`SimdBatch`](crate::SimdBatch), which knows
-/// the places of the numbers.
+/// Steps in lanes, independent of the mechanism and the number of lanes. [`SimdBatch`](crate::SimdBatch), which knows
+/// the places of the numbers, uses them.
 pub trait LaneSteps {
     /// The number of lanes.
     fn lanes(&self) -> usize;
 
-    /// The numbers of a lane from a place of the batch on.
+    /// Reads consecutive numbers of a lane, beginning at a place of the batch.
     fn read(&self, place: usize, lane: usize, numbers: &mut [f64]);
 
-    /// Replaces the numbers of a lane from a place of the batch on.
+    /// Replaces consecutive numbers of a lane, beginning at a place of the batch.
     fn write(&mut self, place: usize, lane: usize, numbers: &[f64]);
 
-    /// Makes steps in all lanes until one needs its caller: it is at its end time or its event, its steps became too
-    /// short, too many or unreliable, or each step is waited for.
+    /// Makes steps in all lanes until one needs its caller: it has reached its end time or its event, its steps are too
+    /// short, too many or unreliable, or the caller inspects each step.
     fn advance(&mut self);
 }
 
-/// Whether kernels of so many operations are compiled for vectors of that width: large ones for the widest alone, and
-/// none of those whose code leaves the processor's cache.
+/// Whether a kernel with this number of operations is compiled for vectors of this width: large kernels for the widest
+/// alone, kernels that exceed the processor's cache for none.
 #[cfg(target_arch = "x86_64")]
 pub(crate) const fn suits(width: Width, operations: usize) -> bool {
     match width {
@@ -51,17 +51,17 @@ pub(crate) const fn suits(width: Width, operations: usize) -> bool {
     }
 }
 
-/// [`LaneSteps`] whose type is not known.
+/// A boxed [`LaneSteps`].
 pub type BoxedLaneSteps = Box<dyn LaneSteps>;
 
-/// Steps by one kind of vector.
+/// Steps with one kind of vector.
 pub(crate) struct StepsBy<K, S: Token, const N: usize, const M: usize> {
     token: S,
     layout: BatchLayout,
     request: BatchRequest,
     residual: f64,
     kernel: K,
-    /// At the places of the layout.
+    /// All numbers, at the places of the layout.
     numbers: Vec<Lanes<S>>,
 }
 
@@ -73,7 +73,7 @@ struct LaneMotion<S: Token, const N: usize, const M: usize> {
 }
 
 impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsBy<K, S, N, M> {
-    /// Steps by a kernel, whose parameters are yet to be set.
+    /// Creates the steps of a kernel; its parameters are set later.
     #[inline]
     pub(crate) fn new(token: S, kernel: K, mechanism: &Description, request: BatchRequest, residual: f64) -> Self {
         let layout = BatchLayout::new(mechanism, &request);
@@ -92,12 +92,12 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
 
     #[inline(always)]
     fn layout(&self) -> BatchLayout {
-        // Where the sizes are known to the compiler, most places are.
+        // If the sizes are known to the compiler, so are most places.
         let [n, m] = self.kernel.sizes();
         BatchLayout { n, m, ..self.layout }
     }
 
-    /// The mechanism with the parameters of each lane.
+    /// Sets the parameters of each lane in the kernel.
     #[inline(always)]
     fn set_kernel(&mut self) {
         let parameters = &self.numbers[self.layout.parameters()..];
@@ -116,7 +116,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
 }
 
 impl<S: Token, const N: usize, const M: usize> LaneMotion<S, N, M> {
-    /// From the places of a row.
+    /// Reads a motion from the places of a row.
     #[inline(always)]
     fn read<K: Kernel<Lanes<S>, N, M>>(kernel: &K, row: &[Lanes<S>]) -> Self {
         let ([n, m], zero) = (kernel.sizes(), Lanes::zero());
@@ -133,7 +133,7 @@ impl<S: Token, const N: usize, const M: usize> LaneMotion<S, N, M> {
         Self { t: row[0], state: KernelState { q, qd, qdd, multipliers, angles } }
     }
 
-    /// To the places of a row.
+    /// Writes the motion to the places of a row.
     #[inline(always)]
     fn write(&self, [n, m]: [usize; 2], row: &mut [Lanes<S>]) {
         let Self { t, state } = self;
@@ -149,7 +149,7 @@ impl<S: Token, const N: usize, const M: usize> LaneMotion<S, N, M> {
     }
 }
 
-/// Makes steps with the instructions of the token.
+/// Runs `make_steps` with the target features of the token.
 struct MakeSteps<'a, K, S: Token, const N: usize, const M: usize>(&'a mut StepsBy<K, S, N, M>);
 
 impl<K, S, const N: usize, const M: usize> pulp::NullaryFnOnce for MakeSteps<'_, K, S, N, M>

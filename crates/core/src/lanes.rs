@@ -1,22 +1,23 @@
-//! Vectors of doubles in the lanes of a register, as numbers of generated functions.
+//! Vectors of doubles, one in each lane of a register, as numbers of generated functions.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::scalar::Scalar;
 use pulp::Simd;
 
-/// A vector of doubles. Only `StepsBy` (`lane_steps`), `Steps` (`gauss`) and the kernels made for them have values of
-/// it, and their constructors take a token of `S`, or are called where there is one: wherever there is such a value,
-/// the processor has the instructions of `S`.
+/// A vector of doubles. Its values exist only in `StepsBy` (`lane_steps`), `Steps` (`gauss`) and their kernels. The
+/// constructors of these take a token of `S`, or are called where one exists: wherever there is such a value, the
+/// processor has the instructions of `S`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes<S: Token>(S::Register);
 
-/// Instructions, as evidence that the processor has them.
+/// A token proves that the processor has its instructions.
 pub(crate) trait Token: Simd {
-    /// A vector as the processor has it: the compiler takes `f64s` apart in places and loads it piece by piece.
+    /// The register type of the processor: with `f64s`, the compiler splits the vector in places and loads it piece by
+    /// piece.
     type Register: bytemuck::Pod + core::fmt::Debug + Send + Sync;
 
-    /// The evidence once more, where `try_new` has given it already.
+    /// Returns the token again, where `try_new` has already returned one.
     fn again() -> Self;
 }
 
@@ -26,12 +27,12 @@ macro_rules! token {
         impl Token for $name {
             type Register = $register;
 
-            // An operator has no argument for a token, and asking the processor each time doubles the time of a step.
+            // An operator has no argument for a token, and querying the processor each time doubles the time of a step.
             #[allow(unsafe_code)]
             #[inline(always)]
             fn again() -> Self {
-                // SAFETY: called by operations on `Lanes` alone. These exist only where `try_new` gave this token: see
-                // `Lanes`.
+                // SAFETY: only operations on `Lanes` call this. These exist only where `try_new` has returned the
+                // token: see `Lanes`.
                 unsafe { Self::new_unchecked() }
             }
         }
@@ -44,7 +45,7 @@ token!(pulp::x86::V3, core::arch::x86_64::__m256d);
 token!(pulp::x86::V4, core::arch::x86_64::__m512d);
 
 impl<S: Token> Lanes<S> {
-    /// How many there are.
+    /// The number of lanes.
     pub(crate) const COUNT: usize = S::F64_LANES;
 
     /// The value of each lane.
@@ -57,7 +58,7 @@ impl<S: Token> Lanes<S> {
         lanes
     }
 
-    /// As many numbers as there are lanes.
+    /// Loads the first numbers of a slice, one for each lane.
     #[inline(always)]
     pub(crate) fn load(numbers: &[f64]) -> Self {
         Self(bytemuck::pod_read_unaligned(bytemuck::cast_slice(&numbers[..Self::COUNT])))
@@ -69,7 +70,7 @@ impl<S: Token> Lanes<S> {
         bytemuck::cast_slice(core::slice::from_ref(&self.0))[lane]
     }
 
-    /// Gives a lane another value.
+    /// Sets the value of a lane.
     #[inline(always)]
     pub(crate) fn set(&mut self, lane: usize, value: f64) {
         bytemuck::cast_slice_mut(core::slice::from_mut(&mut self.0))[lane] = value;
@@ -141,12 +142,12 @@ impl<S: Token> Scalar for Lanes<S> {
     }
     #[inline(always)]
     fn floor(self) -> Self {
-        // The nearest whole number, or the one before.
+        // The nearest integer, or that less one.
         let (simd, shift) = (S::again(), Self::from_f64(6_755_399_441_055_744.0));
         let nearest = self + shift - shift;
         let is_above = simd.less_than_f64s(self.vector(), nearest.vector());
         let below = simd.select_f64s(is_above, (nearest - Self::from_f64(1.0)).vector(), nearest.vector());
-        // Larger numbers are whole.
+        // Larger numbers are integers.
         self.choose(2_251_799_813_685_248.0, Self::new(below), self)
     }
     one_by_one!(asin, acos, atan, exp, ln, sinh, cosh, tanh);
@@ -160,7 +161,7 @@ impl<S: Token> Scalar for Lanes<S> {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        // `abs_f64s` is not always inlined, and then lacks the instructions of the token.
+        // `abs_f64s` is not always inlined, and then lacks the target features of the token.
         let simd = S::again();
         Self::new(simd.and_f64s(self.vector(), simd.splat_f64s(f64::from_bits(i64::MAX as u64))))
     }
@@ -239,7 +240,7 @@ impl<S: Token> Scalar for Lanes<S> {
     #[cold]
     #[inline(never)]
     fn sin_cos_apart(self) -> (Self, Self) {
-        // A function out of line has the processor's own instructions only if it says so.
+        // A function that is not inlined has the target features only if it declares them.
         S::again().vectorize(
             #[inline(always)]
             || crate::sine::sin_cos(self),

@@ -1,8 +1,8 @@
-//! The equations of motion of a mechanism as generated code and simulators see them.
+//! The equations of motion of a mechanism: the interface between generated code and simulators.
 //!
-//! Generated code implements [`Kernel`] and [`Generated`], with sizes that are known when it is compiled. A simulator
-//! is written against [`Mechanism`], plain functions over slices, and a program lists its mechanisms as [`Model`]s.
-//! What has to be fast is compiled for each mechanism: rows by [`rk4_step`] and motions in lanes.
+//! Generated code implements [`Kernel`] and [`Generated`], with sizes known at compile time. A simulator uses
+//! [`Mechanism`], plain functions over slices; a program lists its mechanisms as [`Model`]s. Time-critical parts are
+//! compiled for each mechanism: rows by [`rk4_step`] and motions in lanes.
 //!
 //! With `q` the generalized coordinates and `C(q) = 0` the loop constraints:
 //!
@@ -11,8 +11,8 @@
 //! | C_q   0    | | lambda | = | -(C_q qd)_q qd |
 //! ```
 //!
-//! Constraints may depend on time, `C(q, t) = 0`: then `C_q qd + C_t = 0`, and `(C_q qd)_q qd + 2 C_qt qd + C_tt` takes
-//! the place of `(C_q qd)_q qd`.
+//! Constraints may depend on time, `C(q, t) = 0`: then `C_q qd + C_t = 0`, and `(C_q qd)_q qd + 2 C_qt qd + C_tt`
+//! replaces `(C_q qd)_q qd`.
 
 #![no_std]
 
@@ -33,7 +33,7 @@ mod description;
 mod digest;
 #[cfg(feature = "simd")]
 pub mod dop853;
-// The coefficients alone.
+// Only the coefficients are public.
 #[cfg(not(feature = "simd"))]
 #[path = "dop853/coefficients.rs"]
 pub mod dop853;
@@ -115,12 +115,12 @@ pub use tape::{
 pub use width::Width;
 
 /// Lists mechanisms as a program's `MODELS`: `MODULE::MECHANISM, COORDINATES, CONSTRAINTS;` for a compiled one,
-/// `interpreted MODULE;` for one whose tape is interpreted. Nothing without `simd`.
+/// `interpreted MODULE;` for an interpreted one. The list needs the feature `simd`.
 #[cfg(feature = "simd")]
 #[macro_export]
 macro_rules! models {
     (@list [$($model:expr,)*]) => {
-        /// Every mechanism, in the order of the scene files.
+        /// All mechanisms, in the order of the scene files.
         pub static MODELS: &[$crate::Model] = &[$($model),*];
     };
     (@list [$($model:expr,)*] interpreted $module:ident; $($rest:tt)*) => {
@@ -136,18 +136,18 @@ macro_rules! models {
     };
 }
 
-/// Lists mechanisms; nothing without `simd`.
+/// Does nothing without the feature `simd`.
 #[cfg(not(feature = "simd"))]
 #[macro_export]
 macro_rules! models {
     ($($list:tt)*) => {};
 }
 
-/// Defines `LANE_STEPS`, which [`Generated::LANE_STEPS`] is, in the module of a mechanism:
-/// `lane_steps!(MECHANISM, COORDINATES, CONSTRAINTS)`. Without `simd` it is `()`.
+/// Defines `LANE_STEPS`, for [`Generated::LANE_STEPS`], in the module of a mechanism:
+/// `lane_steps!(MECHANISM, COORDINATES, CONSTRAINTS)`. Without the feature `simd` it is `()`.
 ///
-/// The steps of each number of lanes stand in a module of their own. rustc makes codegen units of modules, so they are
-/// compiled at the same time as the rest of the mechanism.
+/// The steps of each number of lanes have their own module. rustc makes codegen units of modules, so they compile in
+/// parallel with the rest of the mechanism.
 #[cfg(feature = "simd")]
 #[macro_export]
 macro_rules! lane_steps {

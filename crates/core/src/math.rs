@@ -1,4 +1,4 @@
-//! Functions of doubles: those of the standard library, or where there is none those of the crate `libm`.
+//! Functions of doubles from the standard library, or from the crate `libm` where there is none.
 
 macro_rules! functions {
     ($($name:ident($x:ident $(, $y:ident)*) = $libm:ident;)*) => {
@@ -43,7 +43,7 @@ pub(crate) fn powi(x: f64, exponent: i32) -> f64 {
     f64::powi(x, exponent)
 }
 
-/// By squaring.
+/// An integer power, by repeated squaring.
 #[cfg(not(feature = "std"))]
 pub(crate) fn powi(x: f64, exponent: i32) -> f64 {
     let (mut power, mut square, mut rest) = (1.0, x, exponent.unsigned_abs());

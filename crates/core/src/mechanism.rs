@@ -1,4 +1,4 @@
-//! The face of a mechanism to a simulator: plain functions over slices, whatever its size.
+//! A mechanism as simulators see it: plain functions over slices, independent of its size.
 
 #[cfg(feature = "std")]
 extern crate alloc;
@@ -19,10 +19,10 @@ use crate::tape::Tape;
 #[cfg(feature = "simd")]
 use crate::width::Width;
 
-/// The equations of motion of a mechanism with `n` coordinates and `m` constraints, its parameters inside.
+/// The equations of motion of a mechanism with `n` coordinates and `m` constraints. A mechanism holds its parameters.
 ///
-/// Vectors of coordinates have `n` entries, those of constraints `m`; matrices are flat, row after row. A slice of
-/// another length is a mistake of the caller and panics. All numbers are in SI units, angles in radians.
+/// Vectors of coordinates have `n` entries, those of constraints `m`; matrices are flat, row by row. A slice of another
+/// length is an error of the caller and panics. All numbers are in SI units, angles in radians.
 pub trait Mechanism: Send + Sync {
     /// Names, units and meanings.
     fn description(&self) -> &'static Description;
@@ -36,7 +36,7 @@ pub trait Mechanism: Send + Sync {
         None
     }
 
-    /// The mechanism with these values of its parameters, in the order of the description; `None` if it is not
+    /// Creates the mechanism with these values of its parameters, in the order of the description; `None` if it is not
     /// generated.
     #[cfg(feature = "std")]
     fn with_parameters(&self, values: Vec<f64>) -> Option<Box<dyn Mechanism>> {
@@ -52,45 +52,45 @@ pub trait Mechanism: Send + Sync {
         false
     }
 
-    /// The number of operations of accelerations and multipliers by the kernel.
+    /// The number of operations of the kernel for accelerations and multipliers.
     fn operations(&self) -> usize;
 
     /// The start of the motion.
     fn start(&self, start: StartMut);
 
-    /// Step and end of the motion.
+    /// The step length and the end of the motion.
     fn schedule(&self) -> Schedule<f64>;
 
-    /// A value that rises through zero when the scene's stop condition becomes true; `None` if it has no such
+    /// A value that rises through zero when the scene's stop condition becomes true; `None` if there is no such
     /// condition.
     fn event(&self, at: &StateRef) -> Option<f64>;
 
     /// The parts of the equations of motion.
     fn dynamics(&self, t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut);
 
-    /// The constraints, their Jacobian and their derivative by time.
+    /// The constraints, their Jacobian and their derivative with respect to time.
     fn loop_constraints(&self, t: f64, q: &[f64], constraints: LoopConstraintsMut);
 
     /// The reduced mass matrix `Mbar`, `n` by `n`.
     fn mass_matrix(&self, q: &[f64], mass_matrix: &mut [f64]);
 
-    /// The kinetic energy, and the potential of the conservative loads, in J.
+    /// The kinetic energy and the potential of the conservative loads, in J.
     fn energy(&self, q: &[f64], qd: &[f64]) -> [f64; 2];
 
-    /// The power of the loads that have no potential, and of what drives the constraints, in W.
+    /// The power, in W, of the loads without a potential and of the driven constraints.
     fn power(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64]) -> f64;
 
-    /// The outputs, in the order of the description; as far as `outputs` has room.
+    /// Computes the outputs in the order of the description, as many as fit into `outputs`.
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]);
 
-    /// The quantities of a row of a trajectory: outputs, constraints, energy and power, with the sines and cosines that
-    /// they share.
+    /// Computes the quantities of a trajectory's row, which share sines and cosines: outputs, constraints, energy and
+    /// power.
     fn row_quantities(&self, at: &StateRef, outputs: &mut [f64], constraints: LoopConstraintsMut) -> RowQuantities {
         row_quantities(self, at, outputs, constraints)
     }
 
-    /// Derivatives of the equations of motion by the state; false, and nothing is written, if the scene does not ask
-    /// for them.
+    /// Computes the derivatives of the equations of motion with respect to the state. If the scene does not ask for
+    /// them, returns false and writes nothing.
     fn linearization(
         &self,
         t: f64,
@@ -104,45 +104,45 @@ pub trait Mechanism: Send + Sync {
         false
     }
 
-    /// Accelerations and multipliers by the kernel; false where it does not suit the position, or a number is not
-    /// finite. Without a kernel all steps are made by the plain functions.
+    /// Computes accelerations and multipliers by the kernel; false where it is not valid at the position, or a number
+    /// is not finite. Without a kernel, steps use the plain functions.
     fn accelerations(&self, t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64], multipliers: &mut [f64]) -> bool {
         let _ = (t, q, qd, qdd, multipliers);
         false
     }
 
     /// Projects coordinates and rates onto the constraints at time `t` in the mass metric by the kernel, up to a
-    /// `residual`, and completes the state by its accelerations and multipliers. `None`, and nothing is written, where
-    /// the kernel does not suit the position, does not get there, or a number is not finite.
+    /// `residual`, and computes accelerations and multipliers. Returns `None` and writes nothing where the kernel is
+    /// not valid at the position, the projection does not converge, or a number is not finite.
     fn project(&self, t: f64, residual: f64, state: StateMut) -> Option<ProjectionResult> {
         let _ = (t, residual, state);
         None
     }
 
-    /// A step of the Dormand-Prince pair of order 8 from a state on the constraints, its end projected onto them in the
-    /// mass metric. `None` where the kernel does not suit a position, or a number is not finite, or the processor has
-    /// no fused products.
+    /// Makes a step of the Dormand-Prince pair of order 8 from a state on the constraints, and projects its end onto
+    /// them in the mass metric. Returns `None` where the kernel is not valid at a position, a number is not finite, or
+    /// the processor has no fused products.
     fn dop853_step(&self, request: &StepRequest, from: &StateRef, step: StepMut) -> Option<StepEstimate> {
         let _ = (request, from, step);
         None
     }
 
-    /// Steps of the Gauss method by vectors of that width; `None` where there is no kernel for them.
+    /// Steps of the Gauss method with vectors of this width; `None` where there is no kernel for them.
     #[cfg(feature = "simd")]
     fn gauss_steps(&self, width: Width) -> Option<Box<dyn GaussSteps>> {
         let _ = width;
         None
     }
 
-    /// Rows by steps of [`rk4_step`](crate::rk4_step) from the state in the first row of `rows` on, until there is room
-    /// for no more, the end comes, the event occurs, or a step cannot be relied on.
+    /// Fills `rows` by steps of [`rk4_step`](crate::rk4_step) from the state in the first row. It stops when `rows` is
+    /// full, the end or the event is reached, or a step is unreliable.
     fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult {
         let _ = (request, rows);
         RowResult { rows_written: 0, reason: None }
     }
 }
 
-/// The quantities of a row by the functions of a mechanism, one after another.
+/// Computes the quantities of a row by calling the functions of a mechanism one after another.
 #[inline(always)]
 pub(crate) fn row_quantities<X: Mechanism + ?Sized>(
     mechanism: &X,

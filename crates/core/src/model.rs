@@ -1,4 +1,4 @@
-//! A mechanism as an entry in a program's list.
+//! A mechanism as an entry in a program's list of models.
 
 extern crate alloc;
 
@@ -16,10 +16,10 @@ use crate::stored_tape::StoredTape;
 use crate::tape::{Tape, TapeEvaluator};
 use crate::width::Width;
 
-/// New values for parameters, by their names.
+/// New values of parameters by name.
 pub type ParameterOverrides<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
-/// A mechanism, whatever its size: its functions as data, and compiled ones if there are any.
+/// A mechanism of any size: its functions as data, and compiled if available.
 #[derive(Clone, Copy, Debug)]
 pub struct Model {
     /// Names, units and meanings.
@@ -36,7 +36,7 @@ struct CompiledFunctions {
 }
 
 impl Model {
-    /// The entry of a generated mechanism.
+    /// Creates the entry of a generated mechanism.
     pub const fn from_generated<X: Generated<N, M>, const N: usize, const M: usize>() -> Self {
         Self {
             description: X::DESCRIPTION,
@@ -45,18 +45,18 @@ impl Model {
         }
     }
 
-    /// The entry of a mechanism whose tape is interpreted.
+    /// Creates the entry of a mechanism whose tape is interpreted.
     pub const fn interpreted(description: &'static Description, stored: &'static StoredTape) -> Self {
         Self { description, stored, compiled: None }
     }
 
-    /// The entry of this mechanism without its compiled functions: its tape is interpreted.
+    /// Removes the compiled functions of the entry: its tape is interpreted.
     #[must_use]
     pub const fn without_compiled_functions(self) -> Self {
         Self { compiled: None, ..self }
     }
 
-    /// Whether its tape is interpreted.
+    /// Whether the tape is interpreted.
     pub const fn is_interpreted(&self) -> bool {
         self.compiled.is_none()
     }
@@ -71,36 +71,36 @@ impl Model {
         self.stored.named()
     }
 
-    /// The number of operations of accelerations and multipliers by the kernel.
+    /// The number of operations of the kernel for accelerations and multipliers.
     pub fn operations(&self) -> usize {
         self.tape().kernel.operations
     }
 
-    /// The values of the parameters, some of them replaced, in the order of the description; those that the scene
-    /// computes from others follow.
+    /// The values of the parameters in the order of the description, with these replacements, followed by the values
+    /// that the scene computes from them.
     pub fn parameter_values(&self, replace: ParameterOverrides) -> Vec<f64> {
         self.parameter_values_by(&mut TapeEvaluator::new(self.tape()), replace)
     }
 
-    /// The values by the tape, so that a changed number compiles no function anew.
+    /// Evaluates the values by the tape, so that a changed number needs no recompilation.
     fn parameter_values_by(&self, evaluator: &mut TapeEvaluator<Vec<f64>>, replace: ParameterOverrides) -> Vec<f64> {
         evaluator.set_parameters(|i| replace(self.description.parameters[i].name));
         evaluator.parameters().to_vec()
     }
 
-    /// The mechanism once for each of these replacements.
+    /// Creates one mechanism for each of these replacements.
     pub fn mechanisms(&self, replacements: &[ParameterOverrides]) -> Vec<Box<dyn Mechanism>> {
         let mut evaluator = TapeEvaluator::new(self.tape());
         let values = replacements.iter().map(|replace| self.parameter_values_by(&mut evaluator, *replace));
         values.map(|values| self.mechanism_with(values)).collect()
     }
 
-    /// The mechanism with some parameters replaced.
+    /// Creates the mechanism with some parameters replaced.
     pub fn mechanism(&self, replace: ParameterOverrides) -> Box<dyn Mechanism> {
         self.mechanism_with(self.parameter_values(replace))
     }
 
-    /// The mechanism with these values of all parameters, in the order of the description.
+    /// Creates the mechanism with these values of all parameters, in the order of the description.
     pub fn mechanism_with(&self, values: Vec<f64>) -> Box<dyn Mechanism> {
         match self.compiled {
             Some(compiled) => (compiled.mechanism)(values),
@@ -108,8 +108,8 @@ impl Model {
         }
     }
 
-    /// Motions in lanes of that width; `None` where the processor has no such vectors, or the kernel is too large for
-    /// them.
+    /// A batch of motions in lanes of this width; `None` where the processor has no such vectors, or the kernel is too
+    /// large for them.
     ///
     /// A step counts as reliable up to this `residual` of the constraints.
     pub fn batch(&self, width: Width, request: BatchRequest, residual: f64) -> Option<SimdBatch> {

@@ -1,5 +1,5 @@
-//! The functions of a scene as operations, each distinct one present once, with the names and the order in which they
-//! are written. Printers write a tape; evaluators run it.
+//! The functions of a scene as a list of operations without duplicates, with names and the order in which they are
+//! written. Printers write a tape; evaluators run it.
 
 mod function;
 mod placed;
@@ -22,9 +22,9 @@ use crate::tape::Operation;
 
 /// The functions of a scene with `n` coordinates and `m` constraints.
 ///
-/// A value is known by its place. The inputs come first: parameters; time; positions, rates and accelerations of the
+/// An index identifies a value. The inputs come first: parameters; time; positions, rates and accelerations of the
 /// coordinates (`n` each); multipliers (`m`); sines and cosines of the coordinates (`n` each); residuals (`m`).
-/// Operands stand before what is made of them.
+/// Operands stand before the operations that use them.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct NamedTape {
     parameters: usize,
@@ -39,15 +39,15 @@ pub struct NamedTape {
     pub names: BTreeMap<u32, String>,
     /// Whether constraints depend on time.
     pub is_driven: bool,
-    /// For each coordinate, then for each rate, whether it is given at the start (`n` each).
+    /// Whether each coordinate, then each rate, is given at the start (`n` each).
     pub given: Vec<bool>,
     /// Whether a coordinate's sine or cosine occurs.
     pub has_angle: Vec<bool>,
     /// The coordinates along which `inverse_dynamics` gives forces and torques.
     pub actuated: Vec<usize>,
-    /// The operations that accelerations and multipliers take once the sines and cosines are known.
+    /// The operations for accelerations and multipliers, without sines and cosines.
     pub solution: Operations,
-    /// Notes on the functions: what their operations are compared with, and what was left out.
+    /// Notes on the functions: how many operations other forms take, and which functions are omitted.
     pub notes: Vec<String>,
 }
 
@@ -58,14 +58,14 @@ pub enum Value {
     Input,
     /// The result of an operation.
     Operation(Operation),
-    /// The cosine that belongs to the sine before.
+    /// The cosine of the sine just before.
     Cosine,
 }
 
 type Key = (Discriminant<Operation>, [u64; 3]);
 
 impl NamedTape {
-    /// The tape without functions.
+    /// Creates a tape without functions.
     pub fn new(parameters: usize, coordinates: usize, constraints: usize) -> Self {
         let inputs = parameters + 1 + 5 * coordinates + 2 * constraints;
         let (values, has_angle) = (vec![Value::Input; inputs], vec![false; coordinates]);
@@ -87,7 +87,7 @@ impl NamedTape {
         self.parameters + 1 + 5 * self.coordinates + 2 * self.constraints
     }
 
-    /// The first of the inputs that an argument brings.
+    /// The index of the first input that belongs to an argument.
     pub fn input(&self, argument: Argument) -> u32 {
         let (n, m) = (self.coordinates, self.constraints);
         let q = self.parameters + 1;
@@ -103,7 +103,7 @@ impl NamedTape {
         })
     }
 
-    /// The sine of a coordinate, for functions that are given it; the cosine stands `n` places behind.
+    /// The index of a coordinate's sine, for functions that take angles; its cosine stands `n` places later.
     pub fn sine(&self, coordinate: usize) -> u32 {
         self.input(Argument::Angles) + place(coordinate)
     }
@@ -113,7 +113,7 @@ impl NamedTape {
         self.functions.iter().find(|function| function.name == name)
     }
 
-    /// The operations that a function takes beside those of its arguments and of the constants.
+    /// Counts the operations of a function, without those of its arguments and of the constants.
     pub fn operations(&self, function: &Function) -> Operations {
         let of = |name: &str| self.function(name).into_iter().flat_map(Function::results);
         let is_of_position = function.arguments.contains(&Argument::Position);
@@ -121,7 +121,7 @@ impl NamedTape {
         function.operations(self, |value| given.contains(&value))
     }
 
-    /// The result of an operation, which is added if it is new.
+    /// Returns the result of an operation, which is added if it is new.
     pub fn operation(&mut self, operation: Operation) -> u32 {
         let key = key(operation);
         if let Some(&value) = self.known.get(&key) {
@@ -136,7 +136,7 @@ impl NamedTape {
         value
     }
 
-    /// The result of an operation, if the tape has it.
+    /// Finds the result of an operation, if the tape has it.
     pub fn find(&self, operation: Operation) -> Option<u32> {
         self.known.get(&key(operation)).copied()
     }
@@ -151,7 +151,7 @@ impl NamedTape {
         matches!(self.values[value as usize], Value::Operation(Operation::Number(number)) if number == 0.0)
     }
 
-    /// Whether a value takes an operation: it is neither an input nor a number.
+    /// Whether a value takes an operation, that is, it is neither an input nor a number.
     pub fn is_computed(&self, value: u32) -> bool {
         match self.values[value as usize] {
             Value::Input | Value::Operation(Operation::Number(_) | Operation::Pi) => false,
@@ -159,7 +159,7 @@ impl NamedTape {
         }
     }
 
-    /// All values on the way to others, these among them, in their order.
+    /// All values that these roots depend on, and the roots, in their order.
     pub fn needed(&self, roots: impl Iterator<Item = u32>) -> Vec<u32> {
         let mut is_needed = vec![false; self.values.len()];
         let mut pending: Vec<u32> = roots.collect();
@@ -176,7 +176,7 @@ impl NamedTape {
         (0..place(is_needed.len())).filter(|&value| is_needed[value as usize]).collect()
     }
 
-    /// For each value, whether it follows from parameters alone.
+    /// Whether each value follows from parameters alone.
     pub fn are_constant(&self) -> Vec<bool> {
         let mut constant: Vec<bool> = Vec::with_capacity(self.values.len());
         for (i, entry) in self.values.iter().enumerate() {
@@ -193,7 +193,7 @@ impl NamedTape {
         constant
     }
 
-    /// Makes a result of a function a number.
+    /// Replaces a result of a function by a number.
     pub fn set_number(&mut self, function: &str, result: usize, number: f64) {
         let value = self.number(number);
         let function = self.functions.iter_mut().find(|own| own.name == function);
@@ -202,10 +202,10 @@ impl NamedTape {
         results.skip(result).take(1).for_each(|own| *own = value);
     }
 
-    /// The tape as bytes, which end with their hash.
+    /// Encodes the tape as bytes, which end with their hash.
     ///
     /// # Panics
-    /// Never: memory is all that it needs.
+    /// Never: encoding needs nothing but memory.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = postcard::to_stdvec(self).unwrap_or_else(|e| unreachable!("memory takes all bytes: {e}"));
         let hash = digest(bytes.iter().copied());
@@ -213,13 +213,13 @@ impl NamedTape {
         bytes
     }
 
-    /// The tape of bytes; `None` if they were cut off or changed.
+    /// Decodes a tape; `None` if the bytes were truncated or changed.
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let (bytes, hash) = bytes.split_last_chunk()?;
         (digest(bytes.iter().copied()) == u64::from_le_bytes(*hash)).then(|| postcard::from_bytes(bytes).ok())?
     }
 
-    /// A value with the other sign.
+    /// The negative of a value.
     pub fn negative(&mut self, value: u32) -> u32 {
         self.operation(match self.values[value as usize] {
             Value::Operation(Operation::Number(number)) => Operation::Number(-number),
@@ -228,7 +228,7 @@ impl NamedTape {
     }
 }
 
-/// A place in a list.
+/// A length as an index.
 ///
 /// # Panics
 /// Never: no scene has 2^32 operations.

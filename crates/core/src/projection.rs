@@ -6,7 +6,7 @@ use crate::scalar::Scalar;
 use crate::step_end::StepEnd;
 use crate::vectors::largest;
 
-/// Room for a state.
+/// A buffer for a state.
 #[derive(Debug)]
 pub struct StateMut<'a> {
     /// Coordinates.
@@ -19,17 +19,17 @@ pub struct StateMut<'a> {
     pub multipliers: &'a mut [f64],
 }
 
-/// The projection of a state.
+/// The outcome of a projection.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ProjectionResult {
-    /// Largest residual of a constraint before it, in its unit.
+    /// Largest residual of a constraint before the projection, in its unit.
     pub residual: f64,
-    /// How often the coordinates were corrected.
+    /// The number of corrections of the coordinates.
     pub corrections: u32,
 }
 
-/// Completes a state at time `t` by its accelerations and multipliers; before them projects it up to a residual, if
-/// there is a `tolerance`. `None` where the kernel does not suit the position, or a number is not finite.
+/// Computes the accelerations and multipliers of a state at time `t`. With a `tolerance`, first projects the state up
+/// to that residual. Returns `None` where the kernel is not valid at the position, or a number is not finite.
 #[inline]
 pub(crate) fn complete<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
     kernel: &K,
@@ -68,7 +68,7 @@ pub(crate) fn complete<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
     }
 }
 
-/// `count` numbers with zeros behind; `None` if there are not so many.
+/// The first `count` numbers, padded with zeros; `None` if there are fewer.
 #[inline(always)]
 pub(crate) fn padded<R: Scalar, const K: usize>(numbers: &[f64], count: usize) -> Option<[R; K]> {
     if numbers.len() != count || count > K {

@@ -51,8 +51,8 @@ fn unrolled<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     finish(kernel, end, (qdd, multipliers), position, growth)
 }
 
-/// The step as a loop over its stages, with the equations of motion in one place: large kernels compile in a fraction
-/// of the time.
+/// The step as a loop over its stages with a single copy of the equations of motion: large kernels compile in a
+/// fraction of the time.
 #[inline(always)]
 fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,
@@ -69,7 +69,7 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     loop {
         if pass < 4 {
             let part = if pass == 3 { h } else { half };
-            // Every index is within; where the loop is not unrolled, only this way no panic can be reached.
+            // Every index is in range. `get` keeps panics out of the code where the loop is not unrolled.
             let (v, a) = slopes.get(pass - 1).copied().unwrap_or(slopes[0]);
             let dq = scaled(part, &v);
             end.q = sum(&from.q, &dq);
@@ -112,7 +112,7 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
 }
 
 impl<R: Scalar, const N: usize> StepEnd<R, N> {
-    /// The end by the Runge-Kutta formula; `near` are the angles at its last stage.
+    /// Computes the end by the Runge-Kutta formula; `near` are the angles at its last stage.
     #[inline(always)]
     fn new<K: Kernel<R, N, M>, const M: usize>(
         kernel: &K,
@@ -131,7 +131,8 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
     }
 }
 
-/// Rates, accelerations, angles and position at a stage: `part` of the step away from its beginning, along `v` and `a`.
+/// Computes rates, accelerations, angles and position at a stage, the fraction `part` of the step away from its
+/// beginning along `v` and `a`.
 #[inline(always)]
 fn stage<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,

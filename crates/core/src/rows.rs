@@ -1,4 +1,4 @@
-//! Blocks of rows by steps of a fixed length.
+//! Blocks of rows by steps of fixed length.
 
 use crate::angles::Angles;
 use crate::kernel::Kernel;
@@ -7,7 +7,7 @@ use crate::rk4::rk4_step;
 use crate::scalar::Scalar;
 
 /// The layout of a row: `t`, `q`, `qd`, `qdd`, `multipliers`, the number of corrections of the coordinates in the step
-/// to here, and the value of the scene's event (-1 if it is not watched).
+/// that ends here, and the value of the scene's event (-1 if it is not watched).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RowLayout {
     /// Number of coordinates.
@@ -23,13 +23,13 @@ impl RowLayout {
         3 + 3 * self.n + self.m
     }
 
-    /// The place of the number of corrections.
+    /// The index of the number of corrections.
     #[inline(always)]
     pub const fn corrections(self) -> usize {
         1 + 3 * self.n + self.m
     }
 
-    /// The place of the event's value.
+    /// The index of the event's value.
     #[inline(always)]
     pub const fn event(self) -> usize {
         self.corrections() + 1
@@ -45,16 +45,16 @@ pub struct RowRequest {
     pub step: f64,
     /// Time of the last row.
     pub end_time: f64,
-    /// The number of the row that the steps begin at.
+    /// The number of the row at which the steps begin.
     pub first: u64,
-    /// Largest residual of a constraint after a step.
+    /// Largest accepted residual of a constraint after a step.
     pub residual: f64,
-    /// Whether the scene's event ends the steps.
+    /// Whether the scene's event stops the steps.
     pub watches_event: bool,
 }
 
 impl RowRequest {
-    /// The time of a row; a remainder far below a step belongs to the last one.
+    /// The time of a row; a remainder far below a step is merged into the last step.
     #[inline(always)]
     pub fn time(&self, row: u64) -> f64 {
         let t = self.origin + row as f64 * self.step;
@@ -65,17 +65,17 @@ impl RowRequest {
 /// The result of a request for rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RowResult {
-    /// Rows after the first one that were written.
+    /// The number of rows written after the first one.
     pub rows_written: usize,
-    /// The reason why no more were; `None` if the next step cannot be relied on: some number is not finite, a residual
-    /// is too large, or the kernel is not valid at the position.
+    /// The reason to stop; `None` if the next step is unreliable: some number is not finite, a residual is too large,
+    /// or the kernel is not valid at the position.
     pub reason: Option<StopReason>,
 }
 
-/// The reason why no more rows were written.
+/// The reason to stop before the buffer holds further rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// There is room for no more.
+    /// The buffer is full.
     Full,
     /// The last row stands at the end time.
     End,
@@ -113,7 +113,7 @@ pub(crate) fn integrate_rk4<K: Kernel<R, N, M>, R: Scalar, const N: usize, const
         };
         write(row, layout, t, &state, result.corrections, event);
         rows_written += 1;
-        // Written so that a value that is not a number ends the steps too.
+        // Written so that a value that is not a number also stops the steps.
         if !(event < 0.0) {
             return RowResult { rows_written, reason: Some(StopReason::Event) };
         }

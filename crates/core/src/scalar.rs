@@ -19,13 +19,13 @@ pub trait Scalar:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// A step stands as straight-line code up to this number of operations of its kernel, else as a loop over its
-    /// stages, which takes a fraction of the time to compile.
+    /// The largest number of operations of a kernel whose steps are straight-line code. Steps of larger kernels loop
+    /// over their stages, which compiles in a fraction of the time.
     const INLINE_LIMIT: usize = 600;
 
     /// The number nearest to a double.
     fn from_f64(value: f64) -> Self;
-    /// The double nearest to the number; of a dual number its value, of lanes the first.
+    /// The double nearest to the number: the value of a dual number, the first of the lanes.
     fn to_f64(self) -> f64;
     /// Zero.
     #[inline(always)]
@@ -82,7 +82,7 @@ pub trait Scalar:
     fn powf(self, exponent: f64) -> Self;
     /// -1, 0 or 1.
     fn sign(self) -> Self;
-    /// The largest whole number that is not above the number.
+    /// The largest integer that is not above the number.
     fn floor(self) -> Self;
     /// `self * a + b`, rounded once where the processor does so quickly.
     fn mul_add(self, a: Self, b: Self) -> Self;
@@ -94,28 +94,28 @@ pub trait Scalar:
     fn max(self, other: Self) -> Self;
     /// The smaller number.
     fn min(self, other: Self) -> Self;
-    /// Angle of the vector with this ordinate and that abscissa.
+    /// Angle of the vector with ordinate `self` and this abscissa.
     fn atan2(self, abscissa: Self) -> Self;
     /// Length of the vector with these components.
     fn hypot(self, other: Self) -> Self;
-    /// A whole power.
+    /// An integer power.
     fn powi(self, exponent: i32) -> Self;
     /// A power with any exponent.
     fn pow(self, exponent: Self) -> Self;
     /// Whether all lanes are below zero.
     fn is_negative(self) -> bool;
-    /// Whether all lanes are between `-bound` and `bound`; a lane that is not a number is not.
+    /// Whether all lanes lie between `-bound` and `bound`; false if a lane is not a number.
     fn is_within(self, bound: f64) -> bool;
     /// `inside` where `self` is between `-bound` and `bound`, else `outside`.
     fn choose(self, bound: f64, inside: Self, outside: Self) -> Self;
-    /// With `self` a whole number `n` plus `1.5 * 2^52`: sine and cosine of an angle that is `n` quarter turns larger
-    /// than one with these.
+    /// Sine and cosine of an angle that is `n` quarter turns larger than the one with `sin` and `cos`; `self` is the
+    /// integer `n` plus `1.5 * 2^52`.
     fn quarter_turns(self, sin: Self, cos: Self) -> (Self, Self);
     /// Sine and cosine of very large angles.
     fn sin_cos_far(self) -> (Self, Self);
     /// Sine and cosine out of line.
     fn sin_cos_apart(self) -> (Self, Self);
-    /// Calls a function with the instructions that belong to these numbers, for where it is compiled out of line.
+    /// Calls a function that is not inlined, with the target features of these numbers.
     #[inline(always)]
     fn vectorized<T>(f: impl FnOnce() -> T) -> T {
         f()

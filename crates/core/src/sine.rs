@@ -1,21 +1,21 @@
 //! Sine and cosine together, in line and without branches for all but very large angles.
 //!
-//! The angle is reduced to an eighth of a turn by a quarter turn in three parts (Cody, Waite 1980), then the
-//! polynomials of fdlibm's kernels give sine and cosine. Errors stay below 0.8 units in the last place.
+//! The angle is reduced to an eighth of a turn by a quarter turn in three parts (Cody, Waite 1980); the polynomials of
+//! fdlibm's kernels then give sine and cosine. Errors stay below 0.8 units in the last place.
 
-// The digits are those of the published constants, a few more than a double holds.
+// The published constants have a few more digits than a double holds.
 #![allow(clippy::excessive_precision)]
 
 use core::f64::consts::FRAC_2_PI;
 
 use crate::scalar::Scalar;
 
-/// Up to this angle the number of quarter turns has 20 bits, which products with the first two parts leave exact.
+/// The largest angle whose number of quarter turns has 20 bits: its products with the first two parts are exact.
 const FAR: f64 = 1e6;
 /// A quarter turn: 33 bits, the next 33, and the rest.
 const QUARTER: [f64; 3] =
     [1.570_796_326_734_125_614_17, 6.077_100_506_303_965_976_60e-11, 2.022_266_248_795_950_631_54e-21];
-/// Added to a number below 2^51 this leaves a whole number in the last bits.
+/// Adding this to a number below 2^51 leaves its nearest integer in the last bits.
 const WHOLE: f64 = 6_755_399_441_055_744.0;
 /// (sin x - x) / x^3 as a polynomial of x^2.
 const SINE: [f64; 6] = [
@@ -26,7 +26,7 @@ const SINE: [f64; 6] = [
     -2.505_076_025_340_686_341_95e-8,
     1.589_690_995_211_550_102_21e-10,
 ];
-/// (cos x - 1 + x^2 / 2) / x^4 likewise.
+/// (cos x - 1 + x^2 / 2) / x^4 as a polynomial of x^2.
 const COSINE: [f64; 6] = [
     4.166_666_666_666_660_190_37e-2,
     -1.388_888_888_887_410_957_49e-3,
@@ -43,7 +43,7 @@ pub fn sin_cos<R: Scalar>(x: R) -> (R, R) {
     if x.is_within(FAR) {
         return (sine, cosine);
     }
-    // Lanes whose angle is not far must not be told by the others.
+    // The result of a lane must not depend on whether other lanes are far.
     let (far_sine, far_cosine) = x.sin_cos_far();
     (x.choose(FAR, sine, far_sine), x.choose(FAR, cosine, far_cosine))
 }
@@ -53,7 +53,7 @@ fn near<R: Scalar>(x: R) -> (R, R) {
     let number = R::from_f64;
     let shifted = x * number(FRAC_2_PI) + number(WHOLE);
     let n = shifted - number(WHOLE);
-    // All three products but the last are exact, and so is the first difference.
+    // All three products but the last are exact; the first difference is exact too.
     let rest = x - n * number(QUARTER[0]);
     let part = n * number(QUARTER[1]);
     let high = rest - part;

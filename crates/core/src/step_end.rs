@@ -10,7 +10,7 @@ use crate::vectors::{difference, largest, sum};
 pub const RESIDUAL_ROUNDING: f64 = 4e-16;
 /// Corrections up to this size, in rad or m, are rounding errors.
 pub const CORRECTION_ROUNDING: f64 = 1e-15;
-/// Most corrections; a step that needs more is left to the robust method.
+/// The largest number of corrections; a step that needs more is left to the robust method.
 pub const MAX_CORRECTIONS: u32 = 4;
 
 /// The end of a step while it is projected onto the constraints.
@@ -24,7 +24,7 @@ pub(crate) struct StepEnd<R, const N: usize> {
 }
 
 impl<R: Scalar, const N: usize> StepEnd<R, N> {
-    /// The first correction, by Jacobian and mass matrix of the last stage, which lies near enough.
+    /// The first correction. It uses Jacobian and mass matrix of the last stage, which lies near enough.
     #[inline(always)]
     pub(crate) fn project_coordinates_first<K: Kernel<R, N, M>, const M: usize>(
         &mut self,
@@ -33,13 +33,13 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
         correction: &[R; N],
     ) {
         self.q = sum(&from.q, &sum(&self.increment, correction));
-        // The correction as the coordinates took it up, rounding included.
+        // The correction as added to the coordinates, rounding included.
         let moved = difference(&difference(&self.q, &from.q), &self.increment);
         self.angles = self.angles.corrected(&self.q, &moved, kernel.has_angle());
         self.corrections = 1;
     }
 
-    /// Makes another correction of the coordinates and returns true, unless none is needed.
+    /// Corrects the coordinates again and returns true; returns false if no correction is needed.
     #[inline(always)]
     pub(crate) fn project_coordinates<K: Kernel<R, N, M>, const M: usize>(
         &mut self,
@@ -55,7 +55,7 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
             return false;
         }
         let correction = kernel.correction(position, &open);
-        // Lanes without a residual stay as they are, whatever others need.
+        // Lanes without a residual stay unchanged, even if other lanes need a correction.
         let size = residual.choose(RESIDUAL_ROUNDING, R::zero(), largest(&correction));
         if size.is_within(CORRECTION_ROUNDING) {
             return false;
@@ -94,7 +94,7 @@ pub(crate) fn finish<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usi
     growth: R,
 ) -> StepResult<R, K::Position, N, M> {
     let residual = largest(&kernel.residuals(&position));
-    // Fresh sines and cosines: rounding errors of rotations made one after another would add up.
+    // Fresh sines and cosines: the rounding errors of successive rotations would add up.
     let angles = Angles::new(&end.q, kernel.has_angle());
     let state = KernelState { q: end.q, qd: end.qd, qdd, multipliers, angles };
     StepResult { end: state, position, growth_factor: growth, residual, corrections: end.corrections }

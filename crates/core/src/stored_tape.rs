@@ -1,4 +1,4 @@
-//! The functions of a mechanism as a program holds them: bytes, which are read where they are needed.
+//! The functions of a mechanism as bytes in a program, decoded on first use.
 
 #[cfg(feature = "std")]
 use std::{boxed::Box, sync::OnceLock};
@@ -8,14 +8,14 @@ use crate::named_tape::NamedTape;
 #[cfg(feature = "std")]
 use crate::tape::Tape;
 
-/// The functions of a mechanism: with names for printers, and in the order in which evaluators run them.
+/// The functions of a mechanism, both with names for printers and in the order in which evaluators run them.
 #[derive(Debug)]
 pub struct StoredTape {
     #[cfg_attr(not(feature = "std"), allow(dead_code))]
     bytes: &'static [u8],
     #[cfg(feature = "std")]
     named: OnceLock<NamedTape>,
-    /// Places the tape. Programs that are given placed tapes alone, as pages are, do not contain that code.
+    /// Places the tape. Programs that receive placed tapes only, such as pages, do not link this code.
     #[cfg(feature = "std")]
     place: fn(&StoredTape) -> Tape,
     #[cfg(feature = "std")]
@@ -23,13 +23,13 @@ pub struct StoredTape {
 }
 
 impl StoredTape {
-    /// The tape of [bytes](NamedTape::to_bytes) that the generator wrote.
+    /// Wraps the [bytes](NamedTape::to_bytes) that the generator wrote.
     #[cfg(feature = "std")]
     pub const fn new(bytes: &'static [u8]) -> Self {
         Self { bytes, named: OnceLock::new(), place: Self::placed, placed: OnceLock::new() }
     }
 
-    /// The tape of bytes that the generator wrote. Programs without a standard library do not read it.
+    /// Wraps the bytes that the generator wrote. Programs without a standard library do not decode them.
     #[cfg(not(feature = "std"))]
     pub const fn new(bytes: &'static [u8]) -> Self {
         Self { bytes }
@@ -41,7 +41,7 @@ impl StoredTape {
     /// The tape with names.
     ///
     /// # Panics
-    /// If the bytes are not those of a tape: the generator and this crate have different versions.
+    /// If the bytes are not a tape: the generator and this crate have different versions.
     pub fn named(&self) -> &NamedTape {
         let read = || NamedTape::from_bytes(self.bytes).unwrap_or_else(|| panic!("the tape of another version"));
         self.named.get_or_init(read)
@@ -51,7 +51,7 @@ impl StoredTape {
         self.named().placed()
     }
 
-    /// A tape that is placed already. It has no names.
+    /// Wraps a tape that is already placed. It has no names.
     pub fn from_placed(tape: Tape) -> Self {
         let stored = Self { bytes: &[], named: OnceLock::new(), place: |_| Tape::default(), placed: OnceLock::new() };
         let _ = stored.placed.set(Box::leak(Box::new(tape)));

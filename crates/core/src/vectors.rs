@@ -1,4 +1,4 @@
-//! Vectors of numbers: sums and products of the coordinates of a step.
+//! Vector operations: sums and products of the coordinates of a step.
 
 use crate::scalar::Scalar;
 

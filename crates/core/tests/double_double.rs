@@ -1,4 +1,4 @@
-//! Double-double numbers: arithmetic against whole numbers, functions against values to 200 digits.
+//! Double-double numbers: arithmetic against integers, functions against values to 200 digits.
 
 use num_bigint::BigInt;
 use num_traits::Signed;
@@ -6,7 +6,7 @@ use qrm_core::{DoubleDouble, Scalar};
 
 /// Largest relative error.
 const TOLERANCE: f64 = 1e-31;
-/// Fixed point: this many bits behind the point.
+/// The number of fractional bits of fixed-point numbers.
 const BITS: u64 = 400;
 
 /// A double in fixed point, exactly.
@@ -24,7 +24,7 @@ fn fixed(x: DoubleDouble) -> BigInt {
     fixed_double(x.hi()) + fixed_double(x.lo())
 }
 
-/// Whether two numbers in fixed point differ by less than the part `tolerance` of the second.
+/// Whether two fixed-point numbers differ by less than the fraction `tolerance` of the second.
 fn is_near(x: &BigInt, y: &BigInt, tolerance: f64) -> bool {
     let inverse = BigInt::from((1.0 / tolerance) as u128);
     (x - y).abs() * inverse <= y.abs()
@@ -57,7 +57,7 @@ fn arithmetic_is_right_to_31_digits() {
     }
 }
 
-/// The parts of the numbers behind the name of a function.
+/// The numbers that follow the name of a function in a line.
 fn numbers(line: &str) -> Vec<DoubleDouble> {
     let parts: Vec<f64> = line.split(' ').skip(1).map(|part| part.parse().expect("a double")).collect();
     parts.chunks(2).map(|pair| DoubleDouble::sum(pair[0], pair[1])).collect()

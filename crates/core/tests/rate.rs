@@ -1,10 +1,10 @@
-//! Rates of a tape's values against differences along a motion.
+//! Rates of a tape's values compared with differences along a motion.
 
 use qrm_core::Operation::{self, *};
 use qrm_core::named_tape::{Argument, Function, Part, Shape};
 use qrm_core::{NamedTape, TapeEvaluator};
 
-/// A value of a tape at a time of a motion of two coordinates of constant acceleration.
+/// A value of a tape at a time during a motion of two coordinates with constant accelerations.
 fn value_at(time: f64, mut tape: NamedTape, value: u32) -> f64 {
     tape.functions.push(Function {
         name: "event".to_owned(),
@@ -19,7 +19,7 @@ fn value_at(time: f64, mut tape: NamedTape, value: u32) -> f64 {
     value.expect("the tape has an event")
 }
 
-/// The derivative by time at time zero: central differences of order 4.
+/// The derivative with respect to time at time zero, by central differences of order 4.
 fn derivative(tape: &NamedTape, value: u32) -> f64 {
     let h = 1e-3;
     let difference = |times: f64| {
@@ -75,7 +75,7 @@ fn rates_of_all_operations_are_derivatives_along_the_motion() {
         let value = tape.operation(operation);
         let values = if matches!(operation, SinCos(_)) { vec![value, value + 1] } else { vec![value] };
         for inner in values {
-            // The outer product needs the value beside its rate.
+            // The outer product needs both the value and its rate.
             let outer = tape.operation(Mul(inner, c));
             let rate = tape.rate(outer).expect("a rate");
             let (got, expected) = (value_at(0.0, tape.clone(), rate), derivative(&tape, outer));

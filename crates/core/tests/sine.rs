@@ -1,10 +1,10 @@
-//! Sine and cosine against values to 60 digits, from series in whole numbers.
+//! Sine and cosine against values to 60 digits, from series in integers.
 
 use num_bigint::BigInt;
 use num_traits::{Signed, ToPrimitive, Zero};
 use qrm_core::{Angles, Fused, Scalar};
 
-/// Fixed point: this many bits behind the point.
+/// The number of fractional bits of fixed-point numbers.
 const BITS: u64 = 260;
 
 fn one() -> BigInt {
@@ -21,7 +21,7 @@ fn fixed(x: f64) -> BigInt {
     if x < 0.0 { -value } else { value }
 }
 
-/// A fixed-point number as a double, in units far below its last place.
+/// A fixed-point number as a double and a second double for the rest.
 fn double(x: &BigInt) -> (f64, f64) {
     let high = x.to_f64().unwrap_or(f64::NAN) / 2f64.powi(BITS as i32);
     let rest = (x - fixed(high)).to_f64().unwrap_or(f64::NAN) / 2f64.powi(BITS as i32);
@@ -59,7 +59,7 @@ fn series(x: &BigInt) -> (BigInt, BigInt) {
     (sine, cosine)
 }
 
-/// Errors of sine and cosine in units in the last place of the right value.
+/// Errors of sine and cosine in units in the last place of the exact value.
 fn errors(x: f64, (sin, cos): (f64, f64), pi: &BigInt) -> [f64; 2] {
     let turn = 2 * pi;
     let mut rest: BigInt = fixed(x) % &turn;
@@ -81,7 +81,7 @@ fn angles() -> Vec<f64> {
     for size in [0.1, 1.0, 10.0, 1e3, 1e5, 1e6] {
         angles.extend((0..200).map(|_| size * (2.0 * random.f64() - 1.0)));
     }
-    // Where a result is small, relative errors show.
+    // Relative errors show where a result is small.
     angles.extend((1..400).map(|n| f64::from(n * n) * std::f64::consts::FRAC_PI_4));
     angles
 }
@@ -105,7 +105,7 @@ fn errors_stay_below_a_unit_in_the_last_place_at_any_angle() {
     assert!(worst > 0.5, "the test sees no rounding at all");
 }
 
-/// The method of `f64` itself has the same name.
+/// A second name, since `f64` has a method of the same name.
 trait Named {
     fn sin_cos_of_this_crate(self) -> (f64, f64);
 }
@@ -125,7 +125,7 @@ fn turns_of_any_size_lead_to_the_same_sines() {
             let q: [f64; 3] = std::array::from_fn(|_| 20.0 * (random.f64() - 0.5));
             let dq: [f64; 3] = std::array::from_fn(|_| size * 2.0 * (random.f64() - 0.5));
             let to: [f64; 3] = std::array::from_fn(|i| q[i] + dq[i]);
-            // The turn that was really made, rounding of the coordinates included.
+            // The actual turn, including the rounding of the coordinates.
             let by = std::array::from_fn(|i| to[i] - q[i]);
             let from = Angles::new(&q, is_angle);
             let expected = Angles::new(&to, is_angle);

@@ -1,4 +1,4 @@
-//! How long the phases of the generator take for one scene, and how much code it becomes.
+//! Prints the run times of the generator's phases for one scene, and the size of its code.
 //!
 //! `cargo run --release --manifest-path crates/engine/Cargo.toml --target-dir target/engine --example phases SCENE.toml`
 

@@ -1,4 +1,4 @@
-//! Random mechanisms through the generator, which refuses a function that is not what the scene says.
+//! Runs random mechanisms through the generator, which rejects functions that do not match the scene.
 //!
 //! ```text
 //! cargo run --release --manifest-path crates/engine/Cargo.toml --target-dir target/engine --example random -- SEED COUNT FOLDER [all]
@@ -6,8 +6,8 @@
 //!
 //! Each seed gives one scene: a tree of links with rods, guides, drives and pins that close loops, some of them
 //! redundant, with loads and outputs of every kind. Printed functions, kernel, linearization and tape are compared with
-//! automatic differentiation. A scene that fails is written to the folder; with
-//! `all` every scene is, to be compiled (`.ci/random-mechanisms`).
+//! automatic differentiation. A scene that fails is written to the folder. With `all` every scene is written, to be
+//! compiled (`.ci/random-mechanisms`).
 
 use std::error::Error;
 use std::path::Path;
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
     }
-    // The engine is called once in a process.
+    // The engine can be called once in a process.
     let list: Vec<&Scene> = scenes.iter().map(|(_, _, scene)| scene).collect();
     let equations = qrm_engine::derive(&list, &|_| ())?;
     let mut failed = 0;
@@ -61,17 +61,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     if failed > 0 { Err(format!("{failed} scenes differ; they are in {folder}").into()) } else { Ok(()) }
 }
 
-/// A number between two, over orders of magnitude.
+/// A number in an interval, distributed over orders of magnitude.
 fn size(random: &mut Rng, low: f64, high: f64) -> String {
     format!("{:.3e}", low * (high / low).powf(random.f64()))
 }
 
-/// One of some texts.
+/// A random element of some texts.
 fn one<'t>(random: &mut Rng, texts: &[&'t str]) -> &'t str {
     texts[random.usize(..texts.len())]
 }
 
-/// The scene of a seed.
+/// Creates the scene of a seed.
 fn scene(seed: u64) -> String {
     let mut random = Rng::with_seed(seed);
     let r = &mut random;
@@ -94,7 +94,7 @@ fn scene(seed: u64) -> String {
         size(r, 1e-2, 1e4)
     );
     text += "\n[points]\nO = ['0', '0']\n";
-    // The direction of each link, by angles that add up or stand alone.
+    // The direction of each link, by relative or absolute angles.
     let mut angles: Vec<String> = Vec::new();
     let mut parents = Vec::new();
     for i in 0..links {

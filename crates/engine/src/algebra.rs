@@ -1,4 +1,4 @@
-//! The symbols of a scene in the engine, and its formulae in terms of them.
+//! The symbols of a scene in the engine, and the scene's formulae in terms of them.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -20,7 +20,7 @@ use qrm_scene::resolve::all_values;
 use qrm_scene::scene::{Quantity, Scene, Value};
 use qrm_scene::spline::Spline;
 
-/// The symbols of one scene, and its formulae in terms of them.
+/// The symbols of one scene, and the scene's formulae in terms of them.
 pub(super) struct Algebra<'s> {
     pub(super) scene: &'s Scene,
     number: usize,
@@ -28,28 +28,28 @@ pub(super) struct Algebra<'s> {
     symbols: HashMap<Symbol, EngineSymbol>,
     places: HashMap<EngineSymbol, Symbol>,
     points: Vec<[Atom; 2]>,
-    /// Whether roots of what varies have names.
+    /// Whether varying roots have names.
     pub(super) names_roots: bool,
-    /// Whether formulae that would swell have names.
+    /// Whether formulae that would expand too much have names.
     pub(super) names_formulae: bool,
-    /// The quantities that have names, each after those that it needs.
+    /// The named quantities, each after those that it uses.
     pub(super) names: RefCell<Vec<Entry>>,
     /// The switches and their arguments.
     pub(super) switches: RefCell<Vec<(Switch, Atom)>>,
-    /// The splines of the scene, each once.
+    /// The splines of the scene, without duplicates.
     pub(super) splines: Vec<Arc<Spline>>,
 }
 
 impl<'s> Algebra<'s> {
-    /// Defines the symbols of a scene, in an order that depends on nothing but the scene, because the order of terms
-    /// follows it. Quantities have names where formulae would swell.
+    /// Defines the symbols of a scene. Their order depends only on the scene, because it determines the order of terms.
+    /// Quantities have names if formulae would expand too much.
     pub(super) fn new(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
-        // Linearized equations are differentiated further than names reach.
+        // Linearized equations need higher derivatives than names support.
         let is_named = swells(scene) && !scene.run.stiff;
         Self::with(number, scene, place, is_named)
     }
 
-    /// The algebra of a scene in which roots of varying expressions have names.
+    /// Creates the algebra of a scene in which varying roots have names.
     pub(super) fn naming_roots(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
         Self::with(number, scene, place, true)
     }
@@ -85,7 +85,7 @@ impl<'s> Algebra<'s> {
         algebra
     }
 
-    /// Gives names to long angles of bodies, before they are found under sines and cosines and called arguments.
+    /// Names long angles of bodies, before they are found as arguments of sines and cosines and named as such.
     fn name_angles(&self) {
         for body in &self.scene.bodies {
             let is_plain = |angle: &&Value| !angle.names().any(|quantity| matches!(quantity, Quantity::Point(..)));
@@ -99,7 +99,7 @@ impl<'s> Algebra<'s> {
         self.symbols.get(&symbol).copied().unwrap_or(EngineSymbol::PI)
     }
 
-    /// The symbol of the scene that stands behind one of the engine's.
+    /// The symbol of the scene for a symbol of the engine.
     pub(super) fn scene_symbol(&self, symbol: EngineSymbol) -> Option<Symbol> {
         self.places.get(&symbol).copied()
     }
@@ -109,7 +109,7 @@ impl<'s> Algebra<'s> {
         self.names_roots || names_at_most(self.scene, false) == 0
     }
 
-    /// A symbol as an atom; parameters that are left out are zero.
+    /// A symbol as an atom; omitted parameters are zero.
     pub(super) fn symbol(&self, symbol: Symbol) -> Atom {
         match symbol {
             Symbol::Parameter(i) if self.scene.parameters[i].left_out => Atom::num(0),
@@ -127,20 +127,19 @@ impl<'s> Algebra<'s> {
         self.atom_where(value, |point, axis| self.points[point][axis].clone(), |i| self.symbol(Symbol::Coordinate(i)))
     }
 
-    /// The size of a virtual displacement.
+    /// The symbol of the size of a virtual displacement.
     pub(super) fn displacement(&self) -> Atom {
         self.symbol(Symbol::Displacement)
     }
 
-    /// The derivative by the size of a virtual displacement, where there is none.
+    /// The derivative with respect to the size of a virtual displacement, at size zero.
     pub(super) fn derivative_by_displacement(&self, atom: &Atom) -> Atom {
         let derivative = self.derivative(atom, Symbol::Displacement);
         let at_rest = self.at_rest(derivative.as_view());
         self.simplify_inside(at_rest.as_view())
     }
 
-    /// An expression where there is no virtual displacement. The engine itself would take roots of fractions wrong that
-    /// appear there.
+    /// An expression at zero displacement. The engine itself would mishandle roots of the fractions that appear there.
     fn at_rest(&self, view: AtomView) -> Atom {
         match view {
             AtomView::Add(sum) => sum.iter().fold(Atom::num(0), |sum, term| sum + self.at_rest(term)),
@@ -153,11 +152,11 @@ impl<'s> Algebra<'s> {
         }
     }
 
-    /// The derivative of a potential by the length it depends on, at `length`; in the potential that is the
-    /// displacement.
+    /// The derivative of a potential with respect to its length, evaluated at `length`; the displacement represents the
+    /// length in the potential.
     pub(super) fn slope_of_potential(&self, potential: &Atom, length: &Atom) -> Atom {
         let slope = self.derivative(potential, Symbol::Displacement);
-        // A switch may be taken of others, which come before it.
+        // The argument of a switch may contain earlier switches.
         let known = self.switches.borrow().clone();
         let mut moved: Vec<(Atom, Atom)> = vec![(self.displacement(), length.clone())];
         let at_length = |atom: &Atom, moved: &[(Atom, Atom)]| {
@@ -175,7 +174,7 @@ impl<'s> Algebra<'s> {
         at_length(&slope, &moved)
     }
 
-    /// A formula in which points and coordinates stand for what is said.
+    /// Converts a formula, with given expressions for points and coordinates.
     pub(super) fn atom_where(
         &self,
         value: &Value,
@@ -185,7 +184,7 @@ impl<'s> Algebra<'s> {
         self.atom_with(value, point, coordinate, &[self.displacement(), Atom::num(0)])
     }
 
-    /// The law of a load in terms of the length that it acts along and its rate.
+    /// The law of a load in terms of its length and rate.
     pub(super) fn law(&self, value: &Value, stretch: &[Atom; 2]) -> Atom {
         let coordinate = |i| self.symbol(Symbol::Coordinate(i));
         self.atom_with(value, |point, axis| self.points[point][axis].clone(), coordinate, stretch)
@@ -246,7 +245,7 @@ impl<'s> Algebra<'s> {
         self.term(&self.simplify(atom))
     }
 
-    /// An atom as plain data, as it is.
+    /// An atom as plain data, without simplification.
     pub(super) fn term(&self, atom: &Atom) -> Term {
         let plain = term(atom.as_view(), &self.places, &self.splines);
         if self.switches.borrow().is_empty() {
@@ -264,15 +263,16 @@ fn is_root(function: &Function) -> bool {
     matches!(function, Function::Sqrt | Function::Hypot)
 }
 
-/// An upper bound of the quantities with a name: roots, and with `formulae` arguments, points and positions of bodies.
+/// An upper bound of the number of named quantities: roots, and with `formulae` arguments, points and positions of
+/// bodies.
 fn names_at_most(scene: &Scene, formulae: bool) -> usize {
     let nodes = || all_values(scene).into_iter().flat_map(|value| value.nodes());
     let is_named = |node: &&Node<Quantity>| matches!(node, Node::Call(function, _) if formulae || is_root(function));
     nodes().filter(is_named).count() + if formulae { 2 * scene.points.len() + 3 * scene.bodies.len() } else { 0 }
 }
 
-/// Defines as many symbols as any of the scenes has, before all else, because the order of terms follows that of
-/// definitions: what is written of a scene does not depend on those before it.
+/// Defines the largest number of symbols that any of the scenes needs, before anything else. The order of terms follows
+/// the order of definitions, so the output for a scene does not depend on earlier scenes.
 pub(super) fn define_symbols(scenes: &[&Scene]) {
     for name in ["x_", "asin", "acos", "atan", "sinh", "cosh", "tanh"] {
         symbol!(name);
@@ -287,7 +287,7 @@ pub(super) fn define_symbols(scenes: &[&Scene]) {
     });
 }
 
-/// The symbols of a scene, in their order.
+/// The symbols of a scene, in order.
 fn symbols_of(scene: &Scene, names_roots: bool) -> Vec<Symbol> {
     let (n, m) = (scene.coordinates.len(), scene.constraints.len());
     let mut wanted: Vec<Symbol> = (0..scene.parameters.len()).map(Symbol::Parameter).collect();
@@ -303,7 +303,7 @@ fn symbols_of(scene: &Scene, names_roots: bool) -> Vec<Symbol> {
     wanted.extend((0..names).map(Symbol::NamedBias));
     let is_piecewise = |node: &&Node<Quantity>| matches!(node, Node::Call(f, _) if f.is_piecewise());
     let piecewise = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(is_piecewise).count();
-    // In a potential each may stand for several: of the length, and of what the length is, in more than one form.
+    // In a potential each one may need several switches: for the length, and for several forms of the length's formula.
     wanted.extend((0..12 * piecewise).map(Symbol::Switch));
     wanted.extend(scene.normal_forces().into_iter().map(Symbol::NormalForce));
     wanted

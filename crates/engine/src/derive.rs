@@ -11,7 +11,7 @@ use super::{Place, kernel, linearization};
 use qrm_codegen::term::{Equations, Symbol, Term};
 use qrm_scene::scene::{OutputKind, Scene};
 
-/// Derives everything that the generated functions compute. `number` tells the scenes of a process apart.
+/// Derives all terms of the generated functions. `number` distinguishes the scenes of a process.
 pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equations {
     let system = System::new(Algebra::new(number, scene, place));
     let (algebra, rows, c) = (&system.algebra, &system.rows, &system.constraints);
@@ -33,7 +33,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
         mass_matrix: matrix(&system.mass),
         ..Equations::default()
     };
-    // They are shown to people alone, and would not be read where formulae swell.
+    // Second derivatives serve only the derivation, and would be unreadable if formulae expand too much.
     if !algebra.names_formulae {
         let gradient =
             |entry: &Atom| algebra.gradient(entry).iter().map(|second| algebra.simple_term(second)).collect();
@@ -54,7 +54,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     }
     let kinetic = system.kinetic_energy();
     equations.energy = [&kinetic, &loads.potential].into_iter().map(|atom| algebra.simple_term(atom)).collect();
-    // A closure that moves by itself does work: -lambda' C_q qd = lambda' C_t.
+    // A constraint that depends on time does work: -lambda' C_q qd = lambda' C_t.
     let driving = algebra.contract(&system.constraint_rates, Symbol::Multiplier);
     let power = algebra.simple_term(&(&loads.power + driving));
     let outputs: Vec<Atom> =
@@ -63,7 +63,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     let sizes = Sizes::new(scene, &terms_of_outputs);
     equations.power = vec![sizes.insert(&power)];
     for (own, term) in scene.outputs.iter().zip(&terms_of_outputs) {
-        // The sum of the squares would be multiplied out.
+        // The engine would expand the sum of the squares.
         let term = match own.kind {
             OutputKind::Norm { components, .. } => norm(components.map(|i| &equations.outputs[i])),
             _ => sizes.insert(term),
@@ -80,7 +80,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     equations
 }
 
-/// An output; zero for a norm, which is not made of one expression.
+/// An output; zero for a norm, which is not a single expression.
 fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
     let algebra = &system.algebra;
     match kind {
@@ -135,7 +135,7 @@ fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
     }
 }
 
-/// The force of a constraint along a virtual displacement of what it acts on: -lambda dC/ds.
+/// The force of a constraint along a virtual displacement of its point or body: -lambda dC/ds.
 fn reaction(algebra: &Algebra, constraint: usize, displaced: &Atom) -> Atom {
     -algebra.derivative_by_displacement(displaced) * algebra.symbol(Symbol::Multiplier(constraint))
 }

@@ -1,4 +1,4 @@
-//! Derivatives by the chain rule over quantities with a name, each differentiated once.
+//! Derivatives by the chain rule over named quantities, each differentiated once.
 
 use std::collections::HashSet;
 
@@ -10,7 +10,7 @@ use qrm_codegen::term::{Formula, Named, NamedKind, Root, Symbol};
 use qrm_scene::scene::Scene;
 
 impl Algebra<'_> {
-    /// The symbol of a quantity, which gets a name unless it has one; those of roots are given in the end.
+    /// The symbol of a quantity, which is named if necessary. Names of roots are final only at the end.
     pub(super) fn name(&self, inside: &Atom, is_root: bool, name: &str) -> Atom {
         let known = self.names.borrow().iter().position(|e| e.is_root == is_root && e.inside == *inside);
         let place = known.unwrap_or_else(|| {
@@ -19,7 +19,7 @@ impl Algebra<'_> {
             let place = self.names.borrow().len();
             let slope = |(i, entry): (usize, &Atom)| match entry.as_view() {
                 AtomView::Num(number) if !is_root || number.is_zero() => entry.clone(),
-                // A derivative that vanishes once it is simplified has no symbol.
+                // A derivative that simplifies to zero has no symbol.
                 _ if is_root && self.simplify(entry).is_zero() => Atom::num(0),
                 _ => self.symbol(Symbol::NamedSlope(place, i)),
             };
@@ -32,7 +32,7 @@ impl Algebra<'_> {
         self.symbol(Symbol::Named(place))
     }
 
-    /// A name that nothing else in the scene has.
+    /// An unused name.
     fn unique(&self, wish: &str) -> String {
         let names = self.names.borrow();
         let is_taken = |name: &String| self.scene.names().any(|n| n == name) || names.iter().any(|e| e.name == *name);
@@ -40,7 +40,8 @@ impl Algebra<'_> {
         std::iter::once(wish.to_owned()).chain(numbered).find(|name| !is_taken(name)).unwrap_or_default()
     }
 
-    /// The symbol of a quantity that depends on many coordinates if such quantities have names, else the quantity.
+    /// The symbol of a quantity that depends on many coordinates, if such quantities have names; otherwise the quantity
+    /// itself.
     pub(super) fn short(&self, atom: Atom, name: &str) -> Atom {
         let is_symbol = matches!(atom.as_view(), AtomView::Num(_) | AtomView::Var(_));
         if is_symbol || !self.names_formulae || self.coordinates(&atom).is_none_or(|count| count <= COORDINATES) {
@@ -49,7 +50,7 @@ impl Algebra<'_> {
         self.name(&self.simplify(&atom), false, name)
     }
 
-    /// The number of coordinates that an expression depends on, through names too.
+    /// The number of coordinates on which an expression depends, also through names.
     ///
     /// `None` if it depends on rates or on a displacement.
     pub(super) fn coordinates(&self, atom: &Atom) -> Option<usize> {
@@ -71,21 +72,21 @@ impl Algebra<'_> {
         Some(found.len())
     }
 
-    /// The symbols in an expression.
+    /// The symbols that occur in an expression.
     fn occurring(&self, atom: &Atom) -> Vec<Symbol> {
         let mut found = HashSet::new();
         collect(atom.as_view(), &mut found);
         found.into_iter().filter_map(|symbol| self.scene_symbol(symbol)).collect()
     }
 
-    /// The derivative of an expression by a symbol in it, names held.
+    /// The derivative of an expression with respect to a symbol, with names held constant.
     pub(super) fn derivative(&self, atom: &Atom, by: Symbol) -> Atom {
         let by = self.engine_symbol(by);
-        // Most formulae of a large mechanism do without most of its coordinates.
+        // In a large mechanism, most formulae contain few coordinates.
         if atom.contains_symbol(by) { self.derivative_by(atom, by) } else { Atom::num(0) }
     }
 
-    /// The derivative by every coordinate.
+    /// The derivatives with respect to all coordinates.
     pub(super) fn gradient(&self, atom: &Atom) -> Vec<Atom> {
         let occurring = self.occurring(atom);
         let direct = |i: usize| match occurring.contains(&Symbol::Coordinate(i)) {
@@ -101,14 +102,14 @@ impl Algebra<'_> {
         (0..self.scene.coordinates.len()).map(through).collect()
     }
 
-    /// The derivatives by the names that occur.
+    /// The derivatives with respect to the names that occur.
     fn by_names(&self, atom: &Atom, occurring: &[Symbol]) -> Vec<(usize, Atom)> {
         let known = 0..self.names.borrow().len();
         let by = |k: usize| (k, self.derivative_by(atom, self.engine_symbol(Symbol::Named(k))));
         known.filter(|&k| occurring.contains(&Symbol::Named(k))).map(by).collect()
     }
 
-    /// The time derivative of a function of coordinates and time: f_q qd + f_t.
+    /// The total derivative of a function of coordinates and time with respect to time: f_q qd + f_t.
     pub(super) fn rate(&self, atom: &Atom) -> Atom {
         let occurring = self.occurring(atom);
         let direct = |i| match occurring.contains(&Symbol::Coordinate(i)) {
@@ -121,7 +122,7 @@ impl Algebra<'_> {
         self.by_names(atom, &occurring).into_iter().fold(direct, through)
     }
 
-    /// The derivative by time with the coordinates held: f_t.
+    /// The partial derivative with respect to time, f_t.
     pub(super) fn time_derivative(&self, atom: &Atom) -> Atom {
         let through = |sum: Atom, (k, slope): (usize, Atom)| {
             let names = self.names.borrow();
@@ -132,21 +133,22 @@ impl Algebra<'_> {
         self.by_names(atom, &self.occurring(atom)).into_iter().fold(self.derivative(atom, Symbol::Time), through)
     }
 
-    /// The second time derivative of such a function without f_q qdd: (f_q qd + f_t)_q qd + (f_q qd + f_t)_t.
+    /// The second derivative of such a function with respect to time, without f_q qdd: (f_q qd + f_t)_q qd + (f_q qd +
+    /// f_t)_t.
     pub(super) fn bias(&self, atom: &Atom) -> Atom {
         let through = |sum, (k, slope)| sum + slope * self.symbol(Symbol::NamedBias(k));
         let direct = self.rate(&self.simplify(&self.rate(atom)));
         self.by_names(atom, &self.occurring(atom)).into_iter().fold(direct, through)
     }
 
-    /// The sum of components times symbols.
+    /// The sum of products of components and symbols.
     pub(super) fn contract(&self, components: &[Atom], symbol: fn(usize) -> Symbol) -> Atom {
         let products = components.iter().enumerate().filter(|(_, c)| !c.is_zero());
         let products = products.map(|(i, c)| c * &self.symbol(symbol(i)));
         products.fold(Atom::num(0), |sum, product| sum + product)
     }
 
-    /// The formula of a name, or the expression itself.
+    /// The formula of a name, or the expression itself if it is not a name.
     pub(super) fn definition(&self, atom: &Atom) -> Atom {
         match self.place(atom) {
             Some(k) => self.names.borrow()[k].inside.clone(),
@@ -154,12 +156,12 @@ impl Algebra<'_> {
         }
     }
 
-    /// The derivatives of a row by the coordinates, written out if it has a name.
+    /// The derivatives of a row with respect to the coordinates, as formulae; `None` unless the row has a name.
     pub(super) fn slopes(&self, atom: &Atom) -> Option<Vec<Atom>> {
         self.place(atom).map(|k| self.names.borrow()[k].gradient.clone())
     }
 
-    /// The index of the named formula that an expression is.
+    /// The index of a named formula, given its symbol.
     fn place(&self, atom: &Atom) -> Option<usize> {
         let AtomView::Var(variable) = atom.as_view() else { return None };
         match self.scene_symbol(variable.get_symbol()) {
@@ -168,7 +170,7 @@ impl Algebra<'_> {
         }
     }
 
-    /// The named quantities as plain data, each after those that it needs.
+    /// The named quantities as plain data, each after those that it uses.
     pub(super) fn named(&self) -> Vec<Named> {
         let names = self.names.borrow();
         let roots = names.iter().filter(|entry| entry.is_root).count();
@@ -202,7 +204,7 @@ impl Algebra<'_> {
     }
 }
 
-/// A letter for roots that no name in the scene begins with.
+/// A letter for roots with which no name of the scene begins.
 fn root_letter(scene: &Scene) -> &'static str {
     let is_free = |letter: &&str| !scene.names().any(|name| name.starts_with(letter));
     ["r", "s", "u", "w", "h", "z", "k"].into_iter().find(is_free).unwrap_or("root")

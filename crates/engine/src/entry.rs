@@ -1,4 +1,4 @@
-//! Quantities with a name, and which scenes need them.
+//! Named quantities, and the criterion for scenes that need them.
 
 use std::collections::HashSet;
 
@@ -9,19 +9,19 @@ use qrm_scene::function::Function;
 use qrm_scene::resolve::all_values;
 use qrm_scene::scene::{Quantity, Scene, Value};
 
-/// The largest number of coordinates in a function's argument that is differentiated as it stands. In longer ones each
-/// coordinate brings a derivative of its own, and each pair of coordinates a second derivative.
+/// The largest number of coordinates in a function's argument that has no name. With more coordinates, each one would
+/// add a long first derivative, and each pair a second derivative.
 pub(super) const COORDINATES: usize = 3;
 
-/// A quantity under a name.
+/// A named quantity.
 pub(super) struct Entry {
     pub(super) name: String,
     pub(super) is_root: bool,
-    /// The formula, or what stands under the root.
+    /// The formula, or the radicand of a root.
     pub(super) inside: Atom,
-    /// The derivatives of that.
+    /// The derivatives of `inside`.
     pub(super) gradient: Vec<Atom>,
-    /// The derivatives of the quantity: symbols where they are not numbers.
+    /// The derivatives of the quantity: symbols, unless they are numbers.
     pub(super) slopes: Vec<Atom>,
 }
 

@@ -26,12 +26,13 @@ impl Algebra<'_> {
             Function::Abs => x * self.sign(x),
             Function::Max => self.selected(x, &arguments[1], [Switch::Above, Switch::Below]),
             Function::Min => self.selected(x, &arguments[1], [Switch::Below, Switch::Above]),
-            // The resolver has rejected every function without a derivative.
+            // The resolver has rejected all functions without a derivative.
             _ => function!(symbol!(f.name()), x),
         }
     }
 
-    /// A power with a fixed exponent; of a fraction, that of its parts, which the engine keeps apart only then.
+    /// A power with a fixed exponent. The power of a fraction is split into those of its parts, which keeps the engine
+    /// from combining them.
     pub(super) fn power(&self, base: &Atom, exponent: &Atom) -> Atom {
         if matches!(self.term(exponent), Term::Number(exponent) if exponent.is_integer()) {
             return base.pow(exponent);
@@ -51,19 +52,19 @@ impl Algebra<'_> {
         self.call(Function::Tanh, &[self.simplify(x)])
     }
 
-    /// The larger or smaller of two values: their sum, each times a switch of their difference. The value that is not
-    /// wanted is multiplied by zero; in `(a + b + |a - b|)/2` it cancels, and leaves its rounding errors.
+    /// The larger or smaller of two values: the sum of both, each times a switch of their difference. The other value
+    /// is multiplied by zero; in `(a + b + |a - b|)/2` it would cancel, and leave its rounding errors.
     fn selected(&self, a: &Atom, b: &Atom, [first, second]: [Switch; 2]) -> Atom {
         let difference = self.simplify(&(a - b));
         a * self.switch(first, &difference) + b * self.switch(second, &difference)
     }
 
-    /// A sign, under its name.
+    /// The named sign of an expression.
     pub(super) fn sign(&self, x: &Atom) -> Atom {
         self.switch(Switch::Sign, x)
     }
 
-    /// A switch, under its name. Its derivative is zero wherever it has one.
+    /// A named switch. Its derivative is zero wherever it exists.
     pub(super) fn switch(&self, switch: Switch, x: &Atom) -> Atom {
         let mut known = self.switches.borrow_mut();
         let place = known.iter().position(|(own, other)| *own == switch && other == x).unwrap_or_else(|| {
@@ -73,7 +74,7 @@ impl Algebra<'_> {
         self.symbol(Symbol::Switch(place))
     }
 
-    /// A root, under its name if roots have names and what stands under it varies.
+    /// A root; named if roots have names and the radicand varies.
     fn root(&self, radicand: &Atom) -> Atom {
         if self.names_roots && self.coordinates(radicand).is_some_and(|count| count > 0) {
             return self.name(radicand, true, "");

@@ -1,4 +1,4 @@
-//! From scene files to module files.
+//! Generates module files from scene files.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -14,7 +14,7 @@ use qrm_scene::names::module_name;
 use qrm_scene::scene::Scene;
 use qrm_scene::scene_file::SceneFile;
 
-/// Why no code was generated.
+/// The reason why no code was generated.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file could not be written.
@@ -25,21 +25,22 @@ pub enum Error {
         /// The error of the system.
         source: io::Error,
     },
-    /// Scenes have mistakes.
+    /// Scenes have errors.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n\n"))]
     Scenes(Vec<Report>),
     /// The engine could not be started.
     #[error(transparent)]
     Engine(crate::Error),
-    /// A generated function was not found right.
+    /// A generated function could not be verified.
     #[error(transparent)]
     Unverified(Unverified),
 }
 
-/// Writes `directory/NAME.rs` for each scene file, with its tape, `NAME.tape`, and its derivation, `NAME.md`. At most
-/// one call per process.
+/// Writes `directory/NAME.rs` for each scene file, with its tape, `NAME.tape`, and its derivation, `NAME.md`. Call it
+/// at most once per process.
 ///
 /// # Errors
+/// The reason why a file cannot be written; no file is ever partially written.
 /// Anything that keeps one of the files from being written; no file is ever half-written.
 pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<(), Error> {
     let files = SceneFile::read_all(scenes, |file, _| refused_name(file)).map_err(Error::Scenes)?;
@@ -58,26 +59,26 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// The scene of a text; also an error if its name cannot be that of a module.
+/// Reads the scene of a text; also returns an error if its name cannot be that of a module.
 pub(crate) fn read(path: &Path, source: String) -> Result<SceneFile, Error> {
     let wrong = |report| Error::Scenes(vec![report]);
     let file = SceneFile::new(path, source).map_err(wrong)?;
     refused_name(&file).map_or(Ok(file), |report| Err(wrong(report)))
 }
 
-/// The equations of motion of scenes, by the engine.
+/// Derives the equations of motion of scenes with the engine.
 pub(crate) fn equations(scenes: &[&SceneFile], announce: &dyn Fn(Waiting)) -> Result<Vec<Equations>, Error> {
     let all: Vec<&Scene> = scenes.iter().map(|file| &file.scene).collect();
     crate::derive(&all, announce).map_err(|e| engine_error(e, scenes))
 }
 
-/// A name that cannot be that of a module.
+/// Reports a name that cannot be that of a module.
 fn refused_name(file: &SceneFile) -> Option<Report> {
     let finding = Diagnostic::error(names::refusal(&file.scene.name)?, file.scene.name_span.clone(), "");
     Some(file.report(vec![finding.help("give the scene another name")]))
 }
 
-/// The place where the engine gave up, as a diagnostic.
+/// The error of the engine as a diagnostic with its location.
 fn engine_error(error: crate::Error, scenes: &[&SceneFile]) -> Error {
     let title = error.to_string();
     let (scene, finding) = match error {

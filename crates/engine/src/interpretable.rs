@@ -1,4 +1,4 @@
-//! From the text of a scene to data that is interpreted: nothing is compiled.
+//! Derives interpretable data from the text of a scene, without compilation.
 
 use std::path::Path;
 
@@ -11,13 +11,13 @@ use crate::generate::{self, Error};
 use qrm_codegen::verify;
 use qrm_codegen::{derivation, functions};
 
-/// Derives the equations of motion of a scene. At most one call per process.
+/// Derives the equations of motion of a scene. Call it at most once per process.
 ///
-/// `announce` is told when this begins and ends to wait for another process. `show` gets the scene once it is derived,
-/// without its texts, before its functions are compared with its formulae.
+/// `announce` is called when waiting for another process begins and ends. `show` receives the derived scene without its
+/// texts, before its functions are verified.
 ///
 /// # Errors
-/// The scene has a mistake, the engine gave up, or a function was not found right.
+/// The scene has an error, the engine failed, or a function could not be verified.
 pub fn derive(
     path: &Path,
     source: String,

@@ -1,4 +1,4 @@
-//! The equations of motion in the form that a kernel evaluates: roots have names, and forces on bodies are kept apart.
+//! The equations of motion in the form for a kernel: roots have names, and forces on bodies are separate.
 
 use symbolica::atom::Atom;
 
@@ -8,9 +8,9 @@ use super::loads::Effort;
 use super::system::System;
 use qrm_codegen::term::{Equations, KernelEquations, Push};
 
-/// The equations of a kernel that computes the outputs of the plain functions too.
+/// The equations of a kernel that also computes the outputs of the plain functions.
 ///
-/// They are derived once more where roots have no names in the plain functions.
+/// They are derived again if roots have no names in the plain functions.
 pub(super) fn equations(number: usize, place: &Place, plain: &System, known: &Equations) -> KernelEquations {
     if plain.algebra.suits_kernel() {
         return kernel_equations(plain, known);
@@ -24,7 +24,7 @@ fn kernel_equations(system: &System, known: &Equations) -> KernelEquations {
     let each = |atoms: &[Atom]| atoms.iter().map(|atom| algebra.simple_term(atom)).collect::<Vec<_>>();
     let matrix = |rows: &[Vec<Atom>]| rows.iter().map(|row| each(row)).collect();
     let pushes = pushes(system);
-    // Last, when all quantities with a name are known.
+    // At the end, when all named quantities are known.
     let names = algebra.named();
     KernelEquations {
         constraints: each(&system.constraints),
@@ -39,7 +39,7 @@ fn kernel_equations(system: &System, known: &Equations) -> KernelEquations {
     }
 }
 
-/// The efforts on the bodies: those along the same displacement are added up, and those of a body stay together.
+/// The efforts on the bodies: those along the same displacement are summed, and those of a body grouped.
 fn pushes(system: &System) -> Vec<Push> {
     let (algebra, scene) = (&system.algebra, system.algebra.scene);
     let mut efforts: Vec<Effort> = system.rows.inertial().collect();

@@ -1,8 +1,8 @@
-//! Differentiation. The only module that touches symbolica.
+//! Symbolic differentiation. Only this crate uses symbolica.
 //!
-//! Without a licence key the engine allows one thread of one process per machine and aborts a second one. So all
-//! symbolic work happens on one thread of its own, and a machine-wide lock is held from before the first symbol is
-//! defined until the process ends, because the engine holds its own claim as long.
+//! Without a licence key the engine allows one thread of one process per machine and aborts a second one. Therefore all
+//! symbolic work happens on a single thread. A machine-wide lock is held from before the first symbol is defined until
+//! the process ends, as long as the engine holds its own claim.
 
 mod algebra;
 mod derive;
@@ -35,45 +35,46 @@ use qrm_codegen::term::Equations;
 use qrm_scene::diagnostic::Span;
 use qrm_scene::scene::Scene;
 
-/// Why scenes could not be differentiated.
+/// The reason why scenes could not be differentiated.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The lock file cannot be made, or the thread cannot be started.
+    /// The lock file cannot be created, or the thread cannot be started.
     #[error("the symbolic engine could not be started: {0}")]
     NotStarted(#[from] io::Error),
-    /// The normal force of friction contains that friction.
+    /// A normal force of friction depends on that friction.
     #[error("the normal force `{output}` contains the friction that depends on it")]
     Circular {
         /// The number of the scene.
         scene: usize,
-        /// The place of the load.
+        /// The location of the load.
         span: Span,
         /// The output that is the normal force.
         output: String,
     },
-    /// The engine gave up at a formula, or made something of it that has no meaning here.
+    /// The engine failed at a formula, or returned an unsupported result.
     #[error("{reason}")]
     Formula {
         /// The index of its scene.
         scene: usize,
-        /// The place of the formula in the scene.
+        /// The location of the formula in the scene.
         span: Span,
         /// The message.
         reason: String,
     },
 }
 
-/// Derives the equations of motion of every scene. At most one call per process.
+/// Derives the equations of motion of every scene. Call it at most once per process.
 ///
-/// `announce` is told when this begins and ends to wait for another process.
+/// `announce` is called when waiting for another process begins and ends.
 ///
 /// # Errors
+/// The engine could not be started, or cannot differentiate a formula.
 /// The engine could not be started, or cannot differentiate a formula.
 pub fn derive(scenes: &[&Scene], announce: &dyn Fn(Waiting)) -> Result<Vec<Equations>, Error> {
     let lock = lock(announce)?;
     let place = Mutex::new((0, 0..0));
     let quiet = std::panic::take_hook();
-    // A panic of the engine becomes an error with a place.
+    // A panic of the engine becomes an error with a location.
     std::panic::set_hook(Box::new(|_| ()));
     let joined = std::thread::scope(|scope| {
         let place = &place;
@@ -86,7 +87,7 @@ pub fn derive(scenes: &[&Scene], announce: &dyn Fn(Waiting)) -> Result<Vec<Equat
         Ok(thread.join())
     });
     std::panic::set_hook(quiet);
-    // Released by the end of the process.
+    // The lock is released when the process ends.
     std::mem::forget(lock);
     joined.map_err(Error::NotStarted)?.map_err(|panic| {
         let (scene, span) = place.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -101,10 +102,10 @@ pub fn derive(scenes: &[&Scene], announce: &dyn Fn(Waiting)) -> Result<Vec<Equat
     })
 }
 
-/// The scene and the formula that are being worked on.
+/// The scene and the location of the formula in progress.
 type Place = Mutex<(usize, Span)>;
 
-/// The begin or the end of a time in which another process has the engine.
+/// The begin or the end of waiting for another process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Waiting {
     /// Another process uses the engine.
@@ -116,7 +117,7 @@ pub enum Waiting {
 /// Waits until no other process of this project uses the engine on this machine.
 fn lock(announce: &dyn Fn(Waiting)) -> io::Result<File> {
     let path = lock_path();
-    // A lock made by another user can be opened for reading at least, and that is enough to lock it.
+    // A lock file of another user can at least be opened for reading, which suffices for locking it.
     let file = File::options().create(true).truncate(false).write(true).open(&path).or_else(|_| File::open(&path));
     let file = file.map_err(|e| io::Error::new(e.kind(), format!("cannot open the lock {}: {e}", path.display())))?;
     match file.try_lock() {
@@ -131,7 +132,7 @@ fn lock(announce: &dyn Fn(Waiting)) -> io::Result<File> {
     Ok(file)
 }
 
-/// One path for the whole machine: temporary directories may differ between processes.
+/// A single path for the whole machine: temporary directories may differ between processes.
 fn lock_path() -> PathBuf {
     let shared = PathBuf::from("/tmp");
     let directory = if shared.is_dir() { shared } else { std::env::temp_dir() };

@@ -1,12 +1,12 @@
-//! The derivatives of the equations of motion by the state.
+//! The derivatives of the equations of motion with respect to the state.
 
 use symbolica::atom::Atom;
 
 use super::algebra::Algebra;
 use qrm_codegen::term::{Linearization, Symbol, Term};
 
-/// Differentiates what accelerations and multipliers must fulfil, `fbar - Mbar qdd - C_q' lambda = 0` and
-/// `C_q qdd + (C_q qd)_q qd = 0`, with both of them held.
+/// Differentiates the equations for accelerations and multipliers, `fbar - Mbar qdd - C_q' lambda = 0` and
+/// `C_q qdd + (C_q qd)_q qd = 0`, with both of them held constant.
 pub(super) fn derive(
     algebra: &Algebra,
     mass: &[Vec<Atom>],

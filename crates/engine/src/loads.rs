@@ -12,13 +12,13 @@ use qrm_scene::scene::{Friction, LoadKind, Quantity, Scene, Value};
 /// A force or torque along a displacement.
 #[derive(Clone)]
 pub(super) struct Effort {
-    /// Body, or beyond them load, that it belongs to.
+    /// The number of its body, or the number of bodies plus that of its load.
     pub(super) group: usize,
     pub(super) name: String,
     pub(super) size: Atom,
-    /// The output whose size it is proportional to: of friction alone.
+    /// The output to whose size it is proportional; only for friction.
     pub(super) normal: Option<usize>,
-    /// The displacement's derivative by each coordinate.
+    /// The derivatives of the displacement with respect to the coordinates.
     pub(super) along: Vec<Atom>,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Effort {
 pub(super) struct Loads {
     pub(super) efforts: Vec<Effort>,
     pub(super) potential: Atom,
-    /// The power of the loads that have no potential.
+    /// The power of the loads without a potential.
     pub(super) power: Atom,
     /// The efforts of each load.
     own: Vec<Range<usize>>,
@@ -117,7 +117,7 @@ impl Loads {
     }
 }
 
-/// A load that is being added.
+/// A load in progress.
 struct Adding<'a> {
     loads: &'a mut Loads,
     scene: &'a Scene,
@@ -127,7 +127,8 @@ struct Adding<'a> {
 }
 
 impl Adding<'_> {
-    /// A force or torque along a displacement: conservative if it is constant, and time does not move what it acts on.
+    /// Adds a force or torque along a displacement. It is conservative if it is constant, and its displacement does not
+    /// depend on time.
     fn effort(&mut self, axis: &str, effort: &Value, displacement: &Value) {
         let is_constant = effort.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi))
             && !self.scene.depends_on_time(displacement);
@@ -140,7 +141,7 @@ impl Adding<'_> {
         }
     }
 
-    /// The rate of a displacement that the coordinates bring: what time moves by itself works on what moves it.
+    /// The rate of a displacement due to the coordinates; a prescribed motion exchanges work only with its drive.
     fn velocity(&self, displacement: &Atom) -> Atom {
         self.algebra.contract(&self.algebra.gradient(displacement), Symbol::Rate)
     }

@@ -5,10 +5,10 @@
 //!   is the name for messages. The scene ends with a zero byte, after which the input stays open: when it is closed,
 //!   the engine ends and leaves no file. A scene may also end with the input. `qrm` starts the engine for scenes that
 //!   it was not built with, and ends it when the scene has changed meanwhile. The file with the extension `unverified`
-//!   is written first, before the functions are compared with the formulae of the scene.
-//! - `qrm-engine --version` prints the version, which must be that of the program that asks.
+//!   is written first, before the functions are verified against the formulae of the scene.
+//! - `qrm-engine --version` prints the version, which must equal that of the calling program.
 //!
-//! Errors stand on the standard error stream; what else is printed on the standard output is of no use.
+//! Errors are printed to standard error; everything else on standard output can be ignored.
 
 use std::io::{BufRead, Write};
 use std::path::{Path, PathBuf};
@@ -68,7 +68,7 @@ fn derive(scene: &str, file: &Path) -> Result<(), String> {
     is_shown.and_then(|()| write_whole(file, &derived.to_bytes())).map_err(failed)
 }
 
-/// Ends the program and removes its files when the input is closed: the program that asked for them is gone.
+/// Ends the program and removes its files when the input is closed, since the calling program has ended.
 fn end_with_input(files: &[PathBuf]) {
     let _ = std::io::stdin().lock().read_until(0, &mut Vec::new());
     for file in files {

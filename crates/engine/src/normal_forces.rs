@@ -1,4 +1,4 @@
-//! Normal forces of friction: how they follow from accelerations, multipliers and each other.
+//! Normal forces of friction as functions of accelerations, multipliers and each other.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use qrm_codegen::term::{AffineForce, NormalForce, Symbol, Term};
 use qrm_scene::function::Function;
 use qrm_scene::scene::{OutputKind, Scene};
 
-/// The normal forces of a scene, in the order of the outputs that they are.
+/// The normal forces of a scene, in the order of their outputs.
 pub(super) fn normal_forces(system: &System, outputs: &[Atom]) -> Vec<NormalForce> {
     let (algebra, scene) = (&system.algebra, system.algebra.scene);
     let normals = scene.normal_forces();
@@ -46,7 +46,7 @@ pub(super) fn normal_forces(system: &System, outputs: &[Atom]) -> Vec<NormalForc
     normals.iter().map(normal_force).collect()
 }
 
-/// The outputs that are the components of a normal force: two of a norm, else the output itself.
+/// The outputs that are the components of a normal force: two for a norm, otherwise the output itself.
 fn components(scene: &Scene, output: usize) -> Vec<usize> {
     match scene.outputs[output].kind {
         OutputKind::Norm { components, .. } => components.to_vec(),
@@ -54,14 +54,14 @@ fn components(scene: &Scene, output: usize) -> Vec<usize> {
     }
 }
 
-/// The output whose size friction depends on, while it contains that friction.
+/// The output on whose size friction depends although it contains that friction.
 pub(super) struct Circular(pub(super) usize);
 
-/// The sizes of normal forces by accelerations and multipliers alone, in place of their symbols.
+/// The sizes of normal forces in terms of accelerations and multipliers alone.
 pub(super) struct Sizes(HashMap<usize, Term>);
 
 impl Sizes {
-    /// The sizes of all normal forces, by the terms of the outputs.
+    /// Finds the sizes of all normal forces from the terms of the outputs.
     ///
     /// # Panics
     /// With a [`Circular`], if a normal force contains friction that depends on it, for given accelerations and
@@ -79,7 +79,7 @@ impl Sizes {
         sizes
     }
 
-    /// A term without the symbols of normal forces.
+    /// Replaces the symbols of normal forces in a term.
     pub(super) fn insert(&self, term: &Term) -> Term {
         if self.0.is_empty() {
             return term.clone();
@@ -87,7 +87,7 @@ impl Sizes {
         term.replacing(&|symbol| if let Symbol::NormalForce(k) = symbol { self.0.get(&k).cloned() } else { None })
     }
 
-    /// Adds the size of a normal force, unless it needs others that are not known yet.
+    /// Adds the size of a normal force; returns false if it depends on unknown ones.
     fn add(&mut self, scene: &Scene, outputs: &[Term], k: usize) -> bool {
         let parts: Vec<&Term> = components(scene, k).into_iter().map(|i| &outputs[i]).collect();
         let is_open = |symbol| matches!(symbol, Symbol::NormalForce(j) if !self.0.contains_key(&j));

@@ -8,7 +8,7 @@ use symbolica::parse;
 
 use qrm_scene::expression::Number;
 
-/// A number of the scene, without rounding.
+/// Converts a number of the scene without rounding.
 pub(super) fn exact(number: &Number) -> Atom {
     rational(&number.exact)
 }

@@ -7,7 +7,7 @@ use super::loads::Effort;
 use qrm_codegen::term::Row;
 use qrm_scene::scene::Scene;
 
-/// The rows of x: positions and angles of the bodies, without those that cannot matter to the motion.
+/// The rows of x: positions and angles of the bodies, except those without effect on the motion.
 pub(super) struct Rows {
     pub(super) rows: Vec<Row>,
     pub(super) names: Vec<String>,
@@ -63,7 +63,7 @@ impl Rows {
         rows
     }
 
-    /// T' M T
+    /// The mass matrix, T' M T.
     pub(super) fn mass_matrix(&self, scene: &Scene, algebra: &Algebra) -> Vec<Vec<Atom>> {
         let mass = |i: usize, j: usize| {
             let moving =
@@ -76,7 +76,7 @@ impl Rows {
         (0..n).map(|i| (0..n).map(|j| lower[i.max(j)][i.min(j)].clone()).collect()).collect()
     }
 
-    /// The forces of inertia at no acceleration of the coordinates, `-M bias`.
+    /// The forces of inertia at zero accelerations of the coordinates, `-M bias`.
     pub(super) fn inertial(&self) -> impl Iterator<Item = Effort> {
         let effort = |i: usize| Effort {
             group: self.rows[i].body,

@@ -1,4 +1,4 @@
-//! Equal forms of an expression, and the cheapest of them.
+//! Equal forms of an expression, and the choice of the cheapest.
 
 use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
 use symbolica::{function, symbol};
@@ -7,7 +7,7 @@ use super::algebra::Algebra;
 use qrm_codegen::term::Symbol;
 
 impl Algebra<'_> {
-    /// The cheapest of several equal forms: as it is, multiplied out, and with sin^2 + cos^2 = 1 used either way.
+    /// The cheapest of several equal forms: unchanged, expanded, and with sin^2 + cos^2 = 1 used in either direction.
     pub(super) fn simplify(&self, atom: &Atom) -> Atom {
         if matches!(atom.as_view(), AtomView::Num(_) | AtomView::Var(_)) {
             return atom.clone();
@@ -27,7 +27,7 @@ impl Algebra<'_> {
         forms.into_iter().min_by_key(cost).unwrap_or_else(|| atom.clone())
     }
 
-    /// Simplifies what stands under roots and in denominators, so that equal ones are seen to be equal.
+    /// Simplifies radicands and denominators, so that equal ones are recognized.
     pub(super) fn simplify_inside(&self, view: AtomView) -> Atom {
         match view {
             AtomView::Add(sum) => sum.iter().fold(Atom::num(0), |sum, term| sum + self.simplify_inside(term)),
@@ -40,7 +40,7 @@ impl Algebra<'_> {
         }
     }
 
-    /// The number of operations that an expression takes as it stands; a sine or cosine counts for ten.
+    /// The number of operations of an expression as written; a sine or cosine counts as ten.
     fn cost(&self, view: AtomView) -> usize {
         let all = |items: &mut dyn Iterator<Item = AtomView<'_>>| {
             let (count, cost) = items.fold((0, 0), |(count, cost), item| (count + 1, cost + self.cost(item)));
@@ -67,7 +67,7 @@ impl Algebra<'_> {
     }
 }
 
-/// Whether the square of a sine or cosine occurs, or another power.
+/// Whether a square or higher power of a sine or cosine occurs.
 fn has_square(view: AtomView) -> bool {
     match view {
         AtomView::Num(_) | AtomView::Var(_) => false,

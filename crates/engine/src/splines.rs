@@ -20,7 +20,7 @@ impl Algebra<'_> {
         function!(symbol!(spline_name(place, 0)), argument)
     }
 
-    /// The derivative of an expression by a symbol of the engine.
+    /// The derivative of an expression with respect to a symbol of the engine.
     pub(super) fn derivative_by(&self, atom: &Atom, by: EngineSymbol) -> Atom {
         let mut derivative = atom.derivative(by);
         let inside = Atom::var(symbol!("x_"));

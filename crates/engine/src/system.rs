@@ -13,15 +13,15 @@ pub(super) struct System<'s> {
     pub(super) algebra: Algebra<'s>,
     pub(super) rows: Rows,
     pub(super) loads: Loads,
-    /// T' M T
+    /// Mass matrix, T' M T.
     pub(super) mass: Vec<Vec<Atom>>,
-    /// C
+    /// Constraints, C.
     pub(super) constraints: Vec<Atom>,
-    /// C_q
+    /// Jacobian of the constraints, C_q.
     pub(super) constraint_jacobian: Vec<Vec<Atom>>,
     /// The bias of the constraints, `-C_q qdd`.
     pub(super) constraint_bias: Vec<Atom>,
-    /// C_t
+    /// Derivatives of the constraints with respect to time, C_t.
     pub(super) constraint_rates: Vec<Atom>,
 }
 
@@ -44,7 +44,8 @@ impl<'s> System<'s> {
         }
     }
 
-    /// Half of each inertia times the square of a rate where rates have names, else half of `qd' Mbar qd`.
+    /// The kinetic energy: half of each inertia times the square of a rate if rates have names, otherwise half of
+    /// `qd' Mbar qd`.
     pub(super) fn kinetic_energy(&self) -> Atom {
         let (algebra, rows) = (&self.algebra, &self.rows);
         let sum = |terms: &mut dyn Iterator<Item = Atom>| terms.fold(Atom::num(0), |sum, term| sum + term);
@@ -59,7 +60,7 @@ impl<'s> System<'s> {
     }
 }
 
-/// The root of the sum of the squares.
+/// The square root of the sum of the squares.
 pub(super) fn norm(parts: [&Term; 2]) -> Term {
     let [one, two] = [1, 2].map(|n: i32| BigRational::from_integer(n.into()));
     let squares = parts.map(|part| Term::Power(Box::new(part.clone()), two.clone()));

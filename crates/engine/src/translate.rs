@@ -1,4 +1,4 @@
-//! The engine's expressions to plain [`Term`]s.
+//! Converts the engine's expressions into plain [`Term`]s.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -15,10 +15,10 @@ use qrm_scene::expression::to_f64;
 use qrm_scene::function::Function;
 use qrm_scene::spline::Spline;
 
-/// Translates an expression.
+/// Converts an expression.
 ///
 /// # Panics
-/// On a function or number that no scene can bring into the engine; the build then fails with its name.
+/// For a function or number that no scene can introduce; the build then fails with its name.
 pub(super) fn term(view: AtomView, places: &HashMap<EngineSymbol, Symbol>, splines: &[Arc<Spline>]) -> Term {
     let each = |items: &mut dyn Iterator<Item = AtomView<'_>>| items.map(|item| term(item, places, splines)).collect();
     match view {
@@ -80,7 +80,7 @@ fn rational(coefficient: CoefficientView, view: &AtomView) -> BigRational {
     if let CoefficientView::Natural(numerator, denominator, 0, _) = coefficient {
         return BigRational::new(numerator.into(), denominator.into());
     }
-    // Larger than a machine word: the engine's decimal notation of a quotient is exact.
+    // The number exceeds a machine word; the engine prints quotients exactly.
     let text = view.to_string();
     let (numerator, denominator) = text.split_once('/').unwrap_or((&text, "1"));
     match (numerator.parse::<BigInt>(), denominator.parse::<BigInt>()) {

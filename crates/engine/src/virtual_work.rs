@@ -1,4 +1,4 @@
-//! Forces and moments on bodies beside loads and constraints, by the principle of virtual work.
+//! Forces and moments on bodies other than loads and constraints, by the principle of virtual work.
 
 use symbolica::atom::Atom;
 
@@ -6,7 +6,7 @@ use super::system::System;
 use qrm_codegen::term::Symbol;
 use qrm_scene::scene::{Displacement, LoadKind, Turn, Value};
 
-/// A virtual displacement of places: by a vector, and by an angle about a point.
+/// A virtual displacement: by a vector, and by an angle about a point.
 pub(super) struct VirtualDisplacement {
     along: [Atom; 2],
     turn: Atom,
@@ -14,13 +14,13 @@ pub(super) struct VirtualDisplacement {
 }
 
 impl VirtualDisplacement {
-    /// A displacement by a vector.
+    /// Creates a displacement by a vector.
     pub(super) fn along(system: &System, along: &[Value; 2]) -> Self {
         let along = [0, 1].map(|axis| system.algebra.atom(&along[axis]));
         Self { along, turn: Atom::num(0), about: None }
     }
 
-    /// A displacement by a unit of an angle about a point.
+    /// Creates a displacement by a unit angle about a point.
     pub(super) fn about(system: &System, point: usize) -> Self {
         let about = Some(system.algebra.point(point).clone());
         Self { along: [Atom::num(0), Atom::num(0)], turn: Atom::num(1), about }
@@ -37,7 +37,7 @@ impl VirtualDisplacement {
         }
     }
 
-    /// The distance that it moves a point.
+    /// The displacement of a point.
     fn at(&self, place: &[Atom; 2]) -> [Atom; 2] {
         let Some(about) = &self.about else { return self.along.clone() };
         let across = [&about[1] - &place[1], &place[0] - &about[0]];
@@ -45,7 +45,7 @@ impl VirtualDisplacement {
     }
 }
 
-/// The work of inertia, less that of loads and constraints, in displacements of bodies and points.
+/// The work of inertia minus that of loads and constraints, in displacements of bodies and points.
 pub(super) fn free_body(system: &System, displacements: &[Displacement]) -> Atom {
     let algebra = &system.algebra;
     let shifts: Vec<VirtualDisplacement> =
@@ -104,7 +104,7 @@ pub(super) fn free_body(system: &System, displacements: &[Displacement]) -> Atom
     work
 }
 
-/// The work on the ground of all that comes from bodies and from outside.
+/// The work of all bodies and all external forces on the ground.
 pub(super) fn on_ground(system: &System, shift: &VirtualDisplacement) -> Atom {
     let algebra = &system.algebra;
     let mut work = Atom::num(0);
@@ -121,7 +121,7 @@ pub(super) fn on_ground(system: &System, shift: &VirtualDisplacement) -> Atom {
     work
 }
 
-/// `m a . d + I alpha w`
+/// The work of inertia, `m a . d + I alpha w`.
 fn inertia(system: &System, body: usize, shift: &VirtualDisplacement) -> Atom {
     let algebra = &system.algebra;
     let acceleration =
@@ -140,7 +140,7 @@ fn inertia(system: &System, body: usize, shift: &VirtualDisplacement) -> Atom {
     work
 }
 
-/// `m g . d`
+/// The work of weight, `m g . d`.
 fn weight(system: &System, body: usize, shift: &VirtualDisplacement) -> Atom {
     let algebra = &system.algebra;
     let own = &algebra.scene.bodies[body];

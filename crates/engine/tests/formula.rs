@@ -1,4 +1,4 @@
-//! Formulae as people read them: plain ones are read back, those in LaTeX stand as they should.
+//! Formatted formulae: plain ones can be read back, and those in LaTeX match the expected text.
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -62,7 +62,7 @@ fn cos(argument: Term) -> Term {
     Term::Call(Function::Cos, Box::new(argument))
 }
 
-/// Terms, some of which the engine would never leave like this, with their LaTeX.
+/// Terms with their LaTeX; the engine would never return some of them in this form.
 fn terms() -> Vec<(Term, &'static str)> {
     let minus = number(-1, 1);
     vec![
@@ -129,7 +129,7 @@ fn names_of_roots_are_not_those_of_the_scene() {
     let twice: Vec<Term> = roots.iter().chain(&roots).cloned().collect();
     let writer = Writer::new(&scene, Style::Plain, &[]).naming_roots(&twice);
     let names: Vec<String> = writer.roots().into_iter().map(|(name, _)| name).collect();
-    // `r` would be taken for `r1`, and `s` is a coordinate.
+    // `r` could be confused with `r1`, and `s` is a coordinate.
     assert_eq!(names, ["u1", "u2"]);
     assert_eq!(writer.term(&power(sum(&[B, power(S, 2, 1)]), 3, 2)), "u2^3");
 }

@@ -1,4 +1,4 @@
-//! The committed copies of generated modules are what the engine writes, byte for byte.
+//! The committed copies of generated modules equal the output of the engine, byte for byte.
 
 use std::fs;
 use std::path::Path;
@@ -22,7 +22,7 @@ fn the_module_of_the_example_is_current() {
     check("examples/wiper", "", "generated");
 }
 
-/// Compares the copies in a folder of a clone with what its scenes give.
+/// Compares the copies in a folder of a clone with the output for its scenes.
 fn check(folder: &str, scenes: &str, copies: &str) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(folder);
     let copies = folder.join(copies);
@@ -59,7 +59,7 @@ fn check(folder: &str, scenes: &str, copies: &str) {
     fs::remove_dir_all(&out).expect("the folder can be removed");
 }
 
-/// The names of the files of a folder with this extension.
+/// The names of the files in a folder with this extension.
 fn names(folder: &Path, extension: &str) -> Vec<String> {
     let entries = fs::read_dir(folder).into_iter().flatten().map(|entry| entry.expect("an entry").path());
     let files = entries.filter(|path| path.extension().is_some_and(|e| e == extension));

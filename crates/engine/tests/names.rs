@@ -1,4 +1,4 @@
-//! Scenes cannot be called what the generated code already calls something else.
+//! Scenes cannot have names that generated code already uses.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -22,7 +22,7 @@ fn names_that_would_not_compile_are_refused() {
     }
 }
 
-/// Derives and variants are looked up apart from types; the others follow the path of their crate or are keywords as
+/// Derives and variants have separate namespaces; the others follow the path of their crate, or are keywords as
 /// modules.
 const OTHER_NAMESPACES: [&str; 9] =
     ["Clone", "Copy", "Debug", "PartialEq", "Some", "None", "Tape", "LaneStepsTable", "Fn"];
@@ -36,7 +36,7 @@ fn every_type_that_generated_code_names_is_reserved() {
         let text = fs::read_to_string(path).expect("a module");
         let own = struct_name(module);
         let mut types = BTreeSet::new();
-        // The tape stands in a block that imports its own names.
+        // The tape is in a block with its own imports.
         let text = text.split("static TAPE").next().expect("the module before its tape");
         types_in(text.parse().expect("Rust"), &mut types);
         let is_known = |name: &String| *name == own || RESERVED_STRUCTS.contains(&name.as_str());
@@ -45,7 +45,7 @@ fn every_type_that_generated_code_names_is_reserved() {
     assert!(missing.is_empty(), "not reserved: {missing:?}");
 }
 
-/// SourceExcerpts in camel case, but for fields.
+/// Collects identifiers in camel case, except fields.
 fn types_in(tokens: TokenStream, found: &mut BTreeSet<String>) {
     let mut is_field = false;
     for token in tokens {

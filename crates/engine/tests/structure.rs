@@ -1,4 +1,4 @@
-//! Equations of scenes whose formulae would swell if they were expanded before they are differentiated.
+//! Equations of scenes whose formulae would become very long if they were expanded before differentiation.
 
 #[path = "../../../codegen/examples/make.rs"]
 #[allow(dead_code, unreachable_pub, reason = "the command around it is not used")]
@@ -10,8 +10,8 @@ use qrm_language::{Code, rust};
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 
-/// Five relative angles with everything that names pass through: a closed loop that is driven, roots of named points,
-/// rates in loads, reactions, a point that moves with time.
+/// Five relative angles, with everything that names occur in: a driven closed loop, roots of named points, rates in
+/// loads, reactions, a point that moves with time.
 const LOOP: &str = r"
 name = 'loop'
 coordinates = ['a', 'b', 'c', 'd', 'e']
@@ -62,7 +62,7 @@ fn operations(tape: &NamedTape, function: &str) -> usize {
     tape.operations(function).sum()
 }
 
-/// The engine serves once in a process, so one test holds all of them.
+/// The engine can be used once in a process, so one test contains all checks.
 #[test]
 fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
     let stiff = |text: String| text.replace("[run]\n", "[run]\nstiff = true\n");
@@ -98,7 +98,7 @@ fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
             "{function}: {small} operations, twice as many links {large}"
         );
     }
-    // Nothing of a scene depends on those that were derived before it.
+    // The output for a scene does not depend on scenes derived earlier.
     let code =
         |i: usize| rust::text(&Code { path: "made.toml", scene: &scenes[i], source: &texts[i], tape: &tapes[i] });
     assert!(code(0) == code(4), "the same scene becomes other code");

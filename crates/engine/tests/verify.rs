@@ -1,5 +1,5 @@
-//! The check of generated code must find every wrong function. Equations of a pendulum on a spring are written here by
-//! hand, with one sign changed at a time.
+//! Verification must find every wrong function. The equations of a pendulum on a spring are written here by hand, and
+//! one sign is changed at a time.
 
 use num_rational::BigRational;
 use qrm_codegen::term::{Equations, KernelEquations, Linearization, Row, Symbol, Term};
@@ -47,7 +47,7 @@ fn sum(terms: &[Term]) -> Term {
     Term::Sum(terms.to_vec())
 }
 
-/// The derivatives of the equations of the pendulum with accelerations and multiplier held.
+/// The derivatives of the pendulum's equations, with accelerations and multiplier held constant.
 fn linearization() -> Linearization {
     let symbol = Term::Symbol;
     let [m, k, cd] = [0, 1, 2].map(|i| symbol(Symbol::Parameter(i)));
@@ -88,7 +88,7 @@ fn linearization() -> Linearization {
     }
 }
 
-/// The equations as the engine would have derived them.
+/// The equations as the engine would derive them.
 fn equations() -> Equations {
     let symbol = Term::Symbol;
     let (m, k, cd) = (symbol(Symbol::Parameter(0)), symbol(Symbol::Parameter(1)), symbol(Symbol::Parameter(2)));
@@ -159,7 +159,7 @@ fn check_in(text: &str, equations: &Equations) -> Result<(), verify::Unverified>
     verify::verify(&scene, equations, &tape, &tape.placed())
 }
 
-/// The scene with other sizes: as it is, with a rod of steel, on a chip, and with both extremes at once.
+/// The scene in several sizes: unchanged, with a steel rod, on a chip, and with both extremes.
 fn scenes() -> [String; 4] {
     [("2", "100", "3"), ("2", "4e9", "3"), ("1e-12", "0.5", "2e-9"), ("1e-6", "1e12", "1e-3")].map(|(m, k, cd)| {
         let text = SCENE.replace("m = 2\n", &format!("m = {m}\n")).replace("k = 100\n", &format!("k = {k}\n"));
@@ -209,7 +209,7 @@ fn one_wrong_sign_is_found_wherever_it_is() {
         let term = place(&mut wrong);
         *term = product(&[number(-1), term.clone()]);
         let said = check_in(text, &wrong).expect_err(name).to_string();
-        // A Jacobian stands in several functions; the first that shows the mistake is named.
+        // A Jacobian occurs in several functions; the first one with the error is named.
         assert!(said.contains("is wrong: "), "{name}: {said}");
         assert!(
             said.contains(name) || said.contains("dynamics") || said.contains("loop_constraints"),
@@ -224,7 +224,7 @@ fn a_wrong_sign_of_a_small_term_is_found_beside_large_ones() {
         for (place, factor) in [(0, -1), (0, 2), (2, -1), (2, 2)] {
             let mut wrong = equations();
             let Term::Sum(terms) = &mut wrong.generalized_forces[0] else { panic!("not a sum") };
-            // The centrifugal force, or the damper, beside the force of the spring.
+            // The centrifugal force, or the damper, acts together with the spring.
             terms[place] = product(&[number(factor), terms[place].clone()]);
             assert!(check_in(text, &wrong).is_err(), "term {place} times {factor}\n{text}");
             let mut wrong = equations();
@@ -256,7 +256,7 @@ fn a_wrong_tape_is_found() {
 
 #[test]
 fn changed_text_is_found() {
-    // Not the equations are spoiled but their text: parentheses lost, operands exchanged, numbers changed.
+    // Here the text is changed instead of the equations: parentheses removed, operands exchanged, numbers changed.
     let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
     let equations = equations();
     let tape = functions::tape(&scene, &equations);
@@ -275,7 +275,7 @@ fn changed_text_is_found() {
 
 #[test]
 fn a_scene_without_value_at_almost_any_state_is_refused() {
-    // The output has a value in a strip of a thousandth alone.
+    // The output has a value only in a strip of width 1/1000.
     let text = SCENE.replace("height = 'P.y'", "height = 'P.y'\nroot = 'sqrt(1e-6 - (r - 1.3)^2)'");
     let r = || {
         Box::new(sum(&[Term::Symbol(Symbol::Coordinate(0)), Term::Number(BigRational::new((-13).into(), 10.into()))]))

@@ -1,14 +1,14 @@
-//! Why something could not be done, as the interface tells it.
+//! Failures, and their status in the interface.
 
 use qrm_sim::integrate::StepError;
 use qrm_sim::run::{Reason, SimError};
 
-/// Why something could not be done.
+/// The reason of a failure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Failure {
     /// The operation is impossible or not allowed.
     Error(String),
-    /// The operation fails at the state that the importer tried, but may succeed at a state nearer to the last one.
+    /// The operation fails at the state tried by the importer, but may succeed at a state closer to the previous one.
     Discard(String),
 }
 
@@ -25,16 +25,16 @@ impl From<&str> for Failure {
 }
 
 impl Failure {
-    /// The failure of a state that an importer tries.
+    /// Creates the failure of a state tried by an importer.
     pub(crate) fn from_trial(error: SimError) -> Self {
         match error.reason {
-            // Formulae that leave their domain at this state have a value at the last one.
+            // Formulae that leave their domain at this state had a value at the previous one.
             Reason::Failed { error: StepError::NotFinite, .. } => Self::Discard(error.to_string()),
             _ => Self::Error(error.to_string()),
         }
     }
 
-    /// The failure as an error, where the tool cannot try another state.
+    /// Turns the failure into an error, if the importer cannot try another state.
     pub(crate) fn final_one(self) -> Self {
         match self {
             Self::Error(message) | Self::Discard(message) => Self::Error(message),

@@ -1,4 +1,4 @@
-//! An instance of a unit, as the interface's phases see it.
+//! An instance of an FMU, with the phases of the interface.
 
 use std::collections::BTreeMap;
 
@@ -11,18 +11,19 @@ use crate::phase::Phase;
 use crate::token::{InstantiationToken, NotAToken};
 use crate::variables::variables;
 
-/// Residuals from here on are worth an event, in which an importer that integrates by itself gets closed loops back.
+/// The residual above which an event is raised, in which an importer that integrates itself receives closed loops
+/// again.
 const OPEN: f64 = 1e-10;
 
-/// Times that differ by less than this part are the same to an importer that adds up its steps.
+/// The relative difference below which times are equal for an importer that sums its steps.
 const SAME: f64 = 1e-7;
 
-/// Who integrates.
+/// The integrating side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Interface {
-    /// The unit.
+    /// The FMU integrates.
     CoSimulation,
-    /// The importer.
+    /// The importer integrates.
     ModelExchange,
 }
 
@@ -39,17 +40,17 @@ pub(crate) struct Instance {
 #[derive(Clone)]
 pub(crate) struct State {
     pub(crate) phase: Phase,
-    /// The importer's time at the start; the scene's is zero.
+    /// The importer's time at the start; the scene's time is zero there.
     origin: f64,
-    /// The importer's last time, if it said so.
+    /// The importer's stop time, if given.
     stop: Option<f64>,
-    /// Parameters that were set.
+    /// The parameters set by the importer.
     set: BTreeMap<&'static str, f64>,
-    /// Whether some were set since the motion last took them up.
+    /// Whether parameters were set since the motion last used them.
     is_stale: bool,
-    /// Where the importer's integration is: time and states.
+    /// The time and states of the importer's integration.
     placed: Option<(f64, Vec<f64>)>,
-    /// Whether the motion is there.
+    /// Whether the motion is at that time and state.
     is_placed: bool,
     simulation: Option<Simulation>,
 }
@@ -82,12 +83,12 @@ impl Instance {
         self.state = State::new();
     }
 
-    /// The interface and the model that a state must belong to if this instance is to take it.
+    /// The interface and model that a saved state must match before this instance accepts it.
     pub(crate) fn identity(&self) -> String {
         format!("{:?} of `{}`", self.interface, self.token)
     }
 
-    /// Begins the initialization.
+    /// Begins the initialization phase.
     pub(crate) fn begin(&mut self, start: f64, stop: Option<f64>) -> Result<(), Failure> {
         if !start.is_finite() {
             return Err(format!("{start} is no time to start at").into());
@@ -100,7 +101,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Refuses what belongs to another interface.
+    /// Refuses functions of the other interface.
     pub(crate) fn is_for(&self, interface: Interface) -> Result<(), Failure> {
         if self.interface == interface {
             Ok(())
@@ -131,7 +132,7 @@ impl Instance {
         }
     }
 
-    /// Sets parameters, all or none.
+    /// Sets parameters: all or none.
     pub(crate) fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), Failure> {
         let named: Vec<&'static str> =
             references.iter().zip(values).map(|(r, value)| self.settable(*r, *value)).collect::<Result<_, _>>()?;
@@ -140,7 +141,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The name of a parameter that can be set to a value now.
+    /// The name of a parameter, if it can be set to this value now.
     fn settable(&self, reference: u32, value: f64) -> Result<&'static str, String> {
         let variable = self.variable(reference)?;
         let name = &variable.name;
@@ -164,7 +165,7 @@ impl Instance {
         Ok(self.model.description.parameters[i].name)
     }
 
-    /// Ends the initialization.
+    /// Ends the initialization phase.
     pub(crate) fn start(&mut self) -> Result<(), Failure> {
         self.simulation()?;
         self.state.phase = match self.interface {
@@ -174,7 +175,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Goes on by a step of the importer.
+    /// Advances by a step of the importer.
     pub(crate) fn advance(&mut self, from: f64, step: f64) -> Result<(), Failure> {
         let now = self.time();
         let same = SAME * (1.0 + now.abs());
@@ -203,12 +204,12 @@ impl Instance {
         self.state.origin + self.state.simulation.as_ref().map_or(0.0, |simulation| simulation.now().t)
     }
 
-    /// How many states an importer integrates.
+    /// The number of states that an importer integrates.
     pub(crate) fn states(&self) -> usize {
         2 * self.model.description.coordinates.len()
     }
 
-    /// Where the importer's integration has come.
+    /// Sets the time and states of the importer's integration.
     pub(crate) fn place(&mut self, t: Option<f64>, states: Option<&[f64]>) -> Result<(), Failure> {
         let mut now = match self.state.placed.take() {
             Some(placed) => placed,
@@ -229,7 +230,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Coordinates, then rates.
+    /// The continuous states: coordinates, then rates.
     pub(crate) fn continuous_states(&mut self) -> Result<Vec<f64>, Failure> {
         if let Some((_, states)) = &self.state.placed {
             return Ok(states.clone());
@@ -249,7 +250,7 @@ impl Instance {
         Ok(self.simulation().map_err(Failure::final_one)?.residuals().iter().any(|residual| *residual > OPEN))
     }
 
-    /// Closes the loops again.
+    /// Closes the loops.
     pub(crate) fn close(&mut self) -> Result<(), Failure> {
         self.state.is_stale = true;
         self.simulation().map_err(Failure::final_one)?;
@@ -257,7 +258,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The motion with the parameters that are set, where the importer put it.
+    /// The motion with the current parameters, at the importer's time and states.
     fn simulation(&mut self) -> Result<&mut Simulation, Failure> {
         let Self { model, token, state, interface, .. } = self;
         let set = &state.set;
@@ -269,11 +270,11 @@ impl Instance {
             _ => {
                 state.is_stale = false;
                 let new = Simulation::new(model, &value, token.settings, Some(token.step)).map_err(message)?;
-                // An importer that integrates by itself knows its own errors.
+                // An importer that integrates estimates its errors itself.
                 if *interface == Interface::CoSimulation { new.watched().map_err(message)? } else { new }
             }
         };
-        // Whatever fails from here on, the motion is still there.
+        // The motion is kept, even if the following steps fail.
         let simulation = state.simulation.insert(simulation);
         if let (false, Some((t, states))) = (state.is_placed, &state.placed) {
             let (q, qd) = states.split_at(states.len() / 2);

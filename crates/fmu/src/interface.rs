@@ -1,7 +1,7 @@
-//! The functions of FMI 3.0, as its header `fmi3FunctionTypes.h` declares them.
+//! The functions of FMI 3.0, as declared in its header `fmi3FunctionTypes.h`.
 //!
-//! Each looks at its pointers, hands on to [`Instance`], and turns what comes back into a status; a panic, which would
-//! be a mistake of this library, becomes `fmi3Fatal` instead of passing into the importer.
+//! Each function checks its pointers, calls [`Instance`], and turns the result into a status. A panic, which would be a
+//! bug of this library, becomes `fmi3Fatal` instead of unwinding into the importer.
 
 mod absent;
 mod handle;
@@ -16,7 +16,7 @@ use crate::phase::Phase;
 use handle::{ERROR, Handle, LogMessage, Status, in_phase, instantiate, report, with};
 use pointers::{put, read, room, same_count};
 
-/// Functions of the interface.
+/// Defines functions of the interface.
 macro_rules! interface {
     ($($(#[$attribute:meta])* fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block)*) => {
         $(
@@ -37,7 +37,7 @@ interface! {
     }
 
     fn fmi3SetDebugLogging(handle: *mut c_void, on: bool, count: usize, categories: *const *const c_char) -> Status {
-        // What is reported are errors, and they are never unwanted.
+        // Only errors are logged, and they cannot be turned off.
         with(handle, |_| Ok(()))
     }
 
@@ -88,7 +88,7 @@ interface! {
 
     fn fmi3FreeInstance(handle: *mut c_void) {
         if !handle.is_null() {
-            // SAFETY: it is what `instantiate` gave, and the importer does not use it again.
+            // SAFETY: the handle comes from `instantiate`, and the importer does not use it again.
             drop(unsafe { Box::from_raw(handle.cast::<Handle>()) });
         }
     }
@@ -131,7 +131,7 @@ interface! {
         values: *mut f64,
         value_count: usize,
     ) -> Status {
-        // SAFETY: the importer says how long its arrays are.
+        // SAFETY: the importer passes the lengths of its arrays.
         let (references, values) = unsafe { (read(references, count), room(values, value_count)) };
         in_phase(handle, &[Instantiated, Initializing, Stepping, Event, Integrating, Terminated], |instance| {
             same_count(values.len(), references.len())?;
@@ -149,7 +149,7 @@ interface! {
         values: *const f64,
         value_count: usize,
     ) -> Status {
-        // SAFETY: the importer says how long its arrays are.
+        // SAFETY: the importer passes the lengths of its arrays.
         let (references, values) = unsafe { (read(references, count), read(values, value_count)) };
         in_phase(handle, &[Instantiated, Initializing, Stepping, Event, Integrating], |instance| {
             same_count(values.len(), references.len())?;
@@ -158,7 +158,7 @@ interface! {
     }
 
     fn fmi3GetFMUState(handle: *mut c_void, state: *mut *mut c_void) -> Status {
-        // SAFETY: the importer gives a place for a state, or nothing.
+        // SAFETY: the importer passes a place for a state, or null.
         with(handle, |instance| unsafe { kept::keep(instance, state) })
     }
 
@@ -167,7 +167,7 @@ interface! {
     }
 
     fn fmi3FreeFMUState(handle: *mut c_void, state: *mut *mut c_void) -> Status {
-        // SAFETY: the importer gives a place with a state, or nothing.
+        // SAFETY: the importer passes a place with a state, or null.
         with(handle, |_| unsafe { kept::free(state) })
     }
 
@@ -183,7 +183,7 @@ interface! {
     ) -> Status {
         in_phase(handle, &[Stepping], |instance| {
             let made = instance.advance(time, step);
-            // SAFETY: they point to places of the importer, or to nothing.
+            // SAFETY: the pointers refer to places of the importer, or are null.
             unsafe {
                 put(event_needed, false);
                 put(terminate, false);

@@ -1,17 +1,17 @@
-//! Generated mechanisms as units of the Functional Mock-up Interface 3.0.
+//! Generated mechanisms as FMUs of the Functional Mock-up Interface 3.0.
 //!
-//! A crate of the type `cdylib` that says
+//! A `cdylib` crate that contains
 //!
 //! ```ignore
 //! qrm_fmu::export!(scenes::MODELS);
 //! ```
 //!
-//! becomes a library with all functions of the interface, for all its mechanisms. An instance is of the mechanism that
-//! its [`InstantiationToken`] names. `qrm export-fmu` packs the library with a description of the [`variables`] of one
+//! becomes a library with all functions of the interface, for all its mechanisms. The [`InstantiationToken`] names the
+//! mechanism of an instance. `qrm export-fmu` packs the library with a description of the [`variables`] of one
 //! mechanism.
 //!
-//! The functions are written by hand: the crate that exists for them, `fmi-export` 0.3, describes one model at compile
-//! time, by a macro over a struct, and needs libclang to build; see docs/decisions/0013.
+//! The functions are handwritten: the existing crate `fmi-export` 0.3 describes one model at compile time, by a macro
+//! over a struct, and needs libclang to build; see docs/decisions/0013.
 
 mod failure;
 mod instance;
@@ -26,7 +26,7 @@ pub use qrm_core::Model;
 pub use token::{InstantiationToken, NotAToken};
 pub use variables::variables;
 
-/// Tells the interface which mechanisms there are: `export!(MODELS)`, once in a `cdylib`, with a `&'static [Model]`.
+/// Exports mechanisms through the interface: `export!(MODELS)`, once in a `cdylib`, with a `&'static [Model]`.
 #[macro_export]
 macro_rules! export {
     ($models:expr) => {

@@ -1,24 +1,24 @@
-//! The states of an instance, by which the interface says what can be called.
+//! The phases of an instance, which determine the functions that can be called.
 
-/// Where in its life an instance is.
+/// The phase of an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {
     /// Parameters can be set.
     Instantiated,
     /// Parameters can be set, and values can be read.
     Initializing,
-    /// The motion is under way; the importer steps by the unit.
+    /// The motion is in progress, and the FMU makes the importer's steps.
     Stepping,
-    /// The motion is under way; the importer deals with an event.
+    /// The motion is in progress, and the importer handles an event.
     Event,
-    /// The motion is under way; the importer integrates.
+    /// The motion is in progress, and the importer integrates.
     Integrating,
-    /// The motion is over.
+    /// The motion has ended.
     Terminated,
 }
 
 impl Phase {
-    /// Whether the motion is under way.
+    /// Whether the motion is in progress.
     pub(crate) fn is_running(self) -> bool {
         matches!(self, Self::Stepping | Self::Event | Self::Integrating)
     }

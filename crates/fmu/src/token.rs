@@ -1,4 +1,4 @@
-//! The instantiation token: the scene of a unit and the settings of its motion in one line of text.
+//! The instantiation token: the scene of an FMU and the settings of its motion in one line of text.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,31 +7,31 @@ use qrm_core::{Description, digest};
 use qrm_sim::integrate::{MethodSettings, method_named};
 use qrm_sim::solve::{Projection, ProjectionTolerance};
 
-/// The scene of a unit, the settings of its motion, and the parameters that differ from those of the scene.
+/// The scene of an FMU, the settings of its motion, and the parameters that differ from those of the scene.
 ///
-/// As text it is one line, which an importer hands back to the unit when it makes an instance:
+/// The text form is a single line, which an importer passes to the FMU when it creates an instance:
 ///
 /// ```text
 /// qrm SCENE;DIGEST;METHOD[ TOLERANCE];PROJECTION;RESIDUAL;ITERATIONS;STEP;FIXED,...;COMPUTED,...;MASS,...;NAME=VALUE;...
 /// ```
 ///
-/// Numbers have the digits that read back as the same double; the digest has 16 hexadecimal digits. `TOLERANCE` stands
-/// with methods that choose their steps.
+/// Numbers are the shortest decimals that read back exactly; the digest has 16 hexadecimal digits. `TOLERANCE` is
+/// present for methods that choose their steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InstantiationToken {
     /// The name of the scene.
     pub scene: String,
-    /// The digest of its text: a unit must not run with the equations of another text.
+    /// The digest of the scene's text: an FMU must not run with the equations of another text.
     pub digest: u64,
     /// The method.
     pub settings: MethodSettings,
     /// Length of the steps in s, or the time between rows of a method that chooses its steps.
     pub step: f64,
-    /// Parameters that can be set before the start only.
+    /// Parameters that can be set only before the start.
     pub fixed: Vec<String>,
     /// Parameters that follow from others.
     pub computed: Vec<String>,
-    /// Parameters that cannot be below zero: masses and moments of inertia.
+    /// Parameters that must not be negative: masses and moments of inertia.
     pub masses: Vec<String>,
     /// Parameters with other values than in the scene.
     pub replaced: Vec<(String, f64)>,
@@ -50,7 +50,7 @@ impl fmt::Display for NotAToken {
 }
 
 impl InstantiationToken {
-    /// The token of a scene with its own parameters, none of them fixed.
+    /// Creates the token of a scene with its own parameters, none of them fixed.
     pub fn new(description: &Description, settings: MethodSettings, step: f64) -> Self {
         Self {
             scene: description.name.to_owned(),
@@ -64,12 +64,12 @@ impl InstantiationToken {
         }
     }
 
-    /// The value that replaces the one of a parameter.
+    /// The replaced value of a parameter; `None` if it is not replaced.
     pub fn value(&self, name: &str) -> Option<f64> {
         self.replaced.iter().find(|(replaced, _)| replaced == name).map(|(_, value)| *value)
     }
 
-    /// Whether the token was made for the text that a mechanism was generated from.
+    /// Whether the token belongs to the text from which a mechanism was generated.
     pub fn is_of(&self, description: &Description) -> bool {
         self.scene == description.name && self.digest == digest(description.source.bytes())
     }
@@ -117,7 +117,7 @@ fn parse(text: &str) -> Option<InstantiationToken> {
     Some(InstantiationToken { scene, digest, settings, step, fixed, computed, masses, replaced })
 }
 
-/// A method by its name, followed by a space and the tolerance if it chooses its steps.
+/// Reads the name of a method, followed by a space and the tolerance if the method chooses its steps.
 fn method(text: &str) -> Option<MethodSettings> {
     let (name, tolerance) = text.split_once(' ').unwrap_or((text, ""));
     let method = method_named(name)?;

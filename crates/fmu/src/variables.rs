@@ -1,9 +1,9 @@
-//! The variables of a unit.
+//! The variables of an FMU.
 
 use qrm_core::Description;
 use qrm_sim::columns::{Column, Kind, columns};
 
-/// The variables of a unit: time, parameters, then the columns of a trajectory except the residuals. The value
+/// The variables of an FMU: time, parameters, then the columns of a trajectory except the residuals. The value
 /// reference of a variable is its index.
 pub fn variables(description: &Description) -> Vec<Column> {
     let mut variables = vec![Column::new("time", "s", "time", Kind::Time)];

@@ -16,7 +16,7 @@ use crate::untranslated::Untranslated;
 use comment::comment;
 use reserved_words::{is_header, is_keyword};
 
-/// Header and source of a program.
+/// Writes the header and the source of a program.
 pub(super) fn write(program: &Program) -> Result<Vec<File>, Untranslated> {
     let writer = Writer::new(program)?;
     let file = |extension: &str, text| File { name: format!("{}.{extension}", writer.stem()), text };
@@ -31,7 +31,7 @@ pub(super) fn write_function(program: &Program, function: &Function) -> Result<S
 /// The functions of the kernel that steps call.
 const KERNEL: [&str; 6] =
     ["position", "residuals", "velocity_residual", "correction", "accelerations", "growth_factor"];
-/// Up to so many statements, a kernel is compiled into the steps: beyond it, a call costs little.
+/// The largest number of statements of a kernel that is inlined into the steps; above it, a call costs little.
 const MOST_INLINE: usize = 400;
 
 struct Writer<'p> {
@@ -46,7 +46,7 @@ impl<'p> Writer<'p> {
         Ok(Self { program, fields })
     }
 
-    /// The names of the files, without their ends: the headers of the library stay what they are.
+    /// The base name of the files, which must differ from headers of the C library.
     fn stem(&self) -> String {
         let name = &self.program.name;
         if is_header(name) { format!("{name}_") } else { name.clone() }
@@ -82,7 +82,7 @@ impl<'p> Writer<'p> {
         Ok(text + &self.construction() + &self.step_source())
     }
 
-    /// How functions are compiled into those that call them.
+    /// The attributes that control how functions are inlined.
     fn inlining(&self) -> &'static str {
         let kernel = KERNEL.iter().filter_map(|name| self.program.function(name));
         match kernel.map(|function| function.body.len()).sum::<usize>() <= MOST_INLINE {
@@ -91,7 +91,7 @@ impl<'p> Writer<'p> {
         }
     }
 
-    /// The signature of the function that makes a mechanism.
+    /// The signature of the function that creates a mechanism.
     fn constructor(&self) -> String {
         let [parameters, mechanism] = [StructKind::Parameters, StructKind::Mechanism].map(|kind| self.structure(kind));
         format!("void {}_new(const {parameters} *p, {mechanism} *m)", self.program.name)
@@ -106,7 +106,7 @@ impl<'p> Writer<'p> {
     }
 }
 
-/// Endings of the names of the header's sizes.
+/// The suffixes of the size macros in the header.
 const SIZES: [&str; 3] = ["COORDINATES", "CONSTRAINTS", "OUTPUTS"];
 
 /// Whether a name is a macro of the header.
@@ -115,7 +115,7 @@ fn is_own_macro(program: &Program, name: &str) -> bool {
     end.is_some_and(|end| SIZES.contains(&end) || ["H", "PLACES"].contains(&end))
 }
 
-/// The macro for functions that are compiled into those that call them.
+/// The macro for functions that are inlined into their callers.
 const INLINE: &str = "
 #if defined(__clang__)
 #define INLINE __attribute__((always_inline))
@@ -126,7 +126,7 @@ const INLINE: &str = "
 #endif
 ";
 
-/// How the functions are called.
+/// A usage example of the functions.
 const USE: &str = "
 // Two steps from the start:
 //

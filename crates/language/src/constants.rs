@@ -1,8 +1,8 @@
-//! Constants of the projection, which the templates of all languages share with the steps in Rust.
+//! Constants of the projection, shared by the templates of all languages and the steps in Rust.
 
 use qrm_core::{CORRECTION_ROUNDING, MAX_CORRECTIONS, MAX_GROWTH, RESIDUAL_ROUNDING};
 
-/// A template with the constants that it mentions.
+/// Replaces the constants in a template by their values.
 pub(super) fn substitute(template: &str) -> String {
     template
         .replace("QRM_MAX_CORRECTIONS", &MAX_CORRECTIONS.to_string())

@@ -1,4 +1,4 @@
-//! The intermediate representation of a generated module, from which all languages are written.
+//! The intermediate representation of a generated module, from which C and MATLAB are written.
 
 mod expression;
 
@@ -15,7 +15,7 @@ pub struct Program {
     pub name: String,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// Notes on the operations that the program uses and on what was left out.
+    /// Notes on the operations of the program and on its omissions.
     pub notes: Vec<String>,
     /// The coordinates of the mechanism.
     pub coordinates: Vec<Quantity>,
@@ -29,7 +29,7 @@ pub struct Program {
     pub is_length: Vec<bool>,
     /// The structs of the module.
     pub structs: Vec<Struct>,
-    /// The functions of the module, each behind those that it needs results of.
+    /// The functions of the module, each after those whose results it uses.
     pub functions: Vec<Function>,
 }
 
@@ -115,17 +115,17 @@ pub struct Function {
     pub arguments: Vec<Variable>,
     /// The results of the function.
     pub results: Vec<Variable>,
-    /// The statements of the function; each place of a result is set once they have been executed.
+    /// The statements of the function; they set every element of the results.
     pub body: Vec<Statement>,
 }
 
 impl Function {
-    /// Whether its one result is a number.
+    /// Whether the function has a single result that is a number.
     pub fn returns_scalar(&self) -> bool {
         matches!(&self.results[..], [result] if result.shape == Shape::Scalar)
     }
 
-    /// The names of arguments, results and values in a language.
+    /// The names of arguments, results and values in a target language.
     pub(crate) fn local_names(&self, is_reserved: impl Fn(&str) -> bool) -> Result<Names, Untranslated> {
         let arguments = self.arguments.iter().map(|argument| argument.name.as_str());
         let results = self.results.iter().map(|result| result.name.as_str());
@@ -149,7 +149,7 @@ impl Function {
         called
     }
 
-    /// Whether any statement mentions a name.
+    /// Whether any statement uses a name.
     pub(crate) fn mentions(&self, name: &str) -> bool {
         let mut found = false;
         for statement in &self.body {
@@ -175,7 +175,7 @@ pub enum Shape {
     Scalar,
     /// A vector of this length.
     Vector(usize),
-    /// Rows and columns.
+    /// A matrix with these numbers of rows and columns.
     Matrix(usize, usize),
     /// A list of booleans of this length.
     Booleans(usize),
@@ -186,39 +186,39 @@ pub enum Shape {
 /// A statement of a function.
 #[derive(Clone, Debug)]
 pub enum Statement {
-    /// A comment that says what the statements after it compute.
+    /// A comment about the statements after it.
     Comment(String),
-    /// A short name of a struct.
+    /// A short name for a struct.
     Alias {
         /// The short name.
         name: String,
         /// The kind of the struct.
         kind: StructKind,
-        /// The expression that the short name stands for.
+        /// The expression that the short name abbreviates.
         of: Expression,
     },
-    /// A name for a number.
+    /// A named number.
     Let {
         /// The name.
         name: String,
         /// The number.
         value: Expression,
     },
-    /// Zeros in all places of a result.
+    /// Sets all elements of a result to zero.
     Clear {
         /// The result.
         place: Expression,
         /// The shape of the result.
         shape: Shape,
     },
-    /// A number in a place of a result.
+    /// Sets an element of a result.
     Assign {
         /// The place.
         place: Expression,
         /// The number.
         value: Expression,
     },
-    /// The one result.
+    /// Returns the single result.
     Return(Expression),
 }
 

@@ -26,7 +26,7 @@ use qrm_scene::scene::Scene;
 use ir::{Function, Program};
 pub use untranslated::Untranslated;
 
-/// The functions of a scene, as printers need them.
+/// The functions of a scene and its texts, for printers.
 #[derive(Clone, Copy, Debug)]
 pub struct Code<'c> {
     /// The file of the scene.
@@ -61,19 +61,19 @@ impl Code<'_> {
 /// A language of generated code.
 #[derive(Clone, Copy, Debug)]
 pub struct Language {
-    /// The word for it on a command line.
+    /// The name of the language on the command line.
     pub name: &'static str,
-    /// The language as it calls itself.
+    /// The official name of the language.
     pub title: &'static str,
     /// The description of the generated code, in a few words.
     pub doc: &'static str,
     /// The characters that begin a comment.
     pub comment: &'static str,
-    /// Whether steps take constraints that repeat others; in Rust a solver does.
+    /// Whether steps support redundant constraints; in Rust, a solver does.
     pub takes_repeated_constraints: bool,
     /// Writes all functions.
     pub write: fn(&Code) -> Result<Vec<File>, Untranslated>,
-    /// Writes a part by its name or its symbol; `None` if it is not written by itself.
+    /// Writes a part by its name or its symbol; `None` if the part cannot be written separately.
     pub write_part: fn(&Code, &str) -> Result<Option<String>, Untranslated>,
 }
 
@@ -123,18 +123,19 @@ pub struct File {
     pub text: String,
 }
 
-/// A module in C99, as a header and a source file: it needs `libm` and no allocator.
+/// Writes a module in C99, as a header and a source file. The code needs `libm` and no allocator.
 ///
 /// # Errors
-/// A name cannot be one in C.
+/// A name cannot be expressed in C.
 pub fn c(program: &Program) -> Result<Vec<File>, Untranslated> {
     c::write(program)
 }
 
-/// A module in MATLAB, as a file for each function, and a script that simulates the motion. It runs in Octave too.
+/// Writes a module in MATLAB, as a file for each function, and a script that simulates the motion. The code also runs
+/// in Octave.
 ///
 /// # Errors
-/// A name cannot be one in MATLAB.
+/// A name cannot be expressed in MATLAB.
 pub fn matlab(program: &Program) -> Result<Vec<File>, Untranslated> {
     matlab::write(program)
 }

@@ -1,4 +1,4 @@
-//! A tape as the program from which C and MATLAB are written.
+//! Converts a tape into the program from which C and MATLAB are written.
 
 mod expression;
 mod functions;
@@ -15,7 +15,7 @@ use crate::ir::{
 use crate::texts::{self, lines};
 use functions::Lower;
 
-/// The program of a scene.
+/// Creates the program of a scene.
 pub(super) fn program(scene: &Scene, tape: &NamedTape, source: &str) -> Program {
     let quantity = |name: &str, unit: &str, doc: &str| Quantity {
         name: name.to_owned(),
@@ -51,7 +51,7 @@ pub(super) fn program(scene: &Scene, tape: &NamedTape, source: &str) -> Program 
     }
 }
 
-/// Methods in Rust, which are functions in other languages.
+/// Methods in Rust that are functions in other languages.
 const METHODS: [(&str, &str); 3] = [
     ("start", "The start of the motion: given values, and first guesses of the others."),
     ("schedule", "Step and end of the motion, in s."),
@@ -76,7 +76,7 @@ fn structs(scene: &Scene, tape: &NamedTape) -> Vec<Struct> {
     .collect()
 }
 
-/// The function that gives sines and cosines.
+/// The function that computes sines and cosines.
 fn angles(is_angle: &[bool]) -> Function {
     let mut body = Vec::new();
     for (i, is_angle) in is_angle.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! MATLAB: what Octave understands too.
+//! MATLAB code that also runs in Octave.
 
 mod builtins;
 mod expression;
@@ -12,7 +12,7 @@ use super::names::Names;
 use crate::untranslated::Untranslated;
 use builtins::is_reserved;
 
-/// The files of a program: its functions, steps of its motion, and a script.
+/// Writes the files of a program: its functions, the steps of its motion, and a script.
 pub(super) fn write(program: &Program) -> Result<Vec<File>, Untranslated> {
     let writer = Writer::new(program)?;
     let mut files = Vec::new();
@@ -26,14 +26,14 @@ pub(super) fn write(program: &Program) -> Result<Vec<File>, Untranslated> {
     Ok(files)
 }
 
-/// The text of the file of a function.
+/// Writes the file of a function.
 pub(super) fn write_function(program: &Program, function: &Function) -> Result<String, Untranslated> {
     Writer::new(program)?.function(function)
 }
 
-/// The function of the scene's values: where values can be replaced, arguments can be left out.
+/// The function of the scene's values: its arguments, the replaced values, can be omitted.
 const DEFAULTS: &str = "default_parameters";
-/// Names have no more letters.
+/// The largest length of a name.
 const LONGEST_NAME: usize = 63;
 
 struct Writer<'p> {
@@ -49,7 +49,7 @@ impl<'p> Writer<'p> {
         Ok(Self { program, fields })
     }
 
-    /// The suffix that makes the name of a function from that of the program.
+    /// The suffix that turns the name of the program into the name of a function.
     fn name<'f>(&self, function: &'f Function) -> &'f str {
         if function.name == "parameters_with" { StructKind::Parameters.name() } else { &function.name }
     }
@@ -61,7 +61,7 @@ impl<'p> Writer<'p> {
     }
 }
 
-/// Refuses a name that MATLAB cuts off.
+/// Refuses a name that MATLAB would truncate.
 fn check_length(name: &str) -> Result<(), Untranslated> {
     match name.len() <= LONGEST_NAME {
         true => Ok(()),

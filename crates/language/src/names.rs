@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 
 use crate::untranslated::Untranslated;
 
-/// The names of the intermediate representation in a language.
+/// The names of the intermediate representation in a target language.
 #[derive(Debug, Default)]
 pub(super) struct Names {
     renamed: BTreeMap<String, String>,
 }
 
 impl Names {
-    /// The names, of which those that the language reserves get underscores at their ends, so that all differ: no
-    /// reserved name ends with one.
+    /// Creates the names. Reserved ones get underscores as suffix; no reserved word ends with one, so all names stay
+    /// distinct.
     pub(super) fn new<'n>(
         names: impl IntoIterator<Item = &'n str>,
         is_reserved: impl Fn(&str) -> bool,

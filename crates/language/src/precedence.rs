@@ -1,8 +1,8 @@
-//! Operators and the parentheses around their operands: the same in all languages.
+//! Operators and the parentheses around their operands, identical in all languages.
 
 use super::ir::{Expression, Operator};
 
-/// The precedence of an expression, the lowest first.
+/// The precedence of an expression, lowest first.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Precedence {
     Sum,
@@ -22,19 +22,19 @@ impl Precedence {
     }
 }
 
-/// The text of a number with the other sign; `write` gives the text of the operand.
+/// Formats the negative of a number; `write` formats the operand.
 pub(super) fn negative(operand: &Expression, write: impl Fn(&Expression) -> String) -> String {
     format!("-{}", parenthesized(operand, Precedence::Primary, write))
 }
 
-/// The text of a sum, difference, product or quotient; `write` gives the text of an operand.
+/// Formats a sum, difference, product or quotient; `write` formats an operand.
 pub(super) fn binary(
     operator: Operator,
     left: &Expression,
     right: &Expression,
     write: impl Fn(&Expression) -> String,
 ) -> String {
-    // The right operand keeps its parentheses: sums and products are rounded in their order.
+    // The right operand keeps its parentheses, since sums and products are rounded in their order.
     let (sign, own, next) = match operator {
         Operator::Add => ("+", Precedence::Sum, Precedence::Product),
         Operator::Subtract => ("-", Precedence::Sum, Precedence::Product),
@@ -44,7 +44,7 @@ pub(super) fn binary(
     format!("{} {sign} {}", parenthesized(left, own, &write), parenthesized(right, next, &write))
 }
 
-/// The text of an operand, in parentheses if its precedence is lower than `least`.
+/// Formats an operand, in parentheses if its precedence is lower than `least`.
 fn parenthesized(operand: &Expression, least: Precedence, write: impl Fn(&Expression) -> String) -> String {
     let text = write(operand);
     if Precedence::new(operand) < least { format!("({text})") } else { text }

@@ -1,4 +1,4 @@
-//! A tape as the text of a Rust module.
+//! Writes a tape as a Rust module.
 
 mod expression;
 mod function;
@@ -22,20 +22,20 @@ use function::Printer;
 pub use read::check;
 pub use scene_items::until;
 
-/// The text of a scene's module. Its files with the extensions `tape` and `md` belong to it.
+/// Writes the module of a scene. Files with the same name and the extensions `tape` and `md` belong to it.
 ///
 /// # Panics
-/// If the module is not Rust, which would be a mistake of this printer.
+/// If the module is not valid Rust, which would be a bug of this printer.
 pub fn text(code: &Code) -> String {
-    // The printer drops comments of this kind, so the header is joined afterwards.
+    // The printer drops ordinary comments, so the header is added afterwards.
     let header = header::header(code.path, code.tape, code.source);
     format!("{header}\n{}", spaced(&prettyplease::unparse(&module(code))))
 }
 
-/// The text of the module of a scene whose functions are interpreted: description and tape alone.
+/// Writes the module of a scene whose functions are interpreted: description and tape only.
 ///
 /// # Panics
-/// If the module is not Rust, which would be a mistake of this printer.
+/// If the module is not valid Rust, which would be a bug of this printer.
 pub fn description(scene: &Scene, source: &str) -> String {
     let description = scene_items::description(scene, source);
     let parameter_description = scene.parameters.iter().any(|p| !p.left_out).then(|| quote!(ParameterDescription,));
@@ -49,7 +49,7 @@ pub fn description(scene: &Scene, source: &str) -> String {
     )
 }
 
-/// The items of a module under a name or a symbol; `None` if there are none.
+/// The items of a module with a name or a symbol; `None` if there are none.
 pub fn part(code: &Code, name: &str) -> Option<String> {
     let mut file = module(code);
     file.items.retain(|item| is_called(item, name));
@@ -64,7 +64,7 @@ pub fn names(code: &Code) -> [Vec<String>; 2] {
     [names, file.items.iter().flat_map(aliases).collect()]
 }
 
-/// The syntax of a scene's module. It has been parsed once: it is Rust.
+/// The syntax tree of a scene's module. It has been parsed, so it is valid Rust.
 fn module(&Code { scene, tape, source, .. }: &Code) -> syn::File {
     let printer = Printer::new(scene, tape);
     let functions = tape.functions.iter().filter(|function| !is_part_of_type(&function.name));
@@ -101,20 +101,20 @@ fn parsed(tokens: TokenStream) -> syn::File {
 
 /// Functions that are methods of a type of the module.
 const METHODS: [&str; 5] = ["parameters", "constants", "start", "schedule", "event"];
-/// Functions that evaluators run and modules do without.
+/// Functions for evaluators only, which modules omit.
 const NOT_PRINTED: [&str; 2] = ["switching_functions", "tanh_arguments"];
 
-/// Whether a function is no function of a module by itself.
+/// Whether a function is a method of a type instead of a function of the module.
 pub(crate) fn is_part_of_type(name: &str) -> bool {
     METHODS.contains(&name) || NOT_PRINTED.contains(&name)
 }
 
-/// The lines of a documentation as attributes hold them.
+/// The lines of a documentation text in the form of doc attributes.
 fn doc_lines(text: &str) -> Vec<String> {
     text.lines().map(|line| format!(" {line}").trim_end().to_owned()).collect()
 }
 
-/// The struct of the constants, and how they are computed.
+/// The struct of the constants, and their computation.
 fn constants(printer: &Printer, tape: &NamedTape) -> TokenStream {
     let Some(function) = tape.function("constants") else { return TokenStream::new() };
     let names: Vec<_> = function.parts.iter().map(|part| ident(&part.name)).collect();
@@ -142,7 +142,7 @@ fn constants(printer: &Printer, tape: &NamedTape) -> TokenStream {
     }
 }
 
-/// The struct of what follows from a position.
+/// The struct of the quantities of a position.
 fn position(function: &Function) -> TokenStream {
     let nothing = function.parts.is_empty().then(|| quote!(pub nothing: R,));
     let fields = function.parts.iter().map(|part| format_ident!("{}", part.name));
@@ -212,11 +212,11 @@ fn is_called(item: &Item, name: &str) -> bool {
     name_of(item).is_some_and(|own| own == name) || aliases(item).iter().any(|alias| alias == name)
 }
 
-/// Sets a blank line between items and between methods, and makes comments of the documentation of statements.
+/// Inserts blank lines between items and between methods, and turns the doc attributes of statements into comments.
 fn spaced(text: &str) -> String {
     let mut spaced = String::new();
     let mut lines = text.lines().peekable();
-    // The scene stands at the end, in a literal whose lines must stay as they are.
+    // The scene is at the end, in a literal whose lines must not change.
     let mut in_literal = false;
     while let Some(line) = lines.next() {
         let is_before_statement = lines.peek().is_some_and(|next| next.trim_start().starts_with("let "));

@@ -1,8 +1,8 @@
-//! Parts of a scene in words, their formulae as the scene writes them.
+//! Descriptions of parts of a scene, with formulae as written in the scene.
 
 use qrm_scene::scene::{Body, LoadKind, Value};
 
-/// SourceExcerpts about one scene.
+/// Descriptions of the parts of one scene.
 #[derive(Clone, Copy, Debug)]
 pub struct SourceExcerpts<'s> {
     /// The scene's text.
@@ -10,15 +10,15 @@ pub struct SourceExcerpts<'s> {
 }
 
 impl SourceExcerpts<'_> {
-    /// A formula.
+    /// The text of a formula.
     pub fn formula(&self, value: &Value) -> String {
         let text = self.source.get(value.whole_span()).unwrap_or_default();
         text.split_whitespace().collect::<Vec<_>>().join(" ")
     }
 
-    /// A place or a direction: the name of a point, or two formulae.
+    /// The text of a position or a direction: the name of a point, or two formulae.
     pub fn pair(&self, [x, y]: &[Value; 2]) -> String {
-        // Both coordinates of a named point stand at its name.
+        // Both coordinates of a named point have the location of its name.
         if x.whole_span() == y.whole_span() {
             self.formula(x)
         } else {
@@ -26,7 +26,7 @@ impl SourceExcerpts<'_> {
         }
     }
 
-    /// Where a body is and what it carries.
+    /// The description of a body: its position and inertia.
     pub fn body(&self, body: &Body) -> String {
         let place = body.com.as_ref().map(|com| format!("centre of mass `{}`", self.pair(com)));
         let formula =

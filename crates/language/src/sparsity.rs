@@ -1,9 +1,9 @@
-//! Which matrices are written by their entries that are not zero.
+//! The criterion for matrices that are written by their nonzero entries.
 
-/// Matrices with more entries than this are written by those that are not zero, if these are few.
+/// The number of entries above which a matrix may be written by its nonzero entries, if these are few.
 const LARGE: usize = 100;
 
-/// Whether a matrix is written by its entries that are not zero.
+/// Whether a matrix is written by its nonzero entries.
 pub(crate) fn is_sparse(entries: usize, filled: usize) -> bool {
     entries > LARGE && filled < entries / 4
 }

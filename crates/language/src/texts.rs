@@ -1,4 +1,4 @@
-//! The documentation of generated code, the same in all languages.
+//! The documentation of generated code, identical in all languages.
 
 use qrm_core::NamedTape;
 use qrm_core::named_tape::{Argument, Function};
@@ -13,13 +13,13 @@ pub(crate) const CONSTANTS: &str = "Values that depend on parameters alone, comp
 /// The documentation of the struct of a position.
 pub(crate) const POSITION: &str = "What follows from the position alone.";
 
-/// A parameter.
+/// The documentation of a parameter.
 pub(crate) fn parameter(p: &Parameter) -> String {
     let unit = if p.unit.is_empty() { String::new() } else { format!(" ({})", p.unit) };
     format!("{}{unit}", if p.doc.is_empty() { &p.name } else { &p.doc })
 }
 
-/// The documentation of a function: what it computes, of what, and at which cost.
+/// The documentation of a function: its purpose, its arguments, and its cost.
 pub(crate) fn function(scene: &Scene, tape: &NamedTape, function: &Function) -> String {
     let mut text = function.doc.clone();
     let is_plain = |argument: &Argument| !matches!(argument, Argument::Position | Argument::Angles);
@@ -31,7 +31,7 @@ pub(crate) fn function(scene: &Scene, tape: &NamedTape, function: &Function) -> 
     text
 }
 
-/// An argument with the names of its numbers.
+/// The description of an argument with the names of its numbers.
 fn described(scene: &Scene, argument: Argument) -> String {
     let coordinates =
         |suffix: &str| -> Vec<String> { scene.coordinates.iter().map(|c| format!("{}{suffix}", c.name)).collect() };
@@ -48,7 +48,7 @@ fn described(scene: &Scene, argument: Argument) -> String {
     format!("`{name} = [{}]`", of.join(", "))
 }
 
-/// The mechanism as the scene describes it.
+/// The documentation of the mechanism, from the scene.
 pub(crate) fn mechanism(scene: &Scene, source: &str) -> String {
     let words = SourceExcerpts { source };
     let mut text = if scene.doc.is_empty() { scene.name.clone() } else { scene.doc.clone() };
@@ -71,12 +71,12 @@ pub(crate) fn mechanism(scene: &Scene, source: &str) -> String {
     text + "\n\nThe struct holds its parameters, and what depends on them alone."
 }
 
-/// SourceExcerpts after a name, those that there are.
+/// Joins the nonempty words that follow a name.
 fn after_name(words: &[&str]) -> String {
     words.iter().filter(|word| !word.is_empty()).map(|word| format!(", {word}")).collect()
 }
 
-/// The lines of a documentation; formulae in it are set in by four spaces.
+/// The lines of a documentation text; formulae in it are indented by four spaces.
 pub(crate) fn lines(doc: &str) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     let mut in_formulae = false;

@@ -1,7 +1,7 @@
 //! The functions that a page calls.
 //!
-//! The page writes bytes to the memory that [`reserve`] gives, calls a function, and reads what [`output`] and
-//! [`output_length`] say. Functions give 1 if they did what was asked, else 0; the output is then a message.
+//! The page writes bytes to the memory from [`reserve`], calls a function, and reads the output at [`output`] with
+//! length [`output_length`]. Functions return 1 on success, otherwise 0; the output is then a message.
 
 use std::cell::RefCell;
 
@@ -12,7 +12,7 @@ thread_local! {
     static STATE: RefCell<State> = RefCell::default();
 }
 
-/// The state that is kept between two calls.
+/// The state between two calls.
 #[derive(Default)]
 struct State {
     input: Vec<u8>,
@@ -20,7 +20,7 @@ struct State {
     simulator: Option<Simulator>,
 }
 
-/// Room for so many bytes of input.
+/// Reserves memory for `length` bytes of input.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
 #[unsafe(no_mangle)]
 pub extern "C" fn reserve(length: usize) -> *mut u8 {
@@ -37,14 +37,14 @@ pub extern "C" fn output() -> *const u8 {
     STATE.with_borrow(|state| state.output.as_ptr())
 }
 
-/// The number of bytes of that output.
+/// The number of bytes of the last output.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
 #[unsafe(no_mangle)]
 pub extern "C" fn output_length() -> usize {
     STATE.with_borrow(|state| state.output.len())
 }
 
-/// Takes the derived scene of the input; the output tells its parameters as JSON.
+/// Loads the derived scene in the input; the output contains its parameters as JSON.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
 #[unsafe(no_mangle)]
 pub extern "C" fn load() -> u32 {
@@ -56,7 +56,7 @@ pub extern "C" fn load() -> u32 {
     })
 }
 
-/// Runs the scene with the values of the input, a line `NAME=VALUE` each; the output is the motion as JSON.
+/// Runs the scene with the values in the input, a line `NAME=VALUE` each; the output is the motion as JSON.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
 #[unsafe(no_mangle)]
 pub extern "C" fn run() -> u32 {
@@ -66,7 +66,7 @@ pub extern "C" fn run() -> u32 {
     })
 }
 
-/// As [`run`], by fewer steps and without an estimate of the error, for a motion that ends at about that time.
+/// Works like [`run`], but with fewer steps and no error estimate, for a motion that ends at about `end`.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
 #[unsafe(no_mangle)]
 pub extern "C" fn draft(end: f64) -> u32 {
@@ -76,16 +76,16 @@ pub extern "C" fn draft(end: f64) -> u32 {
     })
 }
 
-/// The numbers of the last motion at a time, as JSON: both components of each node and of each arrow, the angle of each
-/// block, the value of each curve.
+/// Evaluates the last motion at a time; the output, as JSON, contains both components of each node and of each arrow,
+/// the angle of each block, and the value of each curve.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
 #[unsafe(no_mangle)]
 pub extern "C" fn at(t: f64) -> u32 {
     answer(|state| state.simulator.as_mut().ok_or(NO_SCENE)?.at(t))
 }
 
-/// Drags points, a line `NAME=WEIGHT` of the input each, towards a place, from the pose at a time of the last motion,
-/// or from where they were dragged last if the time is not a number; the output is the start there as JSON.
+/// Drags points, a line `NAME=WEIGHT` of the input each, towards a position. The drag begins at the pose at time `t` of
+/// the last motion, or at the end of the last drag if `t` is not a number; the output is the new start as JSON.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
 #[unsafe(no_mangle)]
 pub extern "C" fn drag(t: f64, x: f64, y: f64) -> u32 {

@@ -1,7 +1,7 @@
-//! The simulator of a page: a derived scene that runs in a browser, by the crates of the command.
+//! The simulator of a page: a derived scene that runs in a browser, with the same crates as the command.
 //!
-//! The simulator itself is compiled for WebAssembly alone, by `crates/page/build`. Other programs contain the result,
-//! [`MODULE`], and pack scenes for it.
+//! `crates/page/build` compiles the simulator, for WebAssembly only. Other programs contain the result, [`MODULE`], and
+//! pack scenes for it.
 
 #[cfg(target_family = "wasm")]
 #[expect(unreachable_pub, reason = "the page calls them by their names")]
@@ -14,6 +14,6 @@ mod simulator;
 
 pub use packed::packed;
 
-/// This crate as a module of WebAssembly, compressed by gzip: `crates/page/build` makes it.
+/// This crate as a WebAssembly module, compressed by gzip; created by `crates/page/build`.
 #[cfg(not(target_family = "wasm"))]
 pub const MODULE: &[u8] = include_bytes!("../simulator.wasm.gz");

@@ -1,15 +1,15 @@
-//! Values under names, as the page sends them.
+//! Named values received from a page.
 
 use std::collections::BTreeMap;
 
-/// Values under names.
+/// Named values.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct NamedValues {
     values: BTreeMap<String, f64>,
 }
 
 impl NamedValues {
-    /// From lines `NAME=VALUE`.
+    /// Reads lines `NAME=VALUE`.
     pub(crate) fn new(input: &[u8]) -> Result<Self, String> {
         let text = std::str::from_utf8(input).map_err(|_| "the values are no text")?;
         let value = |line: &str| {
@@ -20,12 +20,12 @@ impl NamedValues {
         Ok(Self { values: text.lines().map(value).collect::<Result<_, String>>()? })
     }
 
-    /// All of them, in the order of their names.
+    /// All values in the order of their names.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&str, f64)> {
         self.values.iter().map(|(name, value)| (name.as_str(), *value))
     }
 
-    /// The value under a name.
+    /// The value with a name.
     pub(crate) fn value(&self, name: &str) -> Option<f64> {
         self.values.get(name).copied()
     }

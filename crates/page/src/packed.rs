@@ -4,7 +4,7 @@ use qrm_core::{DerivedScene, OwnedDescription, Tape};
 use qrm_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
-/// A scene as a page holds it.
+/// A scene in the format of a page.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Packed {
     pub(crate) description: OwnedDescription,
@@ -13,12 +13,12 @@ pub(crate) struct Packed {
     pub(crate) scene: Scene,
 }
 
-/// The bytes of a scene for a page.
+/// Encodes a scene for a page.
 ///
 /// # Panics
-/// Never: memory is all that it needs.
+/// Never: encoding needs nothing but memory.
 pub fn packed(derived: DerivedScene, scene: Scene) -> Vec<u8> {
-    // The page shows no texts of that length.
+    // The page does not show these long texts.
     let description = OwnedDescription { source: String::new(), derivation: String::new(), ..derived.description };
     let packed = Packed { description, tape: derived.tape.placed(), scene };
     postcard::to_stdvec(&packed).unwrap_or_else(|e| unreachable!("memory takes all bytes: {e}"))

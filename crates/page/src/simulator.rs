@@ -1,4 +1,4 @@
-//! A scene that runs again and again.
+//! A scene that can be run repeatedly.
 
 mod answer;
 
@@ -21,23 +21,23 @@ use crate::named_values::NamedValues;
 use crate::packed::Packed;
 use answer::{About, Answer, Run, failure, json, settable};
 
-/// Most frames of a motion: a screen shows no more of them.
+/// The largest number of frames of a motion; a screen cannot show more.
 const MAX_FRAMES: usize = 400;
-/// Rows of a draft.
+/// The number of rows of a draft.
 const DRAFT_ROWS: f64 = 160.0;
-/// Most rows of a draft whose motion lasts longer than expected.
+/// The largest number of rows of a draft whose motion lasts longer than expected.
 const MAX_DRAFT_ROWS: u64 = 1600;
-/// Error of a step of a draft.
+/// The tolerance of a draft.
 const DRAFT_TOLERANCE: f64 = 1e-7;
 
-/// Most rows of a run: the page stands still while it is computed.
+/// The largest number of rows of a run: the page is blocked while it is computed.
 const MAX_ROWS: u64 = 300_000;
 
 /// A derived scene.
 pub(crate) struct Simulator {
     model: Model,
     scene: Scene,
-    /// The scene's own parameters: those of a scene file may have changed since it was derived.
+    /// The scene's own parameters; those of a scene file may have changed since its derivation.
     own_parameters: Vec<f64>,
     last: LastRun,
 }
@@ -45,23 +45,23 @@ pub(crate) struct Simulator {
 /// The last run.
 #[derive(Default)]
 struct LastRun {
-    /// The parameters and start values of the run that the page changed.
+    /// The parameters and start values that the page changed for the run.
     values: NamedValues,
     /// The method of the run, and the time between its rows.
     settings: MethodSettings,
     step: f64,
     /// Some of its rows, in the order of the columns.
     frames: Vec<Frame>,
-    /// Where the numbers of its motion come from.
+    /// The sources of the numbers of its motion.
     sources: Sources,
-    /// The last of its rows that was made again.
+    /// The last row that was recomputed.
     row: Option<State>,
-    /// The coordinates at the end of the last drag; none before the first one.
+    /// The coordinates at the end of the last drag; `None` before the first one.
     dragged: Option<Vec<f64>>,
 }
 
 impl Simulator {
-    /// A simulator for the bytes of a derived scene.
+    /// Creates a simulator from the bytes of a derived scene.
     pub(crate) fn new(bytes: &[u8]) -> Result<Self, String> {
         let packed: Packed = postcard::from_bytes(bytes).map_err(|_| "these bytes are not a derived scene")?;
         let (model, scene) = (packed.description.into_model(StoredTape::from_placed(packed.tape)), packed.scene);
@@ -95,7 +95,7 @@ impl Simulator {
         self.model.mechanism(&|name| place(name).map(|place| values[place]))
     }
 
-    /// The start of a mechanism with the values of the page.
+    /// The start of a mechanism with the values from the page.
     fn start(&self, mechanism: &dyn Mechanism, changed: &NamedValues) -> Result<Start, String> {
         let description = self.model.description;
         let mut start = Start::new(mechanism);
@@ -108,13 +108,13 @@ impl Simulator {
         Ok(start)
     }
 
-    /// Runs the scene as `qrm run` does; the run and its motion as JSON.
+    /// Runs the scene like `qrm run`; returns the run and its motion as JSON.
     pub(crate) fn run(&mut self, changed: NamedValues) -> Result<String, String> {
         let request = Request { estimate_error: true, ..Request::default() };
         self.run_with(request, changed, MAX_ROWS)
     }
 
-    /// Runs the scene to about that end by fewer steps, and without an estimate of the error.
+    /// Runs the scene to about `end` with fewer steps, and without an error estimate.
     pub(crate) fn draft(&mut self, changed: NamedValues, end: f64) -> Result<String, String> {
         let settings = MethodSettings::new(DOP853, DRAFT_TOLERANCE);
         let request = Request { settings, step: Some(end / DRAFT_ROWS), ..Request::default() };
@@ -155,15 +155,15 @@ impl Simulator {
         };
         let mut run = self.report(&outcome, values);
         if !request.estimate_error && matches!(outcome.status, Status::Interrupted) {
-            // The run that follows a draft may go on.
+            // The run that follows a draft may continue.
             run.failure = None;
         }
         json(&Answer { run, motion })
     }
 
-    /// The numbers of the last motion at a time: those of its nodes, arrows, blocks and curves, as JSON.
+    /// The numbers of the last motion at a time, for its nodes, arrows, blocks and curves, as JSON.
     ///
-    /// From the row before that time on, the run is made again.
+    /// The run is recomputed from the row before that time.
     pub(crate) fn at(&mut self, t: f64) -> Result<String, String> {
         let mechanism = self.mechanism(&self.last.values);
         let description = self.model.description;
@@ -178,7 +178,7 @@ impl Simulator {
         let mut integrator = integrator.map_err(|error| failed(now.t, error))?;
         let mut next = now.clone();
         while now.t < t {
-            // Steps of a fixed length end where those of the run did.
+            // Fixed steps end at the same times as those of the run.
             let row = (now.t / *step + 1e-6).floor() + 1.0;
             let to = if settings.method.is_adaptive() { t } else { t.min(row * *step) };
             integrator.advance(&*mechanism, &now, to, &mut next).map_err(|error| failed(now.t, error))?;
@@ -194,7 +194,7 @@ impl Simulator {
         json(&sources.numbers(&state, &|kind| place(kind).map_or(f64::NAN, |place| numbers[place])))
     }
 
-    /// Drags points towards a target; the start there as JSON.
+    /// Drags points towards a target; returns the new start as JSON.
     pub(crate) fn drag(&mut self, t: f64, target: [f64; 2], points: &NamedValues) -> Result<String, String> {
         let description = self.model.description;
         if !t.is_nan() {
@@ -215,7 +215,7 @@ impl Simulator {
         }
         let own = Start::new(&*mechanism);
         let value = |i: usize| match description.is_angle(i) {
-            // Whole turns of a drag are left out.
+            // Whole turns during a drag are ignored.
             true => q[i] - TAU * ((q[i] - own.q[i]) / TAU).round(),
             false => q[i],
         };

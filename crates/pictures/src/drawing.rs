@@ -1,4 +1,4 @@
-//! The shapes of a mechanism: those of its scene, or a guess from its points.
+//! The shapes of a mechanism: those of its scene, or shapes guessed from its points.
 
 use num_dual::Dual2_64;
 use qrm_scene::evaluate::State;
@@ -12,7 +12,7 @@ use crate::pose::Pose;
 use crate::source::Source;
 use crate::teeth::mesh;
 
-/// The shapes, the lowest layer first.
+/// The shapes, lowest layer first.
 pub(super) fn draw(pose: &mut Pose) -> Vec<Shape> {
     let mut shapes = if pose.scene.drawing.is_empty() { guessed(pose) } else { parts(pose) };
     mesh(&mut shapes, &pose.nodes);
@@ -20,9 +20,8 @@ pub(super) fn draw(pose: &mut Pose) -> Vec<Shape> {
     shapes
 }
 
-/// Points that are defined from other points are joined to them; a point that one coordinate moves on a circle is
-/// joined to
-/// its centre, one that it moves on a line slides there. Centres of mass are marked.
+/// Guesses shapes. A point that is defined by other points is joined to them. A point that a single coordinate moves on
+/// a circle is joined to the centre; one that it moves on a line slides along it. Centres of mass are marked.
 fn guessed(pose: &mut Pose) -> Vec<Shape> {
     let scene = pose.scene;
     let mut shapes = Vec::new();
@@ -68,7 +67,7 @@ fn guessed(pose: &mut Pose) -> Vec<Shape> {
             Quantity::Point(point, _) => Some(*point),
             _ => None,
         }));
-        // A loop that keeps two points at a distance is closed by a rod without mass.
+        // A loop that keeps two points at constant distance is closed by a massless rod.
         if let [a, b] = points[..]
             && keeps_distance(pose, a, b)
         {
@@ -84,7 +83,7 @@ fn guessed(pose: &mut Pose) -> Vec<Shape> {
     shapes
 }
 
-/// Whether two points stay apart, and as far apart as they are, while they move.
+/// Whether two different points keep their distance during the motion.
 fn keeps_distance(pose: &Pose, a: usize, b: usize) -> bool {
     let distance = |state: &State<f64>| {
         let ([ax, ay], [bx, by]) = (state.point(a), state.point(b));
@@ -106,16 +105,16 @@ fn sorted(places: impl Iterator<Item = usize>) -> Vec<usize> {
     places
 }
 
-/// The path on which one coordinate moves a point.
+/// The path on which a single coordinate moves a point.
 enum Path {
     /// Around a centre.
     Circle([f64; 2]),
-    /// Between two places.
+    /// Between two positions.
     Line([f64; 2], [f64; 2]),
     Other,
 }
 
-/// On a circle `P = c + r (cos, sin)` the centre `c = P + P_qq` stays where it is; on a line `P_qq` is zero.
+/// On a circle `P = c + r (cos, sin)` the centre `c = P + P_qq` is constant; on a line `P_qq` is zero.
 fn path(pose: &Pose, point: usize, coordinate: usize) -> Path {
     let at = |value: f64| {
         let moved = |i: usize| if i == coordinate { Dual2_64::new(value, 1.0, 0.0) } else { Dual2_64::from(0.0) };
@@ -179,7 +178,7 @@ end_time = 2
             .iter()
             .filter_map(|shape| if let Shape::Link { nodes, .. } = shape { Some(nodes.clone()) } else { None })
             .collect();
-        // The crank turns about O, which is a point already; the rod hangs on the crank.
+        // The crank turns about O, which is already a point; the rod is joined to the crank.
         assert_eq!(links, [[node("O"), node("A")], [node("A"), node("B")]]);
         assert_eq!(shapes.iter().filter(|shape| matches!(shape, Shape::Pivot { .. })).count(), 1);
         let guides: Vec<&Shape> = shapes.iter().filter(|shape| matches!(shape, Shape::Guide { .. })).collect();
@@ -189,7 +188,7 @@ end_time = 2
         let angle =
             shapes.iter().find_map(|shape| if let Shape::Block { angle, .. } = shape { Some(angle[0]) } else { None });
         assert!((angle.expect("a block") - 0.5).abs() < 1e-12);
-        // What two coordinates move is only followed.
+        // Points that depend on two coordinates are only traced.
         assert!(pose.nodes[node("D")].is_traced && pose.nodes[node("B")].is_traced);
         assert!(matches!(shapes.last(), Some(Shape::Mass { node: at, .. }) if *at == node("D")));
     }
@@ -227,20 +226,20 @@ belt = { belt = [\"O\", \"A\"], radii = [0.1, 0.2], crossed = true, angle = 'phi
         assert!(
             matches!(cam, Shape::Outline { x, y, .. } if x.len() == 180 && (x[0] - 0.15).abs() < 1e-12 && y[0] == 0.0)
         );
-        // The line in the ground is a channel, one that moves is a rail from the point that it moves with.
+        // A line in the ground is a channel; a moving line is a rail attached to its point.
         let Shape::Guide { nodes, is_channel: true } = guide else { panic!("{guide:?}") };
         let ends = [0, 1].map(|end| pose.nodes[nodes[end]].x[0].hypot(pose.nodes[nodes[end]].y[0]));
         assert!(ends[0] < 1.0 && ends[1] > 2.0, "{ends:?}");
         assert!(matches!(rail, Shape::Rail { along: [low, high], .. } if *low < 0.0 && *high > 0.6), "{rail:?}");
         assert!(matches!((slide, hook), (Shape::Block { .. }, Shape::Block { .. })));
-        // A rack that is fixed belongs to the ground, and has no name.
+        // A fixed rack belongs to the ground, and has no name.
         let Shape::Rack { name, along, across, pitch, .. } = rack else { panic!("{rack:?}") };
         assert!(name.is_empty() && along[0] < -0.4 && along[1] > 0.0, "{rack:?}");
         assert!((across - 0.8).abs() < 1e-12 && (pitch - std::f64::consts::TAU * 0.2 / 12.0).abs() < 1e-12, "{rack:?}");
         assert!(matches!(wheel, Shape::Gear { name, teeth: 12, .. } if name == "wheel"), "{wheel:?}");
         assert!(matches!(ring, Shape::Gear { name, is_internal: true, .. } if name.is_empty()), "{ring:?}");
         assert!(matches!(belt, Shape::Belt { is_crossed: true, radii: [0.1, 0.2], .. }), "{belt:?}");
-        // The angles are those of the shapes, in their order.
+        // The angles are in the order of the shapes.
         assert_eq!(pose.angles.len(), shapes.iter().filter_map(Shape::angle).count());
         for (source, shape) in pose.angles.iter().zip(shapes.iter().filter(|shape| shape.angle().is_some())) {
             assert_eq!(Some(&pose.track(source)), shape.angle(), "{shape:?}");

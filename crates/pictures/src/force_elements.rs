@@ -7,7 +7,7 @@ use qrm_view::motion::{ForceElementPart, Shape};
 
 use crate::pose::Pose;
 
-/// The part that a kind of force element is drawn as.
+/// The drawing of a kind of force element.
 pub(super) fn part(kind: ForceElementKind) -> ForceElementPart {
     match kind {
         ForceElementKind::Spring => ForceElementPart::Spring,
@@ -16,8 +16,8 @@ pub(super) fn part(kind: ForceElementKind) -> ForceElementPart {
     }
 }
 
-/// Adds all loads that act between two points, unless something of the kind is drawn there; where nothing else is drawn
-/// at an end on the ground, a bearing holds it.
+/// Adds all loads that act between two points, unless such an element is already drawn there; adds a bearing at an end
+/// on the ground if nothing else is drawn there.
 pub(super) fn add_force_elements(pose: &mut Pose, shapes: &mut Vec<Shape>) {
     let scene = pose.scene;
     for load in &scene.loads {
@@ -31,7 +31,7 @@ pub(super) fn add_force_elements(pose: &mut Pose, shapes: &mut Vec<Shape>) {
         if parts.is_empty() || shapes.iter().any(is_there) {
             continue;
         }
-        // A bar between them stands for the load: it would not be rigid.
+        // A bar between them is removed, since it would look rigid.
         let is_bar = |shape: &Shape| match shape {
             Shape::Link { nodes: own, .. } => own.len() == 2 && nodes.iter().all(|node| own.contains(node)),
             _ => false,
@@ -47,7 +47,7 @@ pub(super) fn add_force_elements(pose: &mut Pose, shapes: &mut Vec<Shape>) {
     }
 }
 
-/// The parts that a load is drawn with; a coefficient that is zero adds none.
+/// The parts that represent a load; a zero coefficient adds none.
 fn parts(pose: &Pose, load: &LoadKind) -> Vec<ForceElementPart> {
     let LoadKind::Spring { stiffness, damping, potential, force, friction, .. } = load else { return Vec::new() };
     let acts = |value: &&Value| {
@@ -92,7 +92,7 @@ end_time = 2
 tie = { link = ["A", "S"] }
 "#;
 
-    /// The shapes of a drawing with more lines.
+    /// The shapes of a drawing with additional lines.
     fn shapes(more: &str) -> Vec<Shape> {
         let text = format!("{SCENE}{more}");
         let (scene, _) = resolve::read("tied.toml", &text).expect("the scene is right");
@@ -117,7 +117,7 @@ tie = { link = ["A", "S"] }
         use ForceElementPart::{Actuator, Damper, Spring};
         let shapes = shapes("");
         assert_eq!(names(&shapes), [("both", &[Spring, Damper][..]), ("push", &[Actuator])]);
-        // The bar that stood for the spring is gone, and its end on the ground is held.
+        // The bar in place of the spring is gone, and its end on the ground has a bearing.
         assert!(!shapes.iter().any(|shape| matches!(shape, Shape::Link { .. })), "{shapes:?}");
         assert_eq!(shapes.iter().filter(|shape| matches!(shape, Shape::Pivot { .. })).count(), 2, "{shapes:?}");
     }

@@ -1,14 +1,14 @@
-//! The columns of a run in the groups in which they are shown.
+//! The columns of a run, grouped for display.
 
 use qrm_scene::scene::Scene;
 use qrm_sim::columns::{Column, Kind};
 
 use crate::recording::Recording;
 
-/// The name of the sheet that shows how far a run can be trusted; no group has it.
+/// The name of the sheet about the trustworthiness of a run; no group has it.
 pub const HEALTH: &str = "health";
 
-/// Curves that belong in one picture: one unit, one kind.
+/// Curves shown in one picture: with one unit and of one kind.
 pub struct Group {
     /// The name of the picture's file, without its extension.
     pub file: String,
@@ -32,13 +32,13 @@ pub struct Member {
     pub kind: Kind,
 }
 
-/// Most curves in one picture; more could not be told apart.
+/// The largest number of curves in one picture; more could not be distinguished.
 pub const MAX_CURVES: usize = 6;
 
-/// The rates of the coordinates, each output by itself, all reactions together; what differs in unit stands apart.
+/// The rates of the coordinates, each output separately, and all reactions together; different units are separated.
 pub fn groups(scene: &Scene, recording: &Recording) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
-    // Groups that take up further curves, under the name of their file.
+    // Groups that accept further curves, by the name of their file.
     let mut joined: Vec<(&str, usize)> = Vec::new();
     let mut add = |file: Option<&'static str>, (title, quantity): (&str, &str), column: &Column, doc: &str| {
         let unit = printed_unit(&column.unit);
@@ -82,12 +82,12 @@ pub fn groups(scene: &Scene, recording: &Recording) -> Vec<Group> {
     groups
 }
 
-/// A unit as pictures show it.
+/// The form of a unit in pictures.
 pub fn printed_unit(unit: &str) -> String {
     unit.replace("^2", "²").replace("^3", "³")
 }
 
-/// A file name that no group has yet, not even in capitals: some file systems do not tell them apart.
+/// A file name that no group has yet, ignoring case, since some file systems do not distinguish it.
 fn unused(wish: &str, groups: &[Group]) -> String {
     let is_taken = |name: &str| {
         name.eq_ignore_ascii_case(HEALTH) || groups.iter().any(|group| group.file.eq_ignore_ascii_case(name))

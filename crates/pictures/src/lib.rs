@@ -1,4 +1,4 @@
-//! Recorded runs as motions: what moves where, and which curves stand beside it.
+//! Converts recorded runs into motions: moving shapes, and curves next to them.
 
 mod drawing;
 mod force_elements;

@@ -10,20 +10,20 @@ use crate::pose::{Pose, track};
 use crate::recording::Recording;
 use crate::source::{Source, Sources};
 
-/// Something that is to be drawn has no finite place at a time.
+/// A drawn element has no finite position at a time.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{what} has no finite place at t = {t} s, so the motion cannot be drawn")]
 pub struct NoPlace {
-    /// The name of the thing that cannot be drawn.
+    /// The name of the element.
     pub what: String,
     /// The time.
     pub t: f64,
 }
 
-/// The motion of a scene whose parameters have these values, and the sources of its numbers.
+/// Creates the motion of a scene with these parameter values, and the sources of its numbers.
 ///
 /// # Errors
-/// Something that is to be drawn has no finite place.
+/// A drawn element has no finite position.
 pub fn motion(scene: &Scene, parameters: &[f64], recording: &Recording) -> Result<(Motion, Sources), NoPlace> {
     let mut pose = Pose::recorded(scene, parameters, recording);
     let shapes = draw(&mut pose);
@@ -86,7 +86,7 @@ impl Force {
     }
 }
 
-/// The forces of constraints and joints that the scene asks for.
+/// The outputs of the scene that are forces of constraints and joints.
 fn reactions(pose: &mut Pose) -> Vec<Force> {
     let scene = pose.scene;
     let mut forces = Vec::new();
@@ -100,7 +100,7 @@ fn reactions(pose: &mut Pose) -> Vec<Force> {
             OutputKind::Norm { components, at: Some(point) } => {
                 (*point, components.map(|component| Source::Column(Kind::Output(component))))
             }
-            // The output is force times direction, whatever the direction's length.
+            // The output is force times direction, for any length of the direction.
             OutputKind::ReactionForce { point, along, .. } if !is_component(i) => {
                 (*point, [0, 1].map(|axis| Source::Along(Kind::Output(i), along.clone(), axis)))
             }
@@ -132,7 +132,7 @@ fn plots(groups: Vec<Group>, recording: &Recording) -> Vec<Plot> {
     groups.into_iter().map(plot).collect()
 }
 
-/// A path is drawn through the frames; where a point leaps from one to the next, that would be no path.
+/// Removes paths of points that leap from one frame to the next.
 fn untrace_leaps(pose: &mut Pose) {
     let span = |tracks: &mut dyn Iterator<Item = f64>| {
         let (low, high) = tracks.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -147,5 +147,5 @@ fn untrace_leaps(pose: &mut Pose) {
     }
 }
 
-/// A way between two frames that is this part of the picture is a leap.
+/// The distance between two frames, relative to the picture, above which a point leaps.
 const LEAP: f64 = 0.05;

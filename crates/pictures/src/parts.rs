@@ -1,4 +1,4 @@
-//! The parts of a picture that a scene names.
+//! The parts of a picture that a scene defines.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,7 +10,7 @@ use qrm_view::motion::{Shape, Track};
 use crate::force_elements::part;
 use crate::pose::Pose;
 
-/// The shapes of all parts.
+/// Creates the shapes of all parts.
 pub(super) fn parts(pose: &mut Pose) -> Vec<Shape> {
     let scene = pose.scene;
     let mut shapes = Vec::new();
@@ -63,10 +63,11 @@ pub(super) fn parts(pose: &mut Pose) -> Vec<Shape> {
     shapes
 }
 
-/// How many corners the outline of a cam has.
+/// The number of corners of a cam's outline.
 const CORNERS: u32 = 180;
 
-/// The corners of a cam. A face touches it where its normal is, and as far beside that as the distance changes.
+/// The corners of a cam. A flat face touches the cam where the face's normal has the same direction, shifted sideways
+/// by the derivative of the distance.
 fn outline(parameters: &[f64], profile: &Value, is_flat: bool) -> [Track; 2] {
     let corner = |number: u32| {
         let theta = TAU * f64::from(number) / f64::from(CORNERS);
@@ -83,12 +84,12 @@ fn outline(parameters: &[f64], profile: &Value, is_flat: bool) -> [Track; 2] {
     [x, y]
 }
 
-/// The line that something slides along, as far as it comes.
+/// The line along which something slides, as long as the motion needs.
 fn rail(pose: &mut Pose, at: &[Value; 2], on: &[Value; 2], angle: Option<&Value>) -> Shape {
     let [low, high] = way(pose, on, at, angle);
     let reach = (0.15 * (high - low)).max(0.05 * pose.size());
     let is_fixed = pose.is_fixed(on) && angle.is_none_or(|angle| pose.never_changes(angle));
-    // What moves holds together.
+    // A moving line includes its own point.
     let [low, high] = if is_fixed { [low, high] } else { [low.min(0.0), high.max(0.0)] };
     let along = [low - reach, high + reach];
     if let Some(state) = pose.states.first().filter(|_| is_fixed) {
@@ -99,7 +100,7 @@ fn rail(pose: &mut Pose, at: &[Value; 2], on: &[Value; 2], angle: Option<&Value>
     Shape::Rail { node: pose.place(on), angle: pose.angle(angle), along }
 }
 
-/// A rack, as far as its gear rolls.
+/// A rack, as long as its gear rolls.
 fn rack(pose: &mut Pose, name: String, ends: [&[Value; 2]; 2], radius: &Value, angle: Option<&Value>) -> Shape {
     let [on, wheel] = ends;
     let [low, high] = way(pose, on, wheel, angle);
@@ -110,12 +111,12 @@ fn rack(pose: &mut Pose, name: String, ends: [&[Value; 2]; 2], radius: &Value, a
     let is_fixed = pose.is_fixed(on) && angle.is_none_or(|angle| pose.never_changes(angle));
     let name = if is_fixed { String::new() } else { name };
     let (node, angle) = (pose.place(on), pose.angle(angle));
-    // Teeth follow with those of the gear.
+    // The teeth of the gear need room beyond that.
     let along = [low - reach, high + reach];
     Shape::Rack { name, node, angle, along, across, pitch: 0.2 * PI * radius, phase: 0.0 }
 }
 
-/// From the least to the largest place of a point along a line.
+/// The smallest and the largest position of a point along a line.
 fn way(pose: &Pose, on: &[Value; 2], at: &[Value; 2], angle: Option<&Value>) -> [f64; 2] {
     let places = pose.states.iter().map(|state| in_frame(state, on, at, angle)[0]);
     let grown = |[low, high]: [f64; 2], place: f64| [low.min(place), high.max(place)];
@@ -123,13 +124,13 @@ fn way(pose: &Pose, on: &[Value; 2], at: &[Value; 2], angle: Option<&Value>) -> 
     if low <= high { [low, high] } else { [0.0; 2] }
 }
 
-/// A place in a frame at another one.
+/// A position in the frame at another position.
 fn in_frame(state: &State<f64>, origin: &[Value; 2], at: &[Value; 2], angle: Option<&Value>) -> [f64; 2] {
     let angle = angle.map_or(0.0, |angle| state.value(angle));
     seen_from(at_state(state, origin), angle, at_state(state, at))
 }
 
-/// A place in a frame at an origin that is turned by an angle.
+/// A position in the frame with this origin and angle.
 pub(super) fn seen_from([ox, oy]: [f64; 2], angle: f64, [x, y]: [f64; 2]) -> [f64; 2] {
     let (sin, cos) = angle.sin_cos();
     [(x - ox) * cos + (y - oy) * sin, (y - oy) * cos - (x - ox) * sin]

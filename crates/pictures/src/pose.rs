@@ -1,4 +1,4 @@
-//! Places of a mechanism over the frames of an animation.
+//! Positions of a mechanism over the frames of an animation.
 
 use qrm_scene::evaluate::State;
 use qrm_scene::expression::Node as Operation;
@@ -8,7 +8,7 @@ use qrm_view::motion::{Node, Track};
 use crate::recording::Recording;
 use crate::source::Source;
 
-/// The poses of a mechanism at each of several times, and the places of it that are shown.
+/// The poses of a mechanism at several times, and its drawn positions.
 pub(super) struct Pose<'s> {
     pub(super) scene: &'s Scene,
     pub(super) parameters: &'s [f64],
@@ -19,17 +19,17 @@ pub(super) struct Pose<'s> {
     pub(super) sources: Vec<Source>,
     /// The sources of the angles of shapes.
     pub(super) angles: Vec<Source>,
-    /// The node that shows each point, if there is one.
+    /// The node of each point; `None` if it is not drawn.
     points: Vec<Option<usize>>,
 }
 
 impl<'s> Pose<'s> {
-    /// The poses at the frames of a recorded run.
+    /// Creates the poses at the frames of a recorded run.
     pub(super) fn recorded(scene: &'s Scene, parameters: &'s [f64], recording: &Recording) -> Self {
         Self::new(scene, parameters, &recording.states())
     }
 
-    /// The poses at times with these coordinates and rates.
+    /// Creates the poses at times with these coordinates and rates.
     pub(super) fn new(scene: &'s Scene, parameters: &'s [f64], states: &[(f64, Vec<f64>, Vec<f64>)]) -> Self {
         let state = |(t, q, qd): &(f64, Vec<f64>, Vec<f64>)| State::plain(scene, parameters, *t, q, qd);
         let states = states.iter().map(state).collect();
@@ -37,7 +37,7 @@ impl<'s> Pose<'s> {
         Self { scene, parameters, states, nodes: Vec::new(), sources: Vec::new(), angles: Vec::new(), points }
     }
 
-    /// The numbers of a source at each frame; columns have none here.
+    /// The numbers of a source at each frame; empty for columns.
     pub(super) fn track(&self, source: &Source) -> Track {
         track(self.states.iter().map(|state| source.number(state, &|_| f64::NAN)).collect())
     }
@@ -52,7 +52,7 @@ impl<'s> Pose<'s> {
         node
     }
 
-    /// The node of a point, or one with a name that is always in the same place.
+    /// The node of a point, or a named one that always has the same position.
     pub(super) fn point_or_same(&mut self, point: usize) -> usize {
         if let Some(own) = self.points[point] {
             return own;
@@ -69,7 +69,7 @@ impl<'s> Pose<'s> {
         same.unwrap_or_else(|| self.point(point))
     }
 
-    /// The node of a place: that of a point if it is one.
+    /// The node of a position: that of a point if it is one.
     pub(super) fn place(&mut self, place: &[Value; 2]) -> usize {
         let component = |axis: usize| match place[axis].nodes() {
             [Operation::Name(Quantity::Point(point, of))] if *of == axis => Some(*point),
@@ -81,7 +81,7 @@ impl<'s> Pose<'s> {
         self.add(String::new(), place.clone().map(Source::Formula))
     }
 
-    /// The track of the angle of a shape, zero without one. Tracks are asked for in the order of their shapes.
+    /// The track of a shape's angle, zero without one. Call it in the order of the shapes.
     pub(super) fn angle(&mut self, angle: Option<&Value>) -> Track {
         let source = angle.map_or(Source::Constant(0.0), |angle| Source::Formula(angle.clone()));
         let track = self.track(&source);
@@ -89,7 +89,7 @@ impl<'s> Pose<'s> {
         track
     }
 
-    /// Whether a place belongs to the ground.
+    /// Whether a position belongs to the ground.
     pub(super) fn is_fixed(&self, place: &[Value; 2]) -> bool {
         place.iter().all(|component| self.never_changes(component))
     }
@@ -98,13 +98,13 @@ impl<'s> Pose<'s> {
     pub(super) fn never_changes(&self, value: &Value) -> bool {
         value.names().all(|name| match name {
             Quantity::Parameter(_) | Quantity::Pi => true,
-            // Points depend on points before them alone.
+            // Points depend only on earlier points.
             Quantity::Point(point, axis) => self.never_changes(&self.scene.points[*point].position[*axis]),
             _ => false,
         })
     }
 
-    /// The larger side of the rectangle that all points keep to.
+    /// The longer side of the rectangle around all points.
     pub(super) fn size(&self) -> f64 {
         let side = |axis: usize| {
             let places =
@@ -115,7 +115,7 @@ impl<'s> Pose<'s> {
         side(0).max(side(1))
     }
 
-    /// The node of a place that never moves, found up to rounding errors.
+    /// The node of a fixed position, found up to rounding errors.
     pub(super) fn fixed(&mut self, [x, y]: [f64; 2]) -> usize {
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (1e-6 + a.abs().max(b.abs()));
         let is_there = |node: &Node| node.x.len() == 1 && node.y.len() == 1 && near(node.x[0], x) && near(node.y[0], y);
@@ -137,7 +137,7 @@ impl<'s> Pose<'s> {
     }
 }
 
-/// One value is enough for what never changes.
+/// A track; a single value if it never changes.
 pub(super) fn track(mut values: Vec<f64>) -> Track {
     if values.iter().all(|value| *value == values[0]) {
         values.truncate(1);

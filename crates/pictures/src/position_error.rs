@@ -1,11 +1,11 @@
-//! How far a point of a mechanism is from a target.
+//! The distance of a mechanism's point from a target.
 
 use num_dual::Dual2_64;
 use qrm_scene::evaluate::State;
 use qrm_scene::scene::Scene;
 use qrm_sim::analysis::PositionError;
 
-/// The position of a weighted mean of points less that of a target. A point is given by its place in the scene.
+/// The position of a weighted mean of points minus that of a target. Points are given by their indices in the scene.
 pub fn position_error(
     scene: &Scene,
     parameters: &[f64],

@@ -1,4 +1,4 @@
-//! A run as pictures and reports need it, in little memory however long the run is.
+//! Records a run for pictures and reports, in bounded memory for any length of the run.
 
 use std::io;
 
@@ -7,21 +7,21 @@ use qrm_sim::columns::{Column, Kind, columns};
 use qrm_sim::run::{Extremes, Observer, Row};
 use qrm_view::envelope::Envelope;
 
-/// Most frames that are kept for an animation; at least half as many of a long run are.
+/// The largest number of frames for an animation; long runs have at least half as many.
 const MAX_FRAMES: usize = 1500;
 
-/// An observer that keeps the series of every column, and some rows whole.
+/// An observer that records the series of every column, and some complete rows.
 pub struct Recording {
     columns: Vec<Column>,
     envelope: Envelope,
-    /// The extremes of the first columns, those that are no checks.
+    /// The extremes of the first columns, that is, of all except checks.
     extremes: Vec<Extremes>,
     corrections: Envelope,
     last_corrections: f64,
-    /// Rows at equal distances, as many as an animation needs.
+    /// Equidistant rows for an animation.
     pub frames: Vec<Frame>,
     most_frames: usize,
-    /// Every how many rows one is kept.
+    /// The interval, in rows, between recorded frames.
     every: u64,
     /// Whether series are kept.
     has_series: bool,
@@ -31,12 +31,12 @@ pub struct Recording {
 pub type Frame = Vec<f64>;
 
 impl Recording {
-    /// An empty recording for a run of this mechanism.
+    /// Creates an empty recording for a run of this mechanism.
     pub fn new(description: &Description) -> Self {
         Self::with_frames(description, MAX_FRAMES)
     }
 
-    /// An empty recording for a run of this mechanism, with at most `most_frames` frames.
+    /// Creates an empty recording for a run of this mechanism, with at most `most_frames` frames.
     pub fn with_frames(description: &Description, most_frames: usize) -> Self {
         let columns = columns(description);
         Self {
@@ -52,7 +52,7 @@ impl Recording {
         }
     }
 
-    /// An empty recording for a run of this mechanism that keeps extremes only: no series and no frames.
+    /// Creates an empty recording for a run of this mechanism that records only extremes: no series and no frames.
     pub fn for_extremes(description: &Description) -> Self {
         Self { has_series: false, ..Self::with_frames(description, 0) }
     }
@@ -68,22 +68,22 @@ impl Recording {
         place.map_or(Vec::new(), |place| self.frames.iter().map(|frame| frame[place]).collect())
     }
 
-    /// The value of a column in a frame; not a number where there is no such column.
+    /// The value of a column in a frame; not a number if there is no such column.
     pub fn value(&self, frame: usize, kind: Kind) -> f64 {
         self.place(kind).map_or(f64::NAN, |place| self.frames[frame][place])
     }
 
-    /// Times and values of a column, with every peak of a long run.
+    /// Times and values of a column, including every peak of a long run.
     pub fn series(&self, kind: Kind) -> Vec<(f64, f64)> {
         self.place(kind).map(|place| self.envelope.points(place)).unwrap_or_default()
     }
 
-    /// The extremes of a column that is no check.
+    /// The extremes of a column; `None` for checks.
     pub fn extremes(&self, kind: Kind) -> Option<Extremes> {
         self.place(kind).and_then(|place| self.extremes.get(place).copied())
     }
 
-    /// Times, and how often the coordinates were corrected.
+    /// Times, and the numbers of corrections of the coordinates.
     pub fn corrections(&self) -> Vec<(f64, f64)> {
         self.corrections.points(0)
     }
@@ -145,7 +145,7 @@ impl Observer for Recording {
         let Some(t) = last.first().filter(|_| self.has_series) else { return Ok(()) };
         self.envelope.finish(*t, last);
         self.corrections.finish(*t, &[self.last_corrections]);
-        // A motion is shown to its end.
+        // The last row is always a frame.
         if self.frames.last().is_some_and(|frame| frame[0] < *t) {
             self.frames.push(last.to_vec());
         }

@@ -1,4 +1,4 @@
-//! Where the numbers of a motion come from, so that they can be had at any time.
+//! The sources of a motion's numbers, which allow their evaluation at any time.
 
 use qrm_scene::evaluate::State;
 use qrm_scene::scene::Value;
@@ -7,7 +7,7 @@ use qrm_sim::columns::Kind;
 /// The source of a track.
 #[derive(Clone, Debug)]
 pub(crate) enum Source {
-    /// Nothing changes it.
+    /// A constant.
     Constant(f64),
     /// A component of a point.
     Point(usize, usize),
@@ -15,7 +15,7 @@ pub(crate) enum Source {
     Formula(Value),
     /// A column of a run.
     Column(Kind),
-    /// A component of a force along a direction, whatever the length of that.
+    /// A component of a force along a direction of any length.
     Along(Kind, [Value; 2], usize),
 }
 
@@ -24,14 +24,14 @@ pub(crate) enum Source {
 pub struct Sources(pub(crate) Vec<Source>);
 
 impl Sources {
-    /// The numbers at a state whose columns have these values.
+    /// Evaluates all sources at a state whose columns have these values.
     pub fn numbers(&self, state: &State<f64>, column: &dyn Fn(Kind) -> f64) -> Vec<f64> {
         self.0.iter().map(|source| source.number(state, column)).collect()
     }
 }
 
 impl Source {
-    /// The number at a state.
+    /// Evaluates the source at a state.
     pub(crate) fn number(&self, state: &State<f64>, column: &dyn Fn(Kind) -> f64) -> f64 {
         match self {
             Self::Constant(value) => *value,

@@ -1,4 +1,4 @@
-//! The teeth of gears: as many for each as its radius asks for, and where they mesh.
+//! The teeth of gears: their numbers from the radii, and their meshing.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,15 +6,15 @@ use qrm_view::motion::{Node, Shape};
 
 use crate::parts::seen_from;
 
-/// A small gear has about so many teeth.
+/// The approximate number of teeth of a small gear.
 const LEAST: u32 = 12;
 const MOST: u32 = 40;
-/// More teeth could not be told apart.
+/// The largest number of teeth; more could not be distinguished.
 const FINEST: u32 = 400;
-/// How far apart pitch circles may be that touch, as a part of their radii.
+/// The largest distance of touching pitch circles, relative to their radii.
 const NEAR: f64 = 1e-6;
 
-/// Gives teeth to all gears and racks. Those that touch in the first frame have equal ones, which mesh.
+/// Adds teeth to all gears and racks. Gears that touch in the first frame get equal, meshing teeth.
 pub(super) fn mesh(shapes: &mut [Shape], nodes: &[Node]) {
     let mut gears: Vec<Gear> =
         shapes.iter().enumerate().filter_map(|(place, shape)| Gear::new(place, shape, nodes)).collect();
@@ -56,7 +56,7 @@ pub(super) fn mesh(shapes: &mut [Shape], nodes: &[Node]) {
     }
 }
 
-/// Gives a rack the teeth of the gear that touches it.
+/// Adds the teeth of the touching gear to a rack.
 fn mesh_rack(shape: &mut Shape, nodes: &[Node], gears: &[Gear]) {
     let Shape::Rack { node, angle, across, pitch, phase, .. } = shape else { return };
     let Some(direction) = angle.first().copied() else { return };
@@ -64,7 +64,7 @@ fn mesh_rack(shape: &mut Shape, nodes: &[Node], gears: &[Gear]) {
     let local = |gear: &Gear| seen_from(place(&nodes[*node]), direction, gear.at);
     let touches = |gear: &&Gear| (local(gear)[1] - *across - sign * gear.radius).abs() <= NEAR * gear.radius;
     let Some(gear) = gears.iter().filter(|gear| !gear.is_internal).find(touches) else { return };
-    // A gap of the gear is where a tooth of the rack is.
+    // A gap of the gear faces a tooth of the rack.
     let contact = direction - sign * 0.5 * PI;
     let gap = gear.tooth + 0.5 * gear.pitch() - contact;
     *pitch = sign * gear.radius * gear.pitch();
@@ -79,9 +79,9 @@ struct Gear {
     radius: f64,
     is_internal: bool,
     teeth: u32,
-    /// The direction of one of its teeth.
+    /// The angle of one of its teeth.
     tooth: f64,
-    /// The gear whose teeth its own follow.
+    /// The gear that determines the angle of its teeth.
     driver: Option<usize>,
 }
 
@@ -93,7 +93,7 @@ impl Gear {
         Some(Self { place: number, at, radius, is_internal, teeth: LEAST, tooth, driver: None })
     }
 
-    /// The angle from tooth to tooth.
+    /// The angle between consecutive teeth.
     fn pitch(&self) -> f64 {
         TAU / f64::from(self.teeth)
     }
@@ -113,12 +113,12 @@ impl Gear {
         are_sized && (self.distance(other) - apart).abs() <= NEAR * (self.radius + other.radius)
     }
 
-    /// The direction of a tooth of another gear that meshes with this one.
+    /// The angle of a tooth of another gear that meshes with this one.
     fn meshing(&self, other: &Self) -> f64 {
         let towards = |from: &Self, to: &Self| (to.at[1] - from.at[1]).atan2(to.at[0] - from.at[0]);
         let is_within = self.is_internal || other.is_internal;
         let contact = if other.is_internal { towards(other, self) } else { towards(self, other) };
-        // Both move past their contact by the same way, in a ring into the same direction.
+        // Both move past the contact by the same distance; inside a ring, in the same direction.
         let way = self.radius * ((self.tooth - contact) % self.pitch()) / other.radius;
         let gap = if is_within { contact + way } else { contact + PI - way };
         gap + 0.5 * other.pitch()
@@ -129,7 +129,7 @@ fn place(node: &Node) -> [f64; 2] {
     [&node.x, &node.y].map(|track| track.first().copied().unwrap_or(0.0))
 }
 
-/// Numbers of teeth that have the ratios of the radii, as nearly as they can.
+/// Numbers of teeth whose ratios approximate those of the radii.
 fn numbers(radii: &[f64]) -> Vec<u32> {
     let least = radii.iter().copied().fold(f64::INFINITY, f64::min);
     let exact = |of_least: u32| radii.iter().map(move |radius| f64::from(of_least) * radius / least);
@@ -149,7 +149,7 @@ mod tests {
         Shape::Gear { name, node, angle: vec![0.3 * node as f64], radius, teeth: 1, phase: 0.0, is_internal }
     }
 
-    /// Where the teeth of a gear are in the first frame, seen from its middle in a direction, in pitches.
+    /// The position of a gear's teeth in the first frame, seen from its centre in a direction, in pitches.
     fn offset(shape: &Shape, direction: f64) -> f64 {
         let Shape::Gear { angle, teeth, phase, .. } = shape else { panic!("{shape:?}") };
         let pitch = TAU / f64::from(*teeth);

@@ -1,4 +1,4 @@
-//! Diagnostics of scenes: the fault, its place and a remedy, printed in the shape of rustc's own messages.
+//! Diagnostics of scenes: the error, its location and a remedy, printed in the format of rustc's messages.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -12,21 +12,21 @@ pub type Span = Range<usize>;
 /// One error or warning about a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// Whether the scene is unusable because of it.
+    /// Whether the scene is unusable or only suspicious.
     pub severity: Severity,
     /// The problem, in one sentence.
     pub title: String,
-    /// Where; `None` when it is about the whole file.
+    /// The location; `None` if the diagnostic concerns the whole file.
     pub span: Option<Span>,
-    /// A few words beside the place.
+    /// A short text at the location.
     pub label: String,
-    /// A second place that explains the first.
+    /// A second location that explains the first.
     pub context: Option<(Span, String)>,
-    /// How to mend it.
+    /// How to correct the error.
     pub help: Option<String>,
 }
 
-/// How grave a [`Diagnostic`] is.
+/// The severity of a [`Diagnostic`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
     /// The scene cannot be used.
@@ -36,7 +36,7 @@ pub enum Severity {
 }
 
 impl Diagnostic {
-    /// An error at a place.
+    /// Creates an error at a location.
     pub fn error(title: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
         Self {
             severity: Severity::Error,
@@ -48,24 +48,24 @@ impl Diagnostic {
         }
     }
 
-    /// A warning at a place.
+    /// Creates a warning at a location.
     pub fn warning(title: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
         Self { severity: Severity::Warning, ..Self::error(title, span, label) }
     }
 
-    /// An error about the whole file.
+    /// Creates an error about the whole file.
     pub fn whole_file(title: impl Into<String>) -> Self {
         Self { span: None, ..Self::error(title, 0..0, "") }
     }
 
-    /// Adds how to mend it.
+    /// Adds a remedy.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// Adds a second place that explains the first.
+    /// Adds a second location that explains the first.
     #[must_use]
     pub fn context(mut self, span: Span, label: impl Into<String>) -> Self {
         self.context = Some((span, label.into()));
@@ -73,13 +73,13 @@ impl Diagnostic {
     }
 }
 
-/// The most findings that a report shows.
+/// The largest number of findings in a report.
 pub(crate) const MAX_SHOWN: usize = 20;
 
 /// The diagnostics about one file, in the order of its lines.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// The file as the user knows it.
+    /// The path of the file as the user typed it.
     pub path: String,
     /// The text of the file.
     pub source: String,
@@ -88,8 +88,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Gathers findings about `source`, sorted by place. What is found twice is reported once, and of very many the
-    /// first.
+    /// Collects findings about `source`, sorted by location. Duplicates are removed, and long lists truncated.
     pub fn new(path: impl Into<String>, source: impl Into<String>, mut diagnostics: Vec<Diagnostic>) -> Self {
         diagnostics.sort_by_key(|d| d.span.as_ref().map_or((0, 0), |s| (s.start, s.end)));
         let mut known = HashSet::new();
@@ -103,7 +102,7 @@ impl Report {
         errors(&self.diagnostics) > 0
     }
 
-    /// The report as text, with terminal colours if asked for.
+    /// Renders the report as text, with terminal colours if `colour` is true.
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
         let rendered: Vec<String> = self.diagnostics.iter().map(|d| renderer.render(&[self.group(d)])).collect();
@@ -134,13 +133,13 @@ impl Report {
         group
     }
 
-    /// Keeps a span inside the text, on character boundaries, and wide enough to be seen.
+    /// Restricts a span to the text and to character boundaries, and makes it wide enough to be visible.
     fn visible(&self, span: &Span) -> Span {
         let mut start = span.start.min(self.source.len());
         while !self.source.is_char_boundary(start) {
             start -= 1;
         }
-        // Nothing but a line end can be shown as a place without width.
+        // Only line ends cannot be shown as a location without width.
         let is_wide = self.source[start..].starts_with(|c: char| !c.is_control());
         let mut end = span.end.max(start + usize::from(is_wide)).clamp(start, self.source.len());
         while !self.source.is_char_boundary(end) {
@@ -150,12 +149,12 @@ impl Report {
     }
 }
 
-/// How many findings make the scene unusable.
+/// Counts the findings that make the scene unusable.
 pub(crate) fn errors(findings: &[Diagnostic]) -> usize {
     findings.iter().filter(|finding| finding.severity == Severity::Error).count()
 }
 
-/// Keeps as many findings as are shown, errors before warnings, and says that there are others.
+/// Truncates the findings, errors before warnings, and mentions how many were dropped.
 fn shorten(diagnostics: &mut Vec<Diagnostic>) {
     if diagnostics.len() <= MAX_SHOWN {
         return;

@@ -1,26 +1,26 @@
-//! Constraints that give the direction of a vector in a form that is singular at some positions.
+//! Constraints that prescribe the direction of a vector in a form that is singular at some positions.
 
 use crate::diagnostic::Span;
 use crate::expression::{Expression, Node, NodeId};
 use crate::function::Function;
 use crate::scene::{OutputKind, Scene};
 
-/// A constraint by which a vector has the direction of an angle, as `x - sqrt(x^2 + y^2)*cos(phi)`.
+/// A constraint that gives a vector the direction of an angle, such as `x - sqrt(x^2 + y^2)*cos(phi)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Direction {
-    /// The place of the constraint.
+    /// The index of the constraint.
     pub constraint: usize,
-    /// The component whose zeros make the constraint singular, as an operation of its residual.
+    /// The component whose zeros make the constraint singular, as an operation of the residual.
     pub singular_component: NodeId,
     /// The text of the constraint in the form `x*sin(phi) - y*cos(phi)`, which is regular wherever the vector is not
     /// zero. It also holds for the opposite direction.
     pub regular_form: String,
-    /// Where the residual stands.
+    /// The location of the residual.
     pub span: Span,
 }
 
-/// The constraints of the form `x - r*cos(phi)`, `y - r*sin(phi)` or `y - x*tan(phi)`, in either order, where `r` is
-/// `sqrt(x^2 + y^2)`, `(x^2 + y^2)^0.5` or `hypot(x, y)`. One-sided constraints are left out, and so are those whose
+/// Finds the constraints of the form `x - r*cos(phi)`, `y - r*sin(phi)` or `y - x*tan(phi)`, in either order, where `r`
+/// is `sqrt(x^2 + y^2)`, `(x^2 + y^2)^0.5` or `hypot(x, y)`. One-sided constraints are omitted, and constraints whose
 /// multiplier an output uses: another form has another multiplier. `source` is the text of the scene.
 pub fn directions(scene: &Scene, source: &str) -> Vec<Direction> {
     let is_used = |place: usize| {
@@ -52,8 +52,8 @@ pub fn directions(scene: &Scene, source: &str) -> Vec<Direction> {
     read.collect()
 }
 
-/// The parts of `given - r*function(angle)`, where `r` is the length of `given` and `other`; of `given -
-/// other*tan(angle)`.
+/// The parts of `given - r*function(angle)`, where `r` is the length of the vector of `given` and `other`; or of `given
+/// - other*tan(angle)`.
 struct Vector {
     function: Function,
     given: NodeId,
@@ -90,7 +90,7 @@ fn vector<N: PartialEq>(residual: &Expression<N>) -> Option<Vector> {
     None
 }
 
-/// The components of the vector whose length an operation is.
+/// The components of a vector, given the operation that computes its length.
 fn components<N: PartialEq>(expression: &Expression<N>, length: NodeId) -> Option<[NodeId; 2]> {
     let nodes = expression.nodes();
     let square = |id: NodeId| match &nodes[id] {
@@ -106,7 +106,7 @@ fn components<N: PartialEq>(expression: &Expression<N>, length: NodeId) -> Optio
     Some([square(a)?, square(b)?])
 }
 
-/// Whether a text begins with the parenthesis that its end closes.
+/// Whether one pair of parentheses encloses a whole text.
 fn is_enclosed(text: &str) -> bool {
     let mut depth = 0;
     let closes = |(place, c): (usize, char)| {
@@ -116,7 +116,7 @@ fn is_enclosed(text: &str) -> bool {
     text.char_indices().find_map(closes).is_some_and(|place| place > 0 && place + 1 == text.len())
 }
 
-/// Whether two operations are the same, with the same operands.
+/// Whether two operations are equal, operands included.
 fn is_same<N: PartialEq>(expression: &Expression<N>, a: NodeId, b: NodeId) -> bool {
     let (first, second) = (&expression.nodes()[a], &expression.nodes()[b]);
     let (operands, others) = (first.operands(), second.operands());

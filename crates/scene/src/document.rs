@@ -1,4 +1,4 @@
-//! Scene text to a syntax tree with places. The only module that knows TOML.
+//! Parses the text of a scene into a syntax tree with locations. Only this module and its submodules know TOML.
 
 mod characters;
 mod drawing;
@@ -26,7 +26,7 @@ pub use loads::{Along, FrictionSyntax, LoadSyntax, SpringSyntax};
 pub use outputs::{DisplacementSyntax, JointPart, OutputSyntax, OutputValue};
 use reader::Reader;
 
-/// A scene file as written: every formula parsed, no name looked up.
+/// A scene file as written: formulae are parsed, but names not looked up.
 #[derive(Debug, Default)]
 pub struct Document {
     /// The scene's name.
@@ -43,7 +43,7 @@ pub struct Document {
     pub links: Vec<LinkSyntax>,
     /// `[joints]`
     pub joints: Vec<JointSyntax>,
-    /// Loops of four links; only where there are links.
+    /// Loops of four links; present only in scenes with links.
     pub four_bars: Vec<FourBar>,
     /// `[points]`
     pub points: Vec<(Identifier, [Formula; 2])>,
@@ -57,11 +57,11 @@ pub struct Document {
     pub given: Vec<(Identifier, Formula)>,
     /// `[initial] solve`
     pub solve: Vec<(Identifier, Formula)>,
-    /// Where the given values stand.
+    /// The location of the given values.
     pub given_span: Span,
-    /// Whether something that may declare names could not be read, so that names may seem unknown that are not.
+    /// Whether a part that may declare names could not be read: names may then seem unknown by mistake.
     pub lost_names: bool,
-    /// Whether nothing is wrong but inside formulae.
+    /// Whether there are no errors outside formulae.
     pub is_whole: bool,
     /// `[outputs]`
     pub outputs: Vec<OutputSyntax>,
@@ -75,14 +75,14 @@ pub struct Document {
     pub run: RunSyntax,
 }
 
-/// A loop of four links that pins join, by the names of links, points and coordinates.
+/// A loop of four links joined by pins, by the names of links, points and coordinates.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FourBar {
-    /// The ground, a link beside it, the coupler, and the other link beside the ground.
+    /// The ground, a link joined to it, the coupler, and the other link joined to the ground.
     pub links: [String; 4],
     /// The pins of each link.
     pub sides: [[String; 2]; 4],
-    /// The angles of the links beside the ground.
+    /// The angles of the two links joined to the ground.
     pub angles: [String; 2],
 }
 
@@ -108,7 +108,7 @@ pub struct ParameterSyntax {
     pub unit: String,
     /// The description of the parameter.
     pub doc: String,
-    /// Whether it is kept in the generated code even when it is zero.
+    /// Whether generated code keeps the parameter even if it is zero.
     pub runtime: bool,
 }
 
@@ -136,12 +136,12 @@ pub enum Position {
     Pair([Formula; 2]),
 }
 
-/// The side of zero on which a joint would let its residual go.
+/// The side of zero towards which a joint lets its residual move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Side {
-    /// `<= 0`: the joint keeps the residual from rising, and its multiplier is not negative.
+    /// `<= 0`: the joint prevents positive residuals, and its multiplier is not negative.
     Below,
-    /// `>= 0`: the joint keeps the residual from falling, and its multiplier is not positive.
+    /// `>= 0`: the joint prevents negative residuals, and its multiplier is not positive.
     Above,
 }
 
@@ -154,9 +154,9 @@ pub struct ConstraintSyntax {
     pub residual: Formula,
     /// Unit of the residual.
     pub unit: String,
-    /// The side that the joint does not keep the residual from.
+    /// The side towards which the residual may move.
     pub one_sided: Option<Side>,
-    /// Whether it is the drive of a joint.
+    /// Whether the constraint is the drive of a joint.
     pub is_drive: bool,
     /// The description of the constraint.
     pub doc: String,
@@ -167,11 +167,11 @@ pub struct ConstraintSyntax {
 pub struct ReferenceSyntax {
     /// The name of the reference.
     pub identifier: Identifier,
-    /// Where it is from.
+    /// The source of the values.
     pub doc: String,
     /// The time of the values.
     pub t: Formula,
-    /// How accurate the values are.
+    /// The accuracy of the values.
     pub accuracy: Formula,
     /// The values.
     pub values: Vec<(Identifier, Formula)>,
@@ -182,13 +182,13 @@ pub struct ReferenceSyntax {
 pub struct ExtremeSyntax {
     /// The name of the variant.
     pub identifier: Identifier,
-    /// The description of what is extreme in the variant.
+    /// The extreme property of the variant, for people.
     pub doc: String,
-    /// Parameters with other values.
+    /// Parameters with changed values.
     pub set: Vec<(Identifier, Formula)>,
-    /// When it ends.
+    /// The end time of the run.
     pub end_time: Option<Formula>,
-    /// How accurate the values are.
+    /// The accuracy of the values.
     pub accuracy: Option<Formula>,
     /// The known values at the end of the run of the variant.
     pub values: Vec<(Identifier, Formula)>,
@@ -197,26 +197,26 @@ pub struct ExtremeSyntax {
 /// `[run]`
 #[derive(Debug, Default)]
 pub struct RunSyntax {
-    /// Step of the integration.
+    /// Step length.
     pub step: Option<Formula>,
-    /// When to stop.
+    /// The stop condition.
     pub until: Option<Condition<String>>,
-    /// When to stop at the latest.
+    /// The latest end of a run with a stop condition.
     pub max_time: Option<Formula>,
-    /// A fixed end.
+    /// The end of a run without a stop condition.
     pub end_time: Option<Formula>,
-    /// Whether implicit methods are to be used, and where that stands.
+    /// The location of the request for implicit methods, if there is one.
     pub stiff: Option<Span>,
-    /// Whether a function for inverse dynamics is asked for, and where that stands.
+    /// The location of the request for inverse dynamics, if there is one.
     pub inverse: Option<Span>,
-    /// Where the table begins.
+    /// The start of the table.
     pub span: Span,
-    /// Whether all of it could be read.
+    /// Whether all of the table could be read.
     pub is_whole: bool,
 }
 
 impl Document {
-    /// Reads a scene's text, and reports everything that is wrong with its form.
+    /// Reads a scene's text and reports all errors of its form.
     pub fn parse(source: &str) -> (Self, Vec<Diagnostic>) {
         let mut reader = Reader::new(source);
         let mut document = Self::default();

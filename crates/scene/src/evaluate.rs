@@ -1,4 +1,4 @@
-//! Numbers for formulae: straight from the scene, with automatic differentiation, past the symbolic engine.
+//! Evaluates formulae directly from the scene, with automatic differentiation and without the symbolic engine.
 
 use num_dual::Dual2;
 
@@ -6,12 +6,12 @@ use crate::expression::{Expression, Node};
 use crate::function::Differentiable;
 use crate::scene::{Quantity, Scene, Value};
 
-/// The value of `expression` when each name has the value that `lookup` gives it.
+/// The value of `expression`, where `lookup` gives the values of names.
 pub fn evaluate<N, D: Differentiable>(expression: &Expression<N>, mut lookup: impl FnMut(&N) -> D) -> D {
     evaluate_in(&mut Vec::with_capacity(expression.nodes().len()), expression, &mut lookup)
 }
 
-/// Evaluates `expression` with the values that `lookup` gives, and room for intermediate values that the caller keeps.
+/// Evaluates `expression` like [`evaluate`], with a buffer for intermediate values that the caller keeps.
 pub fn evaluate_in<N, D: Differentiable>(
     values: &mut Vec<D>,
     expression: &Expression<N>,
@@ -33,12 +33,12 @@ pub fn constant<D: Differentiable>(value: &Value, parameters: &[D]) -> D {
     })
 }
 
-/// The ratio of a circle's circumference to its diameter, as close as the number can hold it.
+/// The ratio of a circle's circumference to its diameter, in the precision of the number.
 fn pi<D: Differentiable>() -> D {
     D::from(std::f64::consts::PI) + 1.224_646_799_147_353_2e-16
 }
 
-/// The value of each operation that rests on names with a known value alone.
+/// The values of the operations that depend only on names with a known value.
 pub fn known_values<N>(expression: &Expression<N>, mut lookup: impl FnMut(&N) -> Option<f64>) -> Vec<Option<f64>> {
     let mut known: Vec<Option<f64>> = Vec::with_capacity(expression.nodes().len());
     let mut values: Vec<f64> = Vec::with_capacity(expression.nodes().len());
@@ -57,7 +57,7 @@ pub fn known_values<N>(expression: &Expression<N>, mut lookup: impl FnMut(&N) ->
 
 fn apply<N, D: Differentiable>(node: &Node<N>, values: &[D], lookup: &mut impl FnMut(&N) -> D) -> D {
     match node {
-        // The second part is lost in a double, and none of a double-double number.
+        // The second part vanishes in a double, but not in a double-double number.
         Node::Number(number) => D::from(number.value) + number.rest,
         Node::Name(name) => lookup(name),
         Node::Negate(a) => -values[*a],
@@ -75,7 +75,7 @@ fn apply<N, D: Differentiable>(node: &Node<N>, values: &[D], lookup: &mut impl F
     }
 }
 
-/// A power whose exponent does not vary; whole exponents work for negative bases too.
+/// A power with a constant exponent; integer exponents also allow negative bases.
 fn power<D: Differentiable>(base: D, exponent: D) -> D {
     let n = exponent.re();
     if n.fract() == 0.0 && n.abs() <= 1024.0 {
@@ -85,7 +85,7 @@ fn power<D: Differentiable>(base: D, exponent: D) -> D {
     base.powf(n)
 }
 
-/// The values that the names of a scene's formulae have at one state.
+/// The values of all names of a scene's formulae in one state.
 #[derive(Clone, Debug)]
 pub struct State<D> {
     /// Parameters.
@@ -101,7 +101,7 @@ pub struct State<D> {
 }
 
 impl<D: Differentiable> State<D> {
-    /// The state with these coordinates and rates; points follow from them.
+    /// Creates the state with these coordinates and rates; points follow from them.
     pub fn new(scene: &Scene, parameters: &[f64], time: D, coordinates: Vec<D>, rates: Vec<D>) -> Self {
         let parameters: Vec<D> = parameters.iter().map(|&p| D::from(p)).collect();
         let points = Vec::with_capacity(scene.points.len());
@@ -118,7 +118,7 @@ impl<D: Differentiable> State<D> {
         evaluate(value, |quantity| self.quantity(*quantity))
     }
 
-    /// The value of a load's law where the length that it acts along and the rate of that are these.
+    /// The value of a load's law for a length and its rate.
     pub fn law(&self, value: &Value, [stretch, rate]: [D; 2]) -> D {
         evaluate(value, |quantity| match quantity {
             Quantity::Stretch => stretch,
@@ -127,7 +127,7 @@ impl<D: Differentiable> State<D> {
         })
     }
 
-    /// A copy of the state with one point moved and everything else held.
+    /// Copies the state with one point moved and everything else fixed.
     #[must_use]
     pub fn with_point(&self, point: usize, position: [D; 2]) -> Self {
         let mut moved = self.clone();
@@ -135,12 +135,12 @@ impl<D: Differentiable> State<D> {
         moved
     }
 
-    /// Where a point is.
+    /// The position of a point.
     pub fn point(&self, point: usize) -> [D; 2] {
         self.points[point]
     }
 
-    /// The value of a name; not a number for those that other formulae bind.
+    /// The value of a name; not a number for names that have no value in a state.
     pub fn quantity(&self, quantity: Quantity) -> D {
         match quantity {
             Quantity::Parameter(i) => self.parameters[i],
@@ -150,7 +150,7 @@ impl<D: Differentiable> State<D> {
             Quantity::PointRate(i, axis) => self.point_rates[i][axis],
             Quantity::Time => self.time,
             Quantity::Pi => pi(),
-            // The law of a load, and a condition, bind these themselves.
+            // Laws of loads and conditions provide these values themselves.
             Quantity::Stretch
             | Quantity::StretchRate
             | Quantity::Acceleration(_)
@@ -165,7 +165,7 @@ impl<D: Differentiable> State<D> {
 }
 
 impl<D: Differentiable> State<D> {
-    /// A state of plain numbers, in which the rates of points are known too.
+    /// Creates a state of plain numbers, which also contains the rates of points.
     pub fn plain(scene: &Scene, parameters: &[f64], time: D, q: &[D], qd: &[D]) -> Self {
         let moving = State::along(scene, parameters, time, q, qd, &vec![D::from(0.0); q.len()]);
         let mut state = Self::new(scene, parameters, time, q.to_vec(), qd.to_vec());
@@ -175,7 +175,8 @@ impl<D: Differentiable> State<D> {
 }
 
 impl<D: Differentiable> State<Dual2<D>> {
-    /// A state that moves with rates `qd` and accelerations `qdd`: every value carries its first two time derivatives.
+    /// Creates a state that moves with rates `qd` and accelerations `qdd`: each value carries its first two time
+    /// derivatives.
     pub fn along(scene: &Scene, parameters: &[f64], time: D, q: &[D], qd: &[D], qdd: &[D]) -> Self {
         let [zero, one] = [0.0, 1.0].map(D::from);
         let coordinates = (0..q.len()).map(|i| Dual2::new(q[i], qd[i], qdd[i])).collect();
@@ -184,7 +185,7 @@ impl<D: Differentiable> State<Dual2<D>> {
     }
 }
 
-/// The numbers of a scene's parameters, with some of them replaced; dependent ones follow.
+/// The values of a scene's parameters, some of them replaced; dependent parameters are recomputed.
 pub fn parameter_values<D: Differentiable>(scene: &Scene, replace: impl Fn(&str) -> Option<D>) -> Vec<D> {
     let mut values: Vec<D> = Vec::with_capacity(scene.parameters.len());
     for parameter in &scene.parameters {

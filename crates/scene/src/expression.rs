@@ -1,7 +1,7 @@
-//! Formulae as data: a flat list of operations in which operands come before their operation.
+//! Formulae as flat lists of operations, with operands before the operations that use them.
 //!
-//! The list stands for a tree without being one in memory, so a formula of any length is evaluated,
-//! translated and freed by a loop, never by recursion.
+//! The list represents a tree without pointers, so a formula of any length is evaluated, translated and freed by a loop
+//! instead of recursion.
 
 use std::sync::Arc;
 
@@ -20,15 +20,15 @@ pub struct Expression<N> {
     spans: Vec<Span>,
 }
 
-/// The place of an operation in its [`Expression`].
+/// The index of an operation in its [`Expression`].
 pub type NodeId = usize;
 
-/// One operation of an [`Expression`]; operands are places before it.
+/// One operation of an [`Expression`]; operands are indices of earlier operations.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Node<N> {
     /// A number as written.
     Number(Number),
-    /// Something with a name.
+    /// A named quantity.
     Name(N),
     /// `-a`
     Negate(NodeId),
@@ -44,24 +44,24 @@ pub enum Node<N> {
     Power(NodeId, NodeId),
     /// `f(a, ...)`
     Call(Function, Vec<NodeId>),
-    /// A table through which a spline is laid.
+    /// A spline of a lookup table.
     Spline(Arc<Spline>, NodeId),
 }
 
-/// A number of a scene: exact for differentiation, nearest double for evaluation.
+/// A number of a scene: exact for differentiation, as the nearest double for evaluation.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Number {
-    /// Exactly what the decimal says. Data hold the doubles alone.
+    /// The exact value of the decimal; for data, the value of the double.
     #[serde(skip, default = "num_traits::Zero::zero")]
     pub exact: BigRational,
     /// The double nearest to it.
     pub value: f64,
-    /// The double nearest to what that lacks.
+    /// The double nearest to the difference between the exact value and `value`.
     pub rest: f64,
 }
 
 impl<N> Node<N> {
-    /// The places of the operands.
+    /// The indices of the operands.
     pub fn operands(&self) -> Vec<NodeId> {
         match self {
             Self::Number(_) | Self::Name(_) => Vec::new(),
@@ -73,7 +73,7 @@ impl<N> Node<N> {
         }
     }
 
-    /// Whether it has a derivative but at corners and jumps.
+    /// Whether the operation is differentiable except at corners and jumps.
     pub fn is_piecewise(&self) -> bool {
         match self {
             Self::Call(function, _) => function.is_piecewise(),
@@ -84,12 +84,12 @@ impl<N> Node<N> {
 }
 
 impl<N: Clone> Node<N> {
-    /// A copy of the operation whose operands stand `by` places further on.
+    /// Copies the operation with its operands shifted by `by`.
     pub(crate) fn moved(&self, by: usize) -> Self {
         self.at(|place| place + by)
     }
 
-    /// A copy of the operation whose operands stand where `place` puts them.
+    /// Copies the operation with its operands mapped by `place`.
     pub(crate) fn at(&self, place: impl Fn(NodeId) -> NodeId) -> Self {
         match self {
             Self::Number(_) | Self::Name(_) => self.clone(),
@@ -106,7 +106,7 @@ impl<N: Clone> Node<N> {
 }
 
 impl Number {
-    /// Reads a decimal such as `0.2`, `12` or `1e-3`; `None` when no double comes near it.
+    /// Reads a decimal such as `0.2`, `12` or `1e-3`; `None` if it is outside the range of doubles.
     pub fn parse(decimal: &str) -> Option<Self> {
         let value: f64 = decimal.parse().ok()?;
         let (mantissa, exponent) = match decimal.split_once(['e', 'E']) {
@@ -122,25 +122,25 @@ impl Number {
         if is_zero {
             return Some(Self { exact: BigRational::from(digits), value, rest: 0.0 });
         }
-        // A double between 5e-324 and 1.8e308 bounds the power by the length of the text.
+        // The range of doubles, 5e-324 to 1.8e308, bounds the power by the length of the text.
         let power = exponent.parse::<i64>().ok()? - i64::try_from(fraction.len()).ok()?;
         let scale = BigInt::from(10).pow(u32::try_from(power.unsigned_abs()).ok()?);
         let exact = if power < 0 { BigRational::new(digits, scale) } else { BigRational::from(digits * scale) };
         Some(Self::near(exact, value))
     }
 
-    /// A number whose nearest double is known.
+    /// Creates a number whose nearest double is known.
     pub(crate) fn near(exact: BigRational, value: f64) -> Self {
         let rest = BigRational::from_float(value).map_or(0.0, |nearest| to_f64(&(&exact - nearest)));
         Self { exact, value, rest }
     }
 
-    /// A double.
+    /// Creates a number from a double.
     pub(crate) fn double(value: f64) -> Self {
         Self { exact: BigRational::from_float(value).unwrap_or_default(), value, rest: 0.0 }
     }
 
-    /// A whole number.
+    /// Creates an integer.
     pub fn whole(value: i32) -> Self {
         Self { exact: BigRational::from(BigInt::from(value)), value: f64::from(value), rest: 0.0 }
     }
@@ -151,19 +151,19 @@ pub fn to_f64(exact: &BigRational) -> f64 {
     let (numerator, denominator) = (exact.numer(), exact.denom());
     let exactly = BigInt::one() << 53;
     if numerator.abs() <= exactly && *denominator <= exactly {
-        // Both are exact doubles, so the quotient is rounded once.
+        // Both are exact doubles, so only the quotient is rounded.
         return numerator.to_f64().unwrap_or(f64::NAN) / denominator.to_f64().unwrap_or(f64::NAN);
     }
     exact.to_f64().unwrap_or(f64::NAN)
 }
 
 impl<N> Expression<N> {
-    /// An expression without operations, to be filled by [`push`](Self::push).
+    /// Creates an expression without operations, to be filled by [`push`](Self::push).
     pub fn new() -> Self {
         Self { nodes: Vec::new(), spans: Vec::new() }
     }
 
-    /// Appends an operation whose operands are already there.
+    /// Appends an operation; its operands must have been appended before.
     pub fn push(&mut self, node: Node<N>, span: Span) -> NodeId {
         self.nodes.push(node);
         self.spans.push(span);
@@ -175,12 +175,12 @@ impl<N> Expression<N> {
         &self.nodes
     }
 
-    /// Where an operation stands in the text of the scene.
+    /// The location of an operation in the text of the scene.
     pub fn span(&self, id: NodeId) -> Span {
         self.spans[id].clone()
     }
 
-    /// Where the whole expression stands in the text of the scene.
+    /// The location of the whole expression in the text of the scene.
     pub fn whole_span(&self) -> Span {
         self.spans.last().cloned().unwrap_or(0..0)
     }
@@ -193,19 +193,19 @@ impl<N> Expression<N> {
         })
     }
 
-    /// Gives an operation another place in the text: the parentheses around it belong to it.
+    /// Changes the location of an operation, for example to include the parentheses around it.
     pub fn set_span(&mut self, id: NodeId, span: Span) {
         self.spans[id] = span;
     }
 
-    /// Moves every place in the text.
+    /// Maps every location in the text.
     pub fn move_spans(&mut self, to: impl Fn(&Span) -> Span) {
         for span in &mut self.spans {
             *span = to(span);
         }
     }
 
-    /// A copy of the expression with the names that `rename` gives.
+    /// Copies the expression with names mapped by `rename`.
     pub fn map<M>(&self, mut rename: impl FnMut(&N, &Span) -> M) -> Expression<M> {
         let nodes = self.nodes.iter().zip(&self.spans).map(|(node, span)| match node {
             Node::Number(n) => Node::Number(n.clone()),
@@ -222,7 +222,7 @@ impl<N> Expression<N> {
         Expression { nodes: nodes.collect(), spans: self.spans.clone() }
     }
 
-    /// The base of a power with a number as its exponent.
+    /// The base of an operation that is a power with this constant exponent.
     pub fn base(&self, id: NodeId, exponent: f64) -> Option<NodeId> {
         match self.nodes[id] {
             Node::Power(base, own) => {
@@ -234,7 +234,7 @@ impl<N> Expression<N> {
 }
 
 impl<N: Clone> Expression<N> {
-    /// A copy of the formula with splines written out in functions that step from piece to piece.
+    /// Copies the formula with splines expressed by step functions between the pieces.
     #[must_use]
     pub fn without_splines(&self) -> Self {
         let mut written = Self::new();

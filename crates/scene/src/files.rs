@@ -1,4 +1,4 @@
-//! Reads and writes small files whole or not at all.
+//! Reads and writes small files atomically.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile, TempPath};
 
-/// The bytes of a file of limited size.
+/// Reads a file of limited size.
 ///
 /// # Errors
-/// The file cannot be read, is not a plain file, or has more bytes.
+/// The file cannot be read, is not a regular file, or is larger than `most`.
 pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     // Pipes and devices may never end.
     let data = fs::metadata(path)?;
@@ -21,17 +21,17 @@ pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > most { Err(io::Error::other(format!("it has more than {most} bytes"))) } else { Ok(bytes) }
 }
 
-/// The path of a file while it is under way, beside its place.
+/// The path of a file while it is being written, next to its final path.
 pub fn under_way(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".under-way");
     path.with_file_name(name)
 }
 
-/// Opens a file to append to it, which no other process may do meanwhile; makes it, and its folder, if it is not there.
+/// Opens a file for appending and locks it against other processes; creates the file and its folder if necessary.
 ///
 /// # Errors
-/// The file cannot be opened; of the kind [`io::ErrorKind::WouldBlock`], if another process has it.
+/// The file cannot be opened; [`io::ErrorKind::WouldBlock`] if another process has locked it.
 pub fn open_alone(path: &Path) -> io::Result<File> {
     path.parent().map_or(Ok(()), fs::create_dir_all)?;
     loop {
@@ -40,14 +40,14 @@ pub fn open_alone(path: &Path) -> io::Result<File> {
             fs::TryLockError::WouldBlock => io::Error::from(io::ErrorKind::WouldBlock),
             fs::TryLockError::Error(e) => e,
         })?;
-        // The other process may have moved it away before it let it go.
+        // The other process may have moved the file before it released the lock.
         if is_at(&file, path) {
             return Ok(file);
         }
     }
 }
 
-/// Whether a path leads to an open file.
+/// Whether a path still refers to an open file.
 fn is_at(file: &File, path: &Path) -> bool {
     #[cfg(unix)]
     {
@@ -65,18 +65,18 @@ fn is_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// Writes a file that appears whole or not at all, in a folder that is made if it is not there.
+/// Writes a file atomically; creates its folder if necessary.
 ///
 /// # Errors
-/// The folder or the file cannot be written; nothing is left of the attempt.
+/// The folder or the file cannot be written; temporary files are removed.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write_whole_with(path, |file| file.write_all(bytes))
 }
 
-/// Writes a file through a function, with the promises of [`write_whole`].
+/// Writes a file atomically through a function: see [`write_whole`].
 ///
 /// # Errors
-/// As for [`write_whole`], or the function failed.
+/// The file cannot be written, or the function failed.
 pub fn write_whole_with<T>(path: &Path, write: impl FnOnce(&mut File) -> io::Result<T>) -> io::Result<T> {
     path.parent().map_or(Ok(()), fs::create_dir_all)?;
     let mut part = part(path)?;
@@ -88,8 +88,8 @@ pub fn write_whole_with<T>(path: &Path, write: impl FnOnce(&mut File) -> io::Res
 /// Writes files that belong together: none appears before all of them are written.
 ///
 /// # Errors
-/// The path of a file, and why it cannot be written. Nothing is left of the attempt, unless a file that was written
-/// cannot be moved to its place.
+/// The path of a file and the reason why it cannot be written. Temporary files are removed; files that were already
+/// moved to their final path remain.
 pub fn write_all_whole(files: &[(PathBuf, impl AsRef<[u8]>)]) -> Result<(), (&Path, io::Error)> {
     let mut parts = Vec::new();
     for (path, bytes) in files {
@@ -110,13 +110,13 @@ pub fn write_all_whole(files: &[(PathBuf, impl AsRef<[u8]>)]) -> Result<(), (&Pa
     Ok(())
 }
 
-/// A file beside `path` that no other writer has, in this process or another; removed when it is dropped.
+/// Creates a temporary file in the folder of `path`; it is removed when dropped.
 fn part(path: &Path) -> io::Result<NamedTempFile> {
     let mut prefix = path.file_name().unwrap_or_default().to_owned();
     prefix.push(".");
     let mut builder = Builder::new();
     builder.prefix(&prefix).suffix(".part");
-    // Others may read it as they may read any new file.
+    // The permissions of an ordinary new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
@@ -178,7 +178,7 @@ mod tests {
         first.write_all(b"one").expect("written");
         assert_eq!(open_alone(&path).map_err(|e| e.kind()).err(), Some(io::ErrorKind::WouldBlock));
         fs::rename(&path, path.with_extension("done")).expect("moved");
-        // The name is free again, though the file is not.
+        // The name can be used again, though the first file is still locked.
         let second = open_alone(&path).expect("another file");
         assert_eq!(second.metadata().expect("there").len(), 0);
         fs::remove_dir_all(folder("alone")).expect("removed");

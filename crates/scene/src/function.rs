@@ -1,9 +1,9 @@
-//! The functions a formula may call.
+//! The functions that formulae may call.
 
 use num_dual::DualNum;
 use qrm_core::Operation;
 
-/// A double, or a double that carries derivatives with it.
+/// A double, possibly with derivatives.
 pub trait Differentiable: DualNum<Primitive = f64> + Copy {}
 
 impl<D: DualNum<Primitive = f64> + Copy> Differentiable for D {}
@@ -47,12 +47,12 @@ pub enum Function {
     Min,
     /// The larger of two.
     Max,
-    /// The largest whole number that is not above a number; only in what splines become.
+    /// The largest integer that is not above a number; used only to express splines.
     Floor,
 }
 
 impl Function {
-    /// Every function that a formula can name, in the order the documentation lists them.
+    /// All functions that formulae may name, in the order of the documentation.
     pub const ALL: [Function; 18] = [
         Self::Sqrt,
         Self::Sin,
@@ -126,12 +126,12 @@ impl Function {
         }
     }
 
-    /// The function of this name.
+    /// Finds a function by its name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|f| f.name() == name)
     }
 
-    /// How many arguments it takes.
+    /// The number of arguments.
     pub fn arity(self) -> usize {
         match self {
             Self::Hypot | Self::Atan2 | Self::Min | Self::Max => 2,
@@ -139,18 +139,18 @@ impl Function {
         }
     }
 
-    /// Whether it has a derivative wherever it has a value. What has none serves where nothing is differentiated: in
-    /// values of parameters, first guesses, stop conditions.
+    /// Whether the function is differentiable in its whole domain. Other functions are allowed only where nothing is
+    /// differentiated: in values of parameters, first guesses and stop conditions.
     pub fn is_differentiable(self) -> bool {
         self != Self::Atan2 && !self.is_piecewise()
     }
 
-    /// Whether it has one but at a corner: that serves loads too.
+    /// Whether the function is differentiable except at corners; such functions are also allowed in loads.
     pub fn is_piecewise(self) -> bool {
         matches!(self, Self::Abs | Self::Sign | Self::Min | Self::Max | Self::Floor)
     }
 
-    /// The value at `arguments`, of which there must be at least [`arity`](Self::arity) many.
+    /// Evaluates the function at `arguments`; there must be at least [`arity`](Self::arity) of them.
     pub fn evaluate<D: Differentiable>(self, arguments: &[D]) -> D {
         let x = arguments[0];
         match self {

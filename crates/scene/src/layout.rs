@@ -1,11 +1,11 @@
-//! The text of a scene without comments and layout, to tell whether two texts describe the same formulae.
+//! The text of a scene without comments and formatting, to decide whether two texts contain the same formulae.
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The text of a scene without comments and layout; `None` if it is no TOML.
+/// The text of a scene without comments and formatting; `None` if it is not TOML.
 ///
-/// Values for which `is_free` holds are left out. It gets the keys above a value and whether that is a number.
+/// Values are omitted if `is_free` returns true for their path of keys and whether they are numbers.
 pub fn without_layout(source: &str, is_free: impl Fn(&[&str], bool) -> bool) -> Option<String> {
     let table = DeTable::parse(source).ok()?;
     let mut text = String::new();
@@ -13,7 +13,7 @@ pub fn without_layout(source: &str, is_free: impl Fn(&[&str], bool) -> bool) -> 
     Some(text)
 }
 
-/// Whether keys lead to the value of a parameter.
+/// Whether a path of keys refers to the value of a parameter.
 pub fn is_parameter_value(keys: &[&str]) -> bool {
     matches!(keys, ["parameters", _] | ["parameters", _, "value"])
 }

@@ -1,9 +1,10 @@
-//! Formula text to tokens with places.
+//! Splits formulae into tokens with locations.
 
 use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::Number;
 
-/// How many characters a number may have. Numbers are kept exactly, and none that a double can tell apart is longer.
+/// The largest number of characters in a number. Numbers are kept exactly; all decimals that doubles can distinguish
+/// are shorter.
 const NUMBER_LENGTH: usize = 100;
 
 /// A piece of a formula.
@@ -29,7 +30,8 @@ pub enum Comparison {
 }
 
 impl Comparison {
-    /// `1` if the condition becomes true when left minus right rises through zero, `-1` if when it falls.
+    /// `1` if the condition becomes true when left minus right rises through zero, `-1` if it becomes true when that
+    /// falls.
     pub fn sign(self) -> f64 {
         match self {
             Self::GreaterOrEqual => 1.0,
@@ -41,7 +43,7 @@ impl Comparison {
 /// Splits `text`, which begins at byte `offset` of its file.
 ///
 /// # Errors
-/// A character that belongs to no token, or a number no double comes near.
+/// A character that belongs to no token, or a number outside the range of doubles.
 pub fn tokenize(text: &str, offset: usize) -> Result<Vec<(Token, Span)>, Diagnostic> {
     let bytes = text.as_bytes();
     let run = |from: usize, keep: fn(u8) -> bool| {

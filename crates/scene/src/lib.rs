@@ -1,10 +1,10 @@
 //! Reads scene files: mechanisms described by formulae.
 //!
-//! [`source`] reads the text, [`document`] its TOML with the place of every value, [`lexer`] and [`parser`] the
-//! formulae, and [`resolve`] looks up names and checks the rules, which gives a [`scene::Scene`]. All mistakes of a
-//! file are reported together, at their lines and columns ([`diagnostic`]). [`evaluate`] gives formulae values, on
-//! doubles and on dual numbers. [`layout`] compares the texts of scenes. [`time_scales`] tells how
-//! fast loads change with time. [`files`] writes files whole, for whoever works with scenes.
+//! [`source`] reads the text, [`document`] parses TOML with the location of every value, [`lexer`] and [`parser`] parse
+//! formulae, and [`resolve`] looks up names and checks the rules; the result is a [`scene::Scene`]. All errors of a
+//! file are reported together, with lines and columns ([`diagnostic`]). [`evaluate`] evaluates formulae on doubles and
+//! dual numbers. [`layout`] compares the texts of scenes. [`time_scales`] finds how fast loads change with time.
+//! [`files`] writes files atomically.
 
 pub mod diagnostic;
 pub mod direction;

@@ -1,9 +1,9 @@
-//! Links and joints to coordinates, points, bodies and constraints: what the rest of the program reads is an ordinary
-//! scene.
+//! Expands links and joints into coordinates, points, bodies and constraints, so that the rest of the program sees an
+//! ordinary scene.
 //!
-//! Links that do not turn against each other have one angle, absolute and counter-clockwise (`angles`). The place of
-//! each link follows from that of another one by a joint of a spanning tree (`tree`, `places`); joints that are not
-//! in the tree become constraints (`closures`).
+//! Links that cannot turn relative to each other share one angle, absolute and counter-clockwise (`angles`). The
+//! position of each link follows from that of another link through a joint of a spanning tree (`tree`, `places`);
+//! joints outside the tree become constraints (`closures`).
 
 mod angles;
 mod bodies;
@@ -38,10 +38,10 @@ use resolved::Linkage;
 use rough_places::Rough;
 use tree::{Placement, Tree};
 
-/// Adds to a scene what its links and joints are in coordinates, points, bodies, constraints and drawings.
+/// Adds the coordinates, points, bodies, constraints and drawings of links and joints to a scene.
 pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let is_empty = document.links.is_empty() && document.joints.is_empty();
-    // What could not be read would be missing.
+    // Unreadable parts would be missing.
     if is_empty || document.lost_names {
         return;
     }
@@ -97,7 +97,7 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     document.loads.extend(frictions.loads);
     let unknown = start::write(document, values, freedoms);
     start::report_unknown(document, &unknown, findings);
-    // What only follows from other mistakes is not reported.
+    // Consequential errors are not reported.
     if document.is_whole && errors(findings) == before {
         start::report_too_few(document, freedoms, &first, findings);
     }

@@ -1,6 +1,6 @@
 //! The rules for names, and suggestions for mistyped ones.
 
-/// The candidate that looks most like `name`, if any looks enough like it.
+/// The candidate most similar to `name`, if any is similar enough.
 pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = name.to_lowercase();
     let limit = (name.len() / 3).max(1);
@@ -8,13 +8,13 @@ pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .into_iter()
         .filter(|candidate| candidate.len().abs_diff(name.len()) <= limit)
         .map(|candidate| (strsim::osa_distance(&lower, &candidate.to_lowercase()), candidate))
-        // Names of one letter each are one step apart without looking alike.
+        // Names of one letter are at distance one without being similar.
         .filter(|(distance, candidate)| *distance <= limit && *distance < name.len().max(candidate.len()))
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
 }
 
-/// Help for an unknown name: what it probably meant, or what else there is to say.
+/// Help for an unknown name: the name that was probably meant, or other help.
 pub fn suggestion<'a>(
     name: &str,
     candidates: impl IntoIterator<Item = &'a str>,

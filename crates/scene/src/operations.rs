@@ -1,4 +1,4 @@
-//! Formulae of a scene as operations of a tape.
+//! Converts the formulae of a scene into operations of a tape.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -10,8 +10,8 @@ use crate::lexer::Comparison;
 use crate::parser::Condition;
 use crate::scene::{Quantity, Scene, Value};
 
-/// The tape of a condition alone: its event rises through zero when the condition becomes true. The parameters are
-/// those of the scene's tape.
+/// The tape of a condition: its event rises through zero when the condition becomes true. It has the parameters of the
+/// scene's tape.
 pub fn event_tape(scene: &Scene, condition: &Condition<Quantity>, tape: &NamedTape) -> Tape {
     let mut tape = tape.clone();
     let event = event(scene, condition, &mut tape);
@@ -38,7 +38,7 @@ pub fn event(scene: &Scene, condition: &Condition<Quantity>, tape: &mut NamedTap
     }
 }
 
-/// A formula of a scene on its way into a tape.
+/// A converter of a scene's formulae into operations of a tape.
 pub struct Formula<'s> {
     scene: &'s Scene,
     tape: &'s mut NamedTape,
@@ -49,15 +49,15 @@ pub struct Formula<'s> {
 }
 
 impl<'s> Formula<'s> {
-    /// Begins with the formulae of a function.
+    /// Starts the formulae of a function.
     pub fn new(scene: &'s Scene, tape: &'s mut NamedTape) -> Self {
         Self { scene, tape, names: BTreeMap::new(), points: HashMap::new() }
     }
 
-    /// The value of a formula.
+    /// Converts a formula; returns the index of its value.
     ///
     /// # Panics
-    /// If the formula is empty, or the law of a load.
+    /// If the formula is empty, or is the law of a load.
     pub fn value(&mut self, value: &Value) -> u32 {
         let value = &value.without_splines();
         let mut values: Vec<u32> = Vec::with_capacity(value.nodes().len());
@@ -108,14 +108,14 @@ impl<'s> Formula<'s> {
                 let [kinetic, potential] = [0, 1].map(|i| self.result("energy", i));
                 self.tape.operation(Operation::Add(kinetic, potential))
             }
-            // No scene with unknown names gets here.
+            // Scenes with unknown names are rejected earlier.
             Quantity::Stretch | Quantity::StretchRate | Quantity::Unknown => {
                 unreachable!("they occur in loads alone")
             }
         }
     }
 
-    /// A parameter; zero if it is left out of the tape.
+    /// The index of a parameter; zero if the tape omits it.
     fn parameter(&mut self, parameter: usize) -> u32 {
         let ([parameters, ..], name) = (self.tape.sizes(), &self.scene.parameters[parameter].name);
         let input = (0..named_tape::place(parameters)).find(|input| self.tape.names.get(input) == Some(name));
@@ -128,7 +128,7 @@ impl<'s> Formula<'s> {
         result.unwrap_or_else(|| unreachable!("the tape has {function}"))
     }
 
-    /// A coordinate of a point, or its rate, which gets a name.
+    /// Converts a coordinate of a point, or its rate, and names it.
     fn point(&mut self, quantity: Quantity) -> u32 {
         if let Some(&value) = self.points.get(&quantity) {
             return value;
@@ -155,8 +155,8 @@ impl<'s> Formula<'s> {
     }
 }
 
-/// The statements on the way to a value: values with a name, here or in the functions of outputs and energies, and
-/// those that are used more than once.
+/// The statements that lead to a value: values with a name, here or in the functions of outputs and energies, and
+/// values that are used more than once.
 fn statements(tape: &NamedTape, root: u32, mut names: BTreeMap<u32, Vec<String>>) -> Vec<Statement> {
     let needed = tape.needed(std::iter::once(root));
     let is_constant = tape.are_constant();

@@ -1,4 +1,5 @@
-//! Tokens to [`Expression`]: the usual precedences, `^` binding tighter than a sign before it and to the right.
+//! Parses tokens into an [`Expression`] with the usual precedences; `^` is right-associative and binds tighter than a
+//! sign before it.
 
 use std::sync::Arc;
 
@@ -9,17 +10,17 @@ use crate::lexer::{Comparison, Token, tokenize};
 use crate::names::suggestion;
 use crate::spline::Spline;
 
-/// How deep parentheses, signs and powers may nest.
+/// The largest nesting depth of parentheses, signs and powers.
 const DEPTH_LIMIT: usize = 200;
 
-/// How many numbers, names and operations a formula may have. The memory for the text of its code grows with the
-/// square: 200 MB at this limit.
+/// The largest number of numbers, names and operations in a formula. The memory for the text of its code grows with the
+/// square of that: 200 MB at this limit.
 pub(crate) const OPERATION_LIMIT: usize = 4000;
 
 /// A formula whose names are still text.
 pub type Formula = Expression<String>;
 
-/// A condition `left >= right` and its kind; it becomes true when `left - right` rises through zero, or falls.
+/// A condition `left >= right` or `left <= right`; it becomes true when `left - right` rises or falls through zero.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Condition<N> {
     /// Left-hand side minus right-hand side.
@@ -28,13 +29,13 @@ pub struct Condition<N> {
     pub comparison: Comparison,
 }
 
-/// Boxed, so that the recursion below needs little stack: one level of nesting passes through five functions.
+/// The error is boxed, so that the recursion needs little stack: one level of nesting passes through five functions.
 type Parsed<T> = Result<T, Box<Diagnostic>>;
 
 /// Reads a formula that begins at byte `offset` of its file and may call these lookup tables.
 ///
 /// # Errors
-/// The first mistake in the formula, with its place.
+/// The first error in the formula, with its location.
 pub fn parse_formula(text: &str, offset: usize, tables: &[Arc<Spline>]) -> Result<Formula, Diagnostic> {
     let mut parser = Parser::new(text, offset, tables)?;
     parser.sum().and_then(|_| parser.expect_end()).map_err(|error| *error)?;
@@ -44,7 +45,7 @@ pub fn parse_formula(text: &str, offset: usize, tables: &[Arc<Spline>]) -> Resul
 /// Reads a condition that begins at byte `offset` of its file and may call these lookup tables.
 ///
 /// # Errors
-/// The first mistake in the condition, with its place.
+/// The first error in the condition, with its location.
 pub fn parse_condition(text: &str, offset: usize, tables: &[Arc<Spline>]) -> Result<Condition<String>, Diagnostic> {
     let mut parser = Parser::new(text, offset, tables)?;
     let (left, comparison, right) = parser.condition().map_err(|error| *error)?;
@@ -86,7 +87,7 @@ impl<'c> Parser<'c> {
         self.tokens.get(self.at)
     }
 
-    /// The place of the next token, or the end of the formula.
+    /// The location of the next token, or the end of the formula.
     fn here(&self) -> Span {
         self.peek().map_or(self.end..self.end, |(_, span)| span.clone())
     }
@@ -106,7 +107,7 @@ impl<'c> Parser<'c> {
     fn condition(&mut self) -> Parsed<(NodeId, Comparison, NodeId)> {
         let left = self.sum()?;
         let Some((Token::Comparison(comparison), _)) = self.peek().cloned() else {
-            // What no formula can contain here is the better thing to report.
+            // A token that no formula can contain here is reported first.
             self.expect_end()?;
             let error = Diagnostic::error("a comparison is missing", self.here(), "expected `>=` or `<=` here");
             return Err(Box::new(error.help("write a condition such as `phi2 >= 4*pi`")));
@@ -163,7 +164,7 @@ impl<'c> Parser<'c> {
         Ok(left)
     }
 
-    /// A value with any signs before it. Every cycle of the grammar passes here, so here its depth is bounded.
+    /// Parses a value with any signs before it. Every cycle of the grammar passes here, so the depth is checked here.
     fn signed(&mut self) -> Parsed<NodeId> {
         self.depth += 1;
         if self.depth > DEPTH_LIMIT {
@@ -214,7 +215,7 @@ impl<'c> Parser<'c> {
         }
     }
 
-    /// The number, or the angle of that many degrees if `deg` follows without a space.
+    /// Converts a number to radians if `deg` follows without a space.
     fn degrees(&mut self, number: NodeId, span: Span) -> NodeId {
         let unit = match self.peek() {
             Some((Token::Name(name), unit)) if name == "deg" && unit.start == span.end => unit.clone(),

@@ -1,4 +1,4 @@
-//! Formulae to text, with as few parentheses as the parser needs.
+//! Prints formulae with as few parentheses as the parser needs.
 
 use num_rational::BigRational;
 use num_traits::{One, Zero};
@@ -51,7 +51,7 @@ fn text(node: &Node<String>, texts: &[(String, Precedence)]) -> (String, Precede
     }
 }
 
-/// A number whose decimal is exact.
+/// Prints a number as an exact decimal.
 fn number(number: &Number) -> String {
     let shortest = format!("{}", number.value);
     if Number::parse(&shortest).is_some_and(|read| read.exact == number.exact) {
@@ -60,7 +60,7 @@ fn number(number: &Number) -> String {
     decimal(&number.exact).unwrap_or_else(|| format!("({}/{})", number.exact.numer(), number.exact.denom()))
 }
 
-/// The decimal of a rational that has one.
+/// The decimal of a rational number, if it has a finite one.
 fn decimal(exact: &BigRational) -> Option<String> {
     let ten = BigRational::from_integer(10.into());
     let (mut digits, mut power) = (exact.clone(), 0);

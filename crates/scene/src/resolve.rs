@@ -1,4 +1,4 @@
-//! Syntax tree to scene: every name is looked up, every rule of the format checked, all mistakes reported at once.
+//! Resolves a syntax tree into a scene: looks up every name, checks every rule of the format, and reports all errors.
 
 mod check;
 mod context;
@@ -31,10 +31,10 @@ use context::Context;
 use points::point_order;
 use scope::{Kind, Scope};
 
-/// Reads a scene. `path` is only for the messages.
+/// Reads a scene. `path` is used in messages only.
 ///
 /// # Errors
-/// A report of everything that is wrong with the scene.
+/// A report of all errors of the scene.
 pub fn read(path: &str, source: &str) -> Result<(Scene, Report), Report> {
     read_with(path, source, &|_| None)
 }
@@ -42,7 +42,7 @@ pub fn read(path: &str, source: &str) -> Result<(Scene, Report), Report> {
 /// Reads a scene in which some parameters have other values.
 ///
 /// # Errors
-/// A report of everything that is wrong with the scene, or with these values in it.
+/// A report of all errors of the scene with these values.
 pub fn read_with(path: &str, source: &str, replace: &dyn Fn(&str) -> Option<f64>) -> Result<(Scene, Report), Report> {
     let (mut document, mut findings) = Document::parse(source);
     if limits::are_too_many(&document, &mut findings) {
@@ -58,10 +58,10 @@ pub fn read_with(path: &str, source: &str, replace: &dyn Fn(&str) -> Option<f64>
     if report.has_errors() { Err(report) } else { Ok((scene, report)) }
 }
 
-/// Reads a condition on the names of a scene, as the command line gives it.
+/// Reads a condition on the names of a scene, such as an argument of the command line.
 ///
 /// # Errors
-/// A report of what is wrong with it.
+/// A report of its errors.
 pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, Report> {
     let mut scope = Scope::default();
     let nowhere = |name: &str| Identifier { name: name.to_owned(), span: 0..0 };
@@ -102,9 +102,9 @@ struct Resolver<'a> {
     findings: Vec<Diagnostic>,
     /// Whether names may seem unknown because their declaration could not be read.
     lost_names: bool,
-    /// Whether every part of the scene is there under a name of its own, and the start is sound.
+    /// Whether all parts of the scene are present under unique names, and the start is valid.
     is_whole: bool,
-    /// Whether something could not be looked up.
+    /// Whether some name could not be looked up.
     has_unknown: bool,
 }
 
@@ -241,7 +241,7 @@ impl Resolver<'_> {
     }
 }
 
-/// Gives parameters their numbers, and tells which of them are left out: those that are zero and can only be zero.
+/// Computes the values of parameters, and marks those that are omitted: the value is zero and cannot be anything else.
 fn number_parameters(scene: &mut Scene, replace: &dyn Fn(&str) -> Option<f64>) {
     let values = parameter_values(scene, replace);
     for (i, value) in values.into_iter().enumerate() {

@@ -23,7 +23,7 @@ pub use reference::{Known, Reference};
 /// A formula of a scene.
 pub type Value = Expression<Quantity>;
 
-/// The quantity that a name in a formula stands for; numbers are places in the lists of [`Scene`].
+/// The quantity denoted by a name in a formula; numbers are indices into the lists of [`Scene`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Quantity {
     /// A parameter.
@@ -36,7 +36,7 @@ pub enum Quantity {
     Point(usize, usize),
     /// The rate of the abscissa (0) or ordinate (1) of a point.
     PointRate(usize, usize),
-    /// The acceleration of a generalized coordinate; in conditions alone, as those that follow.
+    /// The acceleration of a generalized coordinate; this and the results below occur only in conditions.
     Acceleration(usize),
     /// The multiplier of a constraint.
     Multiplier(usize),
@@ -48,7 +48,7 @@ pub enum Quantity {
     PotentialEnergy,
     /// Both energies.
     Energy,
-    /// The length or angle along which a load acts; in the load's own law.
+    /// The length or angle along which a load acts; occurs only in the load's own law.
     Stretch,
     /// The rate of the length or angle along which a load acts.
     StretchRate,
@@ -56,7 +56,7 @@ pub enum Quantity {
     Time,
     /// The ratio of a circle's circumference to its diameter.
     Pi,
-    /// Something that could not be read or looked up; in scenes with errors alone.
+    /// A name that could not be read or looked up; occurs only in scenes with errors.
     Unknown,
 }
 
@@ -65,7 +65,7 @@ pub enum Quantity {
 pub struct Scene {
     /// The name of the mechanism.
     pub name: String,
-    /// Where its name stands.
+    /// The location of its name.
     pub name_span: Span,
     /// The description of the mechanism, for people.
     pub doc: String,
@@ -81,17 +81,17 @@ pub struct Scene {
     pub constraints: Vec<Constraint>,
     /// Applied loads.
     pub loads: Vec<Load>,
-    /// The quantities to be computed besides the coordinates.
+    /// The quantities to be computed in addition to the coordinates.
     pub outputs: Vec<Output>,
     /// The parts of a picture of the mechanism; empty if the scene defines none.
     pub drawing: Vec<Drawn>,
-    /// Values that are known from elsewhere.
+    /// Reference values.
     pub references: Vec<Reference>,
-    /// Variants on which methods are tried.
+    /// Variants on which methods are tested.
     pub extremes: Vec<Extreme>,
-    /// How a run begins and ends.
+    /// The step, the end and the options of a run.
     pub run: Run,
-    /// Loops of four links; only where there are links.
+    /// Loops of four links; present only in scenes with links.
     #[serde(skip)]
     pub four_bars: Vec<FourBar>,
 }
@@ -109,11 +109,11 @@ pub struct Coordinate {
     pub position: Start,
     /// The rate of the coordinate at the start.
     pub rate: Start,
-    /// Where it is declared.
+    /// The location of its declaration.
     pub span: Span,
 }
 
-/// How the start fixes a coordinate or a rate.
+/// The way in which the start fixes a coordinate or a rate.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub enum Start {
     /// The user fixes it.
@@ -137,11 +137,11 @@ pub struct Parameter {
     pub formula: Value,
     /// The formula as written.
     pub text: String,
-    /// The number that the formula gives.
+    /// The value of the formula.
     pub value: f64,
-    /// Whether it is kept even when it is zero.
+    /// Whether generated code keeps the parameter even if it is zero.
     pub runtime: bool,
-    /// Whether the generated code does without it: it is exactly zero, and so is every parameter it is computed from.
+    /// Whether the generated code omits it: it is exactly zero, and so are all parameters on which it depends.
     pub left_out: bool,
 }
 
@@ -154,7 +154,7 @@ pub struct Point {
     pub position: [Value; 2],
 }
 
-/// A rigid body; a missing part does not matter to the motion.
+/// A rigid body; a missing part does not affect the motion.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Body {
     /// The name of the body.
@@ -170,7 +170,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// A mass or inertia below zero, by its name, with its value.
+    /// A negative mass or inertia: its name and its formula.
     pub fn negative_inertia(&self, number: impl Fn(&Value) -> f64) -> Option<(&'static str, &Value, f64)> {
         let all = [("mass", self.mass.as_ref()), ("inertia", self.inertia.as_ref())];
         let known = all.into_iter().filter_map(|(what, value)| value.map(|value| (what, value, number(value))));
@@ -187,13 +187,13 @@ pub struct Constraint {
     pub residual: Value,
     /// Unit of the residual.
     pub unit: String,
-    /// The side on which the joint would let the residual go; `None` if it holds on both.
+    /// The side towards which the residual may move; `None` if the joint holds it on both sides.
     pub one_sided: Option<Side>,
-    /// Whether it is the drive of a joint.
+    /// Whether the constraint is the drive of a joint.
     pub is_drive: bool,
     /// The description of the constraint.
     pub doc: String,
-    /// Where the formula stands.
+    /// The location of the formula.
     pub span: Span,
 }
 
@@ -215,22 +215,22 @@ pub struct Output {
     pub unit: String,
     /// The description of the output.
     pub doc: String,
-    /// How it is computed.
+    /// The kind of computation.
     pub kind: OutputKind,
 }
 
-/// How a run begins and ends.
+/// The step, the end and the options of a run.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Run {
-    /// Step of the integration.
+    /// Step length.
     pub step: Value,
-    /// When it ends.
+    /// The stop condition.
     pub until: Option<Condition<Quantity>>,
-    /// When it ends at the latest, or always.
+    /// The end; with a stop condition, the latest end.
     pub end_time: Value,
-    /// Whether Jacobians of forces and constraints are asked for, which implicit methods need.
+    /// Whether Jacobians of forces and constraints are generated, which implicit methods need.
     pub stiff: bool,
-    /// Whether a function for inverse dynamics is asked for.
+    /// Whether a function for inverse dynamics is generated.
     pub inverse: bool,
 }
 
@@ -243,17 +243,17 @@ impl Scene {
             .chain(self.points.iter().map(|p| p.name.as_str()))
     }
 
-    /// The names of the parameters that the generated code does without.
+    /// The parameters that the generated code omits.
     pub fn left_out(&self) -> impl Iterator<Item = &Parameter> {
         self.parameters.iter().filter(|p| p.left_out)
     }
 
-    /// Whether a load has a corner or jumps somewhere.
+    /// Whether a load has a corner or a jump.
     pub fn has_corners(&self) -> bool {
         self.loads_contain(|node| node.is_piecewise())
     }
 
-    /// Whether a load has a `sign` in it.
+    /// Whether a load contains `sign`.
     pub fn has_jumps(&self) -> bool {
         self.loads_contain(|node| matches!(node, Node::Call(Function::Sign, _)))
     }
@@ -269,7 +269,7 @@ impl Scene {
         normals.into_iter().collect()
     }
 
-    /// The joints and loads whose friction depends on the force in a joint, in words.
+    /// The joints and loads whose friction depends on a joint force, in words.
     pub fn friction_by_forces(&self) -> impl Iterator<Item = &str> {
         self.loads.iter().filter_map(|load| match &load.kind {
             LoadKind::Spring { friction: Some(friction), .. } if friction.normal.is_some() => {
@@ -284,7 +284,7 @@ impl Scene {
         self.constraints.iter().any(|constraint| self.depends_on_time(&constraint.residual))
     }
 
-    /// The constraints that drive: those of drives of joints, and others that depend on time.
+    /// The driving constraints: drives of joints, and other constraints that depend on time.
     pub fn drives(&self) -> Vec<usize> {
         let is_drive = |i: &usize| {
             let constraint = &self.constraints[*i];

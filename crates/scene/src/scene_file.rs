@@ -7,9 +7,9 @@ use crate::resolve;
 use crate::scene::Scene;
 use crate::source::read_text;
 
-/// A scene with its text and its place.
+/// A scene with its text and its path.
 pub struct SceneFile {
-    /// Where it lies.
+    /// The path of the file.
     pub path: PathBuf,
     /// The text of the scene.
     pub source: String,
@@ -20,19 +20,19 @@ pub struct SceneFile {
 }
 
 impl SceneFile {
-    /// The scene of a text.
+    /// Reads a scene from a text.
     ///
     /// # Errors
-    /// A report of everything that is wrong with it.
+    /// A report of all errors of the scene.
     pub fn new(path: &Path, source: String) -> Result<Self, Report> {
         let (scene, warnings) = resolve::read(&path.display().to_string(), &source)?;
         Ok(Self { path: path.to_owned(), source, scene, warnings })
     }
 
-    /// Reads files, and checks each of them, with those before it.
+    /// Reads files, and checks each of them together with the files before it.
     ///
     /// # Errors
-    /// The reports of all files that are wrong or cannot be read.
+    /// The reports of all files that have errors or cannot be read.
     pub fn read_all(
         paths: &[PathBuf],
         check: impl Fn(&Self, &[Self]) -> Option<Report>,
@@ -50,7 +50,7 @@ impl SceneFile {
         if wrong.is_empty() { Ok(files) } else { Err(wrong) }
     }
 
-    /// A report of mistakes in this file.
+    /// Creates a report of findings about this file.
     pub fn report(&self, findings: Vec<Diagnostic>) -> Report {
         Report::new(self.path.display().to_string(), &self.source, findings)
     }

@@ -6,13 +6,13 @@ use std::path::Path;
 use crate::diagnostic::{Diagnostic, Report};
 use crate::files::read_at_most;
 
-/// The longest scene that is read. Scenes of this length that are wrong in every line are reported within two seconds.
+/// The largest size of a scene file. Files of this size with errors in every line are reported within two seconds.
 const MAX_BYTES: u64 = 1_000_000;
 
 /// Reads a scene file, which must be UTF-8.
 ///
 /// # Errors
-/// A report that the file cannot be read, or where it stops being text.
+/// A report that the file cannot be read, or the location at which it stops being UTF-8.
 pub fn read_text(path: &Path) -> Result<String, Report> {
     let name = path.display().to_string();
     let bytes = read_at_most(path, MAX_BYTES).map_err(|e| {

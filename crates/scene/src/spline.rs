@@ -17,19 +17,19 @@ pub struct Spline {
     pub name: String,
     /// The degree of its pieces, 1 or 3.
     degree: usize,
-    /// The period of the spline. Without one, a cubic spline goes on as a straight line beyond its ends, and lines stay
-    /// constant.
+    /// The period, if the spline is periodic. Beyond their ends, other cubic splines continue as straight lines, and
+    /// linear ones are constant.
     period: Option<f64>,
-    /// Where the spline begins, and where its second piece and each one after it begin. Pieces are polynomials in the
-    /// distance from there. Without a period the first two are equal: the first piece lies before them.
+    /// The start of the spline, of its second piece, and of each later piece. Pieces are polynomials in the distance
+    /// from there. Without a period the first two are equal, since the first piece lies before them.
     bases: Vec<f64>,
-    /// The coefficients of each piece, that of the constant first.
+    /// The coefficients of each piece, constant term first.
     pieces: Vec<[f64; 4]>,
 }
 
 impl Spline {
-    /// The periodic spline through four points or more, whose last ordinate is the first one: it repeats from the last
-    /// abscissa on. `None` if abscissae do not rise, or a coefficient is not finite.
+    /// Creates the periodic spline through four points or more, whose last ordinate equals the first: it repeats after
+    /// the last abscissa. `None` if abscissae do not increase, or a coefficient is not finite.
     pub fn periodic(name: &str, x: &[f64], y: &[f64]) -> Option<Self> {
         let slopes = periodic_slopes(x, y);
         let count = x.len() - 1;
@@ -43,8 +43,8 @@ impl Spline {
         spline.is_sound(x).then_some(spline)
     }
 
-    /// The natural spline through two points or more, without curvature at its ends and straight beyond them. `None` if
-    /// abscissae do not rise, or a coefficient is not finite.
+    /// Creates the natural spline through two points or more, without curvature at its ends and straight beyond them.
+    /// `None` if abscissae do not increase, or a coefficient is not finite.
     pub fn natural(name: &str, x: &[f64], y: &[f64]) -> Option<Self> {
         let slopes = natural_slopes(x, y);
         let last = x.len() - 1;
@@ -53,8 +53,8 @@ impl Spline {
         Self::open(name, 3, x, [vec![line(0)], inner, vec![line(last)]].concat())
     }
 
-    /// Straight lines between two points or more, constant beyond the first and the last. `None` if abscissae do not
-    /// rise, or a slope is not finite.
+    /// Creates straight lines between two points or more, constant beyond the first and the last. `None` if abscissae
+    /// do not increase, or a slope is not finite.
     pub fn linear(name: &str, x: &[f64], y: &[f64]) -> Option<Self> {
         let slope = |i: usize| (y[i + 1] - y[i]) / (x[i + 1] - x[i]);
         let last = x.len() - 1;
@@ -63,7 +63,7 @@ impl Spline {
         Self::open(name, 1, x, before.chain(inner).chain(behind).collect())
     }
 
-    /// A spline with a piece before its first point and one behind its last.
+    /// Creates a spline with a piece before its first point and another after its last one.
     fn open(name: &str, degree: usize, x: &[f64], pieces: Vec<[f64; 4]>) -> Option<Self> {
         let bases = std::iter::once(x[0]).chain(x.iter().copied()).collect();
         let spline = Self { name: name.to_owned(), degree, period: None, bases, pieces };
@@ -74,7 +74,7 @@ impl Spline {
         x.windows(2).all(|pair| pair[0] < pair[1]) && self.pieces.iter().flatten().all(|c| c.is_finite())
     }
 
-    /// The value of its derivative of an order; the value itself where that is zero.
+    /// The derivative of this order; order 0 is the value itself.
     pub fn value<D: Differentiable>(&self, order: usize, x: D) -> D {
         let x = self.period.map_or(x, |period| {
             let turns = ((x.re() - self.first()) / period).floor();
@@ -86,17 +86,17 @@ impl Spline {
         coefficients.iter().rev().fold(D::from(0.0), |sum, c| sum * distance + decimal::<D>(*c))
     }
 
-    /// Where it has corners.
+    /// The positions of its corners.
     pub fn corners(&self) -> &[f64] {
         if self.degree == 1 { self.breakpoints() } else { &[] }
     }
 
-    /// Where it begins.
+    /// The start of the spline.
     fn first(&self) -> f64 {
         self.bases[0]
     }
 
-    /// Where the second piece and each one after it begin.
+    /// The start of the second piece and of each later piece.
     fn breakpoints(&self) -> &[f64] {
         &self.bases[1..]
     }
@@ -109,15 +109,15 @@ impl Spline {
         lengths.fold(f64::INFINITY, f64::min)
     }
 
-    /// All that tells it from another one.
+    /// The bits that identify the spline.
     fn bits(&self) -> impl Iterator<Item = u64> {
         let kind = [self.degree as f64, self.period.unwrap_or(0.0)].into_iter();
         kind.chain(self.bases.iter().copied()).chain(self.pieces.iter().flatten().copied()).map(f64::to_bits)
     }
 }
 
-/// The coefficients of each piece of the natural spline between its points, by powers of the distance from where the
-/// piece begins, that of the constant first.
+/// The coefficients of each piece of the natural spline between its points, in powers of the distance from the start of
+/// the piece, constant term first.
 pub fn natural_pieces(x: &[f64], y: &[f64]) -> Vec<[f64; 4]> {
     let slopes = natural_slopes(x, y);
     (0..x.len() - 1).map(|i| piece(x, y, &slopes, i)).collect()
@@ -150,7 +150,7 @@ impl Ord for Spline {
     }
 }
 
-/// The shortest decimal that reads as a double, in as many digits as there are: what the text of a module says.
+/// Converts a double through its shortest decimal, as written in generated modules, into a number of full precision.
 fn decimal<D: Differentiable>(value: f64) -> D {
     let has_more_digits = ((D::from(1.0) + 1e-20) - 1.0).re() != 0.0;
     let number = if has_more_digits { Number::parse(&format!("{:?}", value.abs())) } else { None };
@@ -192,8 +192,8 @@ mod tests {
         assert!((found - expected).abs() <= allowed, "{found:?} instead of {expected:?}");
     }
 
-    /// Equal second derivatives on both sides of the middle, and none at the ends: 2 m0 + m1 = 3,
-    /// 2 m0 + 6 m1 + m2 = 4.5, m1 + 2 m2 = -1.5.
+    /// Second derivatives are equal on both sides of the middle and zero at the ends: 2 m0 + m1 = 3, 2 m0 + 6 m1 + m2 =
+    /// 4.5, m1 + 2 m2 = -1.5.
     #[test]
     fn a_natural_spline_through_three_points() {
         let spline = Spline::natural("hill", &[-1.0, 0.0, 2.0], &[0.0, 1.0, 0.0]).expect("a spline");
@@ -202,7 +202,7 @@ mod tests {
             near(at(&spline, x)[0], y, 1e-15);
         }
         near(at(&spline, -1.0)[2], 0.0, 1e-14);
-        // Beyond the ends it is straight.
+        // The spline is straight beyond its ends.
         let [y, slope, _] = at(&spline, 2.0);
         near(at(&spline, 5.0)[0], y + 3.0 * slope, 1e-14);
         near(at(&spline, -7.0)[2], 0.0, 0.0);
@@ -219,7 +219,7 @@ mod tests {
                 near(at(&spline, x + 360.0 * turn)[0], *y, 1e-13);
             }
         }
-        // Value and both derivatives go on at every point.
+        // The value and both derivatives are continuous at every point.
         for x in &x {
             let (before, after) = (at(&spline, x - 1e-9), at(&spline, x + 1e-9));
             for (order, allowed) in [1e-8, 1e-10, 1e-10].into_iter().enumerate() {
@@ -228,7 +228,7 @@ mod tests {
         }
     }
 
-    /// A sine through points every five degrees: the error falls with the fourth power of their distance.
+    /// A sine through points every five degrees: the error decreases with the fourth power of their distance.
     #[test]
     fn a_fine_spline_is_near_the_function_behind_it() {
         let error = |count: i32| {
@@ -257,7 +257,7 @@ mod tests {
         assert!(Spline::linear("steep", &[0.0, 1e-300], &[0.0, 1e300]).is_none());
     }
 
-    /// A point far from the next ones costs them no digits.
+    /// A distant first point costs the others no digits.
     #[test]
     fn lines_before_a_point_leave_no_rounding_errors_behind_it() {
         let lines = Spline::linear("pulse", &[0.3, 0.5, 0.5 + 1e-9, 0.7], &[0.0, 1e9, 0.0, 0.0]).expect("lines");
@@ -278,7 +278,7 @@ mod tests {
                 let mut formula = Expression::<()>::new();
                 let argument = formula.push(Node::Name(()), 0..0);
                 spline.append(order, &mut formula, argument, &(0..0));
-                // At a corner the slope is either one.
+                // At a corner the slope has two values.
                 let is_defined = |x: &f64| order == 0 || !spline.corners().contains(x);
                 for x in (-90..90).map(|i| f64::from(i) * 10.0).chain(x).filter(is_defined) {
                     let expected = spline.value(order, x);
@@ -288,7 +288,7 @@ mod tests {
         }
     }
 
-    /// Distances of points that differ by a factor of ten thousand.
+    /// Distances of points differ by a factor of ten thousand.
     #[test]
     fn points_may_stand_close_together() {
         let x = [0.0, 1e-4, 2e-4, 1.0, 2.0];

@@ -1,4 +1,4 @@
-//! How fast loads and drives change with time by themselves: what steps must not pass over.
+//! The time scales of loads and drives that depend on time explicitly: steps must not skip their changes.
 
 mod time_function;
 
@@ -9,12 +9,12 @@ use crate::function::Function;
 use crate::scene::{Quantity, Scene, Value};
 use time_function::{TimeFunction, TimeFunctions};
 
-/// A change with time that a formula shows by itself.
+/// A change with time that a formula shows explicitly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TimeScale {
-    /// A sine, cosine or tangent turns with time, at so many radians a second; or a function of one changes as fast.
+    /// A sine, cosine or tangent turns with time at this rate, in rad/s; or a function of one changes as fast.
     Period(f64),
-    /// Something happens around a time: the argument of a function is zero there, and changes by one within the width.
+    /// A change around a time: the argument of a function is zero there, and changes by one within the width.
     Moment {
         /// The time.
         time: f64,
@@ -23,11 +23,11 @@ pub enum TimeScale {
     },
 }
 
-/// The time scales of the loads, drives and points of a scene with these values of its parameters.
+/// Finds the time scales of the loads, drives and points of a scene, for these values of its parameters.
 ///
 /// A time scale is found where a function is applied to `a + b*t + c*t^2`, to the size of `a + b*t`, or to
-/// `a + b*sin(c*t + d)`, with any factors of constants; points and driven coordinates that are such functions of time
-/// count as what they are. Arguments that depend on time otherwise, or on the motion as well, have none.
+/// `a + b*sin(c*t + d)`, with any constant factors. Points and driven coordinates that are such functions of time are
+/// substituted. Arguments that depend on time in another way, or on the motion too, give none.
 pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
     let courses = TimeFunctions::new(scene, parameters);
     let loads = scene.loads.iter().flat_map(|load| load.kind.formulae());
@@ -47,7 +47,7 @@ pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
 fn formula_scales(value: &Value, courses: &[Option<TimeFunction>]) -> Vec<TimeScale> {
     let mut scales: Vec<Vec<TimeScale>> = Vec::new();
     for (node, course) in value.nodes().iter().zip(courses) {
-        // Lines and parabolas have no scale, and neither has a product with zero.
+        // Lines, parabolas and products with zero have no time scale.
         let of_node = if matches!(course, Some(TimeFunction::Line { .. } | TimeFunction::Parabola { .. })) {
             Vec::new()
         } else {
@@ -64,14 +64,14 @@ fn formula_scales(value: &Value, courses: &[Option<TimeFunction>]) -> Vec<TimeSc
     scales
 }
 
-/// The time scales of an operation on known functions of time.
+/// The time scales of an operation whose operands are known functions of time.
 fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<TimeScale> {
     let moves = |id: &NodeId| courses[*id].filter(|course| course.fixed().is_none());
     let smooth = |id: &NodeId| moves(id).into_iter().flat_map(smooth_scales).collect();
     let proportional = |id: &NodeId| moves(id).into_iter().flat_map(proportional_scales).collect();
     match node {
         Node::Call(Function::Min | Function::Max, arguments) => {
-            // Where the two are the same, the other one becomes the smaller or larger one.
+            // Where the two are equal, the larger and the smaller one are exchanged.
             let [Some(a), Some(b)] = [0, 1].map(|i| courses[arguments[i]]) else { return Vec::new() };
             let difference = a.plus(b.scaled(-1.0, 0.0)).filter(|course| course.fixed().is_none());
             difference.into_iter().flat_map(corner_scales).collect()
@@ -95,7 +95,7 @@ fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<Ti
             Some(course) => smooth_scales(course),
             None => Vec::new(),
         },
-        // A square of a sine is smooth in its period, and other powers nearly so.
+        // A square of a sine is as smooth as the sine, and other powers nearly so.
         Node::Power(a, _) if !matches!(moves(a), Some(TimeFunction::Turning { .. })) => proportional(a),
         Node::Divide(_, a) => proportional(a),
         Node::Multiply(a, b) if moves(a).is_some() && moves(a) == moves(b) => smooth(b),
@@ -103,7 +103,8 @@ fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<Ti
     }
 }
 
-/// The time scales of a smooth function: its argument passes zero or turns back, and changes by one there.
+/// The time scales of a smooth function: around times at which its argument passes zero or turns back, until the
+/// argument has changed by one.
 fn smooth_scales(course: TimeFunction) -> Vec<TimeScale> {
     match course {
         TimeFunction::Line { at_zero, rate } => {
@@ -126,7 +127,7 @@ fn smooth_scales(course: TimeFunction) -> Vec<TimeScale> {
     }
 }
 
-/// The time scales of a smooth function that changes with the ratio of two arguments: a power, a fraction.
+/// The time scales of a smooth function that depends on the ratio of two arguments: a power, a fraction.
 fn proportional_scales(course: TimeFunction) -> Vec<TimeScale> {
     match course {
         // It is twice its smallest value there.
@@ -137,14 +138,14 @@ fn proportional_scales(course: TimeFunction) -> Vec<TimeScale> {
     }
 }
 
-/// The time scales of a function that has a corner where its argument is zero. Single corners end steps by themselves.
+/// The time scales of a function with a corner where its argument is zero. Steps end at single corners anyway.
 fn corner_scales(course: TimeFunction) -> Vec<TimeScale> {
     match course {
         TimeFunction::Parabola { value, bend, time } => {
             half_distance(value, bend).map(|width| TimeScale::Moment { time, width }).into_iter().collect()
         }
         TimeFunction::Turning { middle, amplitude, rate } => {
-            // The shorter one of the times between two zeros.
+            // The shorter of the two times between consecutive zeros.
             let between = 2.0 * (middle / amplitude).abs().acos() / rate;
             if between > 0.0 { vec![each(0.5 * between)] } else { Vec::new() }
         }
@@ -157,7 +158,7 @@ fn half_distance(value: f64, bend: f64) -> Option<f64> {
     (value / bend < 0.0).then(|| (-value / bend).sqrt())
 }
 
-/// The time scale of changes that come again and again, each within such a time.
+/// The time scale of periodic changes, each within this width.
 fn each(width: f64) -> TimeScale {
     TimeScale::Period(FRAC_PI_2 / width)
 }
@@ -234,7 +235,7 @@ end_time = 1
         moments("t^2 - 3*t + m*t*(t - 1)", &[]);
     }
 
-    /// The longest step for what happens again and again.
+    /// The longest step for a periodic change.
     fn width(force: &str) -> f64 {
         let rates = scales(force).into_iter().map(|scale| match scale {
             TimeScale::Period(rate) => rate,
@@ -257,10 +258,10 @@ end_time = 1
         // exp(-p sin^2(t/2)) falls to 1/e at 2/sqrt(p).
         near(width("exp(-1e8*sin(t/2)^2)"), 2e-4);
         near(width("exp(-(sin(3*t)/(3*w))^2)"), 1e-4);
-        // The cosine is above 1 - w^2/2 for 2 w, which is to be two steps.
+        // The cosine is above 1 - w^2/2 for 2 w, which should take two steps.
         near(width("max(cos(t) - 1 + w^2/2, 0)"), 1e-4);
         near(width("tanh(100*sin(t))"), 0.01);
-        // A function that is wider than the sine has the sine's own scale.
+        // A function that is wider than the sine has the time scale of the sine.
         near(width("exp(0.1*sin(t))"), FRAC_PI_2);
         near(width("sin(t)^2"), FRAC_PI_2);
     }

@@ -1,4 +1,4 @@
-//! Texts that a fuzzer found, each of which takes another way through the reading of scenes: none of them may end in a
+//! Texts found by a fuzzer, each of which follows a different path through the reading of scenes: none may cause a
 //! panic.
 
 use std::path::Path;

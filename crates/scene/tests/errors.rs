@@ -1,7 +1,7 @@
-//! Every mistake that a scene can contain, and the whole report that the user gets for it.
+//! Every error that a scene can contain, with the complete report for the user.
 //!
-//! `errors/NAME.toml` is a scene with one mistake (or several that meet), `errors/NAME.txt` its report, byte for byte.
-//! `QRM_REFRESH=1 cargo test -p qrm-scene --test integration errors` writes the reports anew: read the difference
+//! `errors/NAME.toml` is a scene with one error (or several that interact), `errors/NAME.txt` its report, byte for
+//! byte. `QRM_REFRESH=1 cargo test -p qrm-scene --test integration errors` rewrites the reports: read the difference
 //! before keeping it.
 
 use std::collections::BTreeSet;
@@ -117,7 +117,7 @@ fn a_formula_nested_too_deeply_is_an_error_at_its_place() {
         assert!(text.contains(" --> deep.toml:3:"), "{start}: {text}");
         assert!(text.len() < 2_000, "{start}: a report of {} bytes", text.len());
         let column = only.span.as_ref().map_or(0, |s| s.start) - report.source.find("'").expect("a formula") - 1;
-        // 200 levels, of one to four characters each.
+        // 200 levels, each of one to four characters.
         assert!((200..=800).contains(&column), "{start}: the level that is too many was found at {column}");
     }
 }
@@ -183,7 +183,7 @@ fn scenes_cut_short_or_with_a_character_lost_give_reports() {
     }
 }
 
-/// A scene whose one parameter has this formula, in the third line.
+/// A scene with a single parameter, whose formula stands in the third line.
 fn with_parameter(formula: &str) -> String {
     format!(
         "name = \"pendulum\"\ncoordinates = [\"phi\"]\nparameters = {{ J = '{formula}' }}\n\

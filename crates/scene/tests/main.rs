@@ -1,4 +1,4 @@
-//! Scenes, right and wrong.
+//! Valid and invalid scenes.
 
 mod corpus;
 mod errors;

@@ -1,4 +1,4 @@
-//! Animations as HTML.
+//! Animations in HTML.
 
 use std::io::{Error, Write};
 
@@ -9,21 +9,21 @@ use crate::html::escaped;
 use crate::motion::Motion;
 use crate::rounding::rounded;
 
-/// A whole document that plays the motion: it needs nothing but a browser.
+/// Creates a complete document that plays the motion in any browser.
 pub fn page(motion: &Motion) -> String {
     document(&motion.title, &recorded(motion, "page", "h1"))
 }
 
-/// An animation of the motion as a piece of a larger document; several of them may stand in one.
+/// Creates an animation of the motion as a part of a larger document, which may contain several.
 pub fn fragment(motion: &Motion) -> String {
     recorded(motion, "piece", "h2")
 }
 
-/// A whole document whose motion is computed in the browser, by a module of WebAssembly for a scene. Its script and its
-/// style sheet are compressed too, by `pack`, as module and scene are.
+/// Creates a complete document whose motion is computed in the browser, by a WebAssembly module for a scene. `pack`
+/// compresses its script and style sheet, like module and scene.
 ///
 /// # Errors
-/// They cannot be compressed.
+/// The script or style sheet cannot be compressed.
 pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<String, E>) -> Result<String, E> {
     let scripts = [
         include_str!("animation/simulator.js"),
@@ -42,7 +42,7 @@ pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<St
         heading: "h1",
         title: page.title,
         doc: page.doc,
-        // Until the style sheet is there.
+        // Hidden until the style sheet is loaded.
         style: ".qrm-frame{visibility:hidden}".to_owned(),
         data: &data(&Packed { page, style, script }),
         panel: include_str!("animation/panel.html"),
@@ -51,7 +51,7 @@ pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<St
     Ok(document(page.title, &piece.html()))
 }
 
-/// The data in a page that simulates a scene, with the compressed style sheet and script.
+/// The data of a page that simulates a scene, with the compressed style sheet and script.
 #[derive(Serialize)]
 struct Packed<'a> {
     #[serde(flatten)]
@@ -63,19 +63,19 @@ struct Packed<'a> {
 /// A page that simulates a scene.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct SimulatorPage<'a> {
-    /// The title of the page: the thing that moves.
+    /// The title of the page: the moving thing.
     #[serde(skip)]
     pub title: &'a str,
-    /// A sentence about it.
+    /// A sentence about the scene.
     #[serde(skip)]
     pub doc: &'a str,
-    /// The scene in command lines.
+    /// The name of the scene on a command line.
     pub command: &'a str,
     /// Whether a server writes values to the file of the scene.
     pub is_writable: bool,
     /// The simulator: WebAssembly, compressed by gzip, in base 85.
     pub module: &'a str,
-    /// The scene as the simulator takes it, compressed and in base 85 likewise; `None` if a server has it.
+    /// The scene in the simulator's format, compressed and in base 85 too; `None` if a server provides it.
     pub scene: Option<&'a str>,
 }
 
@@ -97,7 +97,7 @@ fn recorded(motion: &Motion, mode: &str, heading: &str) -> String {
     piece.html()
 }
 
-/// An animation; a `page` owns the keyboard and the address of the document, a `piece` only its own part.
+/// An animation. A `page` owns the keyboard and the address of the document, a `piece` only its own part.
 struct Piece<'a> {
     mode: &'a str,
     heading: &'a str,
@@ -105,7 +105,7 @@ struct Piece<'a> {
     doc: &'a str,
     /// The style sheet of the animation.
     style: String,
-    /// The data for the script that supplies the motion, as JSON.
+    /// The data, as JSON, for the script that supplies the motion.
     data: &'a str,
     /// The HTML below the controls.
     panel: &'a str,
@@ -113,9 +113,9 @@ struct Piece<'a> {
     script: String,
 }
 
-/// The style sheet of an animation, with that of its panel.
+/// The style sheet of an animation and its panel.
 fn style(panel: &str) -> String {
-    // Spaces beside these signs mean nothing in a style sheet.
+    // Spaces next to these signs have no meaning in a style sheet.
     const TIGHT: [(&str, &str); 6] = [(": ", ":"), ("; ", ";"), (", ", ","), (" {", "{"), ("{ ", "{"), (" }", "}")];
     let text = compact(&format!("{}{panel}", include_str!("animation/animation.css")));
     TIGHT.iter().fold(text, |text, (loose, tight)| text.replace(loose, tight))
@@ -137,7 +137,7 @@ impl Piece<'_> {
     }
 }
 
-/// The script of an animation, with the part of it that installs the motion.
+/// The script of an animation, including the part that installs the motion.
 fn player(source: &str) -> String {
     let parts = [
         include_str!("animation/basics.js"),
@@ -151,14 +151,14 @@ fn player(source: &str) -> String {
     compact(&parts.concat())
 }
 
-/// A script or a style sheet without indentation, comments on lines of their own, and line ends that mean nothing.
+/// A script or a style sheet without indentation, comment lines, and unnecessary line ends.
 fn compact(text: &str) -> String {
     let is_comment = |line: &&str| ["//", "/*", "* ", "*/"].iter().any(|start| line.starts_with(start));
     let kept = text.lines().map(str::trim).filter(|line| !line.is_empty() && !is_comment(line));
     kept.flat_map(|line| [line, if line.ends_with([';', '{', ',', '(', '[']) { "" } else { "\n" }]).collect()
 }
 
-/// A value as JSON that may stand in a script element.
+/// A value as JSON that can be placed in a script element.
 fn data(value: &impl Serialize) -> String {
     let mut bytes = Vec::new();
     value
@@ -167,7 +167,7 @@ fn data(value: &impl Serialize) -> String {
     String::from_utf8(bytes).expect("JSON is UTF-8")
 }
 
-/// JSON without zeros that say nothing, and without the signs that could end a script element.
+/// JSON without redundant zeros, and without characters that could end a script element.
 struct Compact;
 
 impl Formatter for Compact {

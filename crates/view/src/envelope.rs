@@ -1,10 +1,10 @@
 //! The series of columns in bounded memory.
 
-/// Up to twice as many spans of rows are kept.
+/// The number of spans of rows; up to twice as many are stored.
 const SPANS: usize = 1000;
 
-/// Follows columns row by row. Of long ones it keeps the smallest and the largest value of each of many spans, so that
-/// a picture shows every peak.
+/// Records columns row by row. Long columns are reduced to the smallest and the largest value of each of many spans, so
+/// that a picture shows every peak.
 #[derive(Clone, Debug, Default)]
 pub struct Envelope {
     /// The spans, each with its range of every column.
@@ -13,15 +13,15 @@ pub struct Envelope {
     columns: usize,
     /// The first row: time and values.
     first: Option<(f64, Vec<f64>)>,
-    /// The last row likewise.
+    /// The last row: time and values.
     last: Option<(f64, Vec<f64>)>,
     /// The number of rows of the last span.
     filled: u64,
-    /// The number of rows that each span is to have, less one.
+    /// The number of rows in a full span, less one.
     width: u64,
 }
 
-/// The smallest and the largest value of a column in a span: time and value.
+/// The smallest and the largest value of a column in a span, each with its time.
 #[derive(Clone, Copy, Debug)]
 struct Range {
     lowest: (f64, f64),
@@ -40,7 +40,7 @@ impl Range {
 }
 
 impl Envelope {
-    /// Takes the next row, with as many values as the first one.
+    /// Adds the next row, with as many values as the first one.
     pub fn row(&mut self, t: f64, values: &[f64]) {
         if self.first.is_none() {
             self.first = Some((t, values.to_vec()));
@@ -80,7 +80,7 @@ impl Envelope {
         self.width = 2 * self.width + 1;
     }
 
-    /// Takes the last row once more: its span may show others.
+    /// Adds the last row again, since its span may show other rows.
     pub fn finish(&mut self, t: f64, values: &[f64]) {
         self.last = Some((t, values.to_vec()));
     }

@@ -1,10 +1,10 @@
-//! Curves over time, and their picture as SVG.
+//! Curves over time, and their rendering in SVG.
 //!
-//! The SVG can be read back. Coordinates are counted in its `viewBox`; for each panel there is an element `<g
-//! class="panel">` with the rectangle of the plotting area (`data-left`, `data-right`, `data-top`, `data-bottom`), the
-//! times at its left and right (`data-t0`, `data-t1`), the values at its bottom and top (`data-low`, `data-high`) and
-//! how the ordinate is divided (`data-scale`). In it there is for each curve an element `<g class="curve">` with its
-//! name (`data-name`), the colour of its lines (`data-stroke`) and of the labels of its extremes (`data-ink`), and its
+//! The SVG can be read back. Coordinates are in the units of its `viewBox`. Each panel has an element
+//! `<g class="panel">` with the rectangle of the plotting area (`data-left`, `data-right`, `data-top`, `data-bottom`),
+//! the times at its left and right (`data-t0`, `data-t1`), the values at its bottom and top (`data-low`, `data-high`)
+//! and the scale of the ordinate (`data-scale`). Inside it, each curve has an element `<g class="curve">` with its name
+//! (`data-name`), the colour of its lines (`data-stroke`) and of the labels of its extremes (`data-ink`), and its
 //! extremes (`data-minimum`, `data-maximum`: time and value).
 
 mod axis;
@@ -24,14 +24,14 @@ mod trace;
 
 use std::fmt;
 
-/// Panels one above the other, over the same abscissa.
+/// Panels arranged vertically, with a common abscissa.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// Stands above the panels.
+    /// The title above the panels.
     pub title: String,
     /// The abscissa of all panels.
     pub abscissa: Abscissa,
-    /// The panels, the first one at the top.
+    /// The panels from top to bottom.
     pub panels: Vec<Panel>,
 }
 
@@ -42,11 +42,11 @@ pub struct Abscissa {
     pub quantity: String,
     /// The unit of the abscissa; empty if it has none.
     pub unit: String,
-    /// How it is divided.
+    /// The scale of the abscissa.
     pub scale: Scale,
-    /// Whether a unit is as long on the ordinate, as in the path of a point or of a force.
+    /// Whether both axes have the same scale, as for the path of a point or of a force.
     pub is_isometric: bool,
-    /// Whether an isometric figure shows the origin even where no curve is near it, as that of a force does.
+    /// Whether an isometric figure always shows the origin, as for the path of a force.
     pub has_origin: bool,
 }
 
@@ -65,20 +65,20 @@ pub struct Panel {
     pub quantity: String,
     /// The unit of the ordinate; empty if it has none.
     pub unit: String,
-    /// How the ordinate is divided.
+    /// The scale of the ordinate.
     pub scale: Scale,
     /// The curves.
     pub curves: Vec<Curve>,
-    /// Below this value nothing can be told, and why.
+    /// The value below which the curves carry no information, and the reason.
     pub floor: Option<(f64, String)>,
 }
 
-/// How an axis is divided.
+/// The scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Evenly.
+    /// A linear scale.
     Linear,
-    /// By powers of ten; values that are not above zero are left out.
+    /// A logarithmic scale in powers of ten; values that are not positive are omitted.
     Logarithmic,
 }
 
@@ -89,41 +89,43 @@ pub struct Curve {
     pub name: String,
     /// A description of the curve in a few words: `crank`.
     pub doc: String,
-    /// Time and value, in the order of time; all finite. In an isometric figure the points of a path, in its order.
+    /// Pairs of time and value in the order of time; all finite. In an isometric figure the points of a path, in their
+    /// order.
     pub points: Vec<(f64, f64)>,
-    /// The smallest and the largest value of the curve, if they are to be marked.
+    /// The smallest and the largest value of the curve, if they are marked.
     pub extremes: Option<Extremes>,
-    /// Whether each point is a measurement, to be seen as a dot.
+    /// Whether each point is drawn as a dot, for measurements.
     pub has_dots: bool,
 }
 
 /// The smallest and the largest value of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extremes {
-    /// Time and value of the smallest.
+    /// Time and value of the minimum.
     pub minimum: (f64, f64),
-    /// Time and value of the largest.
+    /// Time and value of the maximum.
     pub maximum: (f64, f64),
 }
 
 impl Figure {
-    /// The figure as SVG: 800 CSS pixels wide, dark on a dark screen, fit to stand alone or in an HTML page.
+    /// Draws the figure as SVG: 800 CSS pixels wide, with a dark mode, as a separate file or inside an HTML page.
     ///
     /// # Errors
+    /// There is nothing to draw, or the range is too large.
     /// There is nothing to draw, or it lies too far apart.
     pub fn svg(&self) -> Result<String, NoPicture> {
         sheet::draw(self)
     }
 }
 
-/// Why a figure cannot be drawn.
+/// The reason why a figure cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NoPicture {
     /// No curve has a point.
     Empty,
     /// This curve has a time or value that is not a finite number.
     NotFinite(String),
-    /// The times, or the values of this quantity, lie so far apart that their difference is not a finite number.
+    /// The range of the times, or of the values of this quantity, is not a finite number.
     TooFarApart(String),
     /// The picture could not be written.
     NotWritten(String),

@@ -1,4 +1,4 @@
-//! Animations as GIF.
+//! Animations in GIF.
 
 mod canvas;
 mod clock;
@@ -19,11 +19,11 @@ use self::clock::Clock;
 pub use self::no_animation::NoAnimation;
 use self::stage::Stage;
 
-/// The motion as an animated GIF that repeats for ever: at most 640 by 480 pixels, in real time if the run lasts from 1
-/// s to 20 s, otherwise slowed or quickened by a factor that the picture states.
+/// Encodes the motion as an endlessly repeating GIF of at most 640 by 480 pixels. It runs in real time if the run lasts
+/// from 1 s to 20 s, and otherwise slower or faster by a factor that the picture shows.
 ///
 /// # Errors
-/// The motion is not what [`Motion`] says, or lies too far apart to draw.
+/// The motion violates the rules of [`Motion`], or its range is too large to draw.
 pub fn gif(motion: &Motion) -> Result<Vec<u8>, NoAnimation> {
     track::check(motion)?;
     let stage = Stage::new(motion).ok_or(NoAnimation::NotFinite)?;

@@ -1,6 +1,6 @@
-//! Text inside HTML.
+//! Escaping of text for HTML.
 
-/// Text as it stands in HTML, between tags and in attributes.
+/// Escapes text for HTML, between tags and in attributes.
 pub(crate) fn escaped(text: &str) -> String {
     let mut html = String::with_capacity(text.len());
     for character in text.chars() {

@@ -1,8 +1,8 @@
 //! Pictures of recorded motions: figures as SVG, animations as HTML and GIF, reports.
 //!
-//! Knows nothing of mechanisms: what it is given are numbers under names ([`figure::Figure`], [`motion::Motion`]), what
-//! it gives back is text or bytes; [`envelope::Envelope`] keeps long series of numbers. The same input
-//! gives the same bytes.
+//! This crate does not depend on mechanisms: its input consists of named numbers ([`figure::Figure`],
+//! [`motion::Motion`]), its output of text or bytes; [`envelope::Envelope`] stores long series of numbers. Equal inputs
+//! give equal bytes.
 
 pub mod animation;
 pub mod envelope;

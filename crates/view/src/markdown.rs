@@ -1,4 +1,4 @@
-//! Markdown with formulae in LaTeX to HTML with formulae in MathML, which browsers show by themselves.
+//! Converts Markdown with formulae in LaTeX to HTML with formulae in MathML, which browsers display without scripts.
 
 use pulldown_cmark::{CowStr, Event, HeadingLevel, Options, Parser, Tag, TagEnd, html};
 use pulldown_latex::config::DisplayMode;
@@ -6,7 +6,7 @@ use pulldown_latex::{RenderConfig, Storage, push_mathml};
 
 use crate::html::escaped;
 
-/// The HTML. Headings are one level lower, so that it can be a section of a page.
+/// Converts Markdown to HTML. Headings are one level lower, so that the result can be a section of a page.
 pub(crate) fn html(markdown: &str) -> String {
     let events = Parser::new_ext(markdown, Options::ENABLE_TABLES | Options::ENABLE_MATH).map(|event| match event {
         Event::InlineMath(latex) => Event::InlineHtml(formula(&latex, DisplayMode::Inline).into()),
@@ -15,7 +15,7 @@ pub(crate) fn html(markdown: &str) -> String {
             Event::Start(Tag::Heading { level: lower(level), id: None, classes: Vec::new(), attrs: Vec::new() })
         }
         Event::End(TagEnd::Heading(level)) => Event::End(TagEnd::Heading(lower(level))),
-        // Text of a scene is no markup.
+        // HTML in the text of a scene is shown literally.
         Event::Html(text) | Event::InlineHtml(text) => Event::Text(CowStr::from(text.into_string())),
         other => other,
     });
@@ -35,9 +35,9 @@ fn lower(level: HeadingLevel) -> HeadingLevel {
 const FUNCTIONS: [&str; 10] =
     [r"\sin", r"\cos", r"\tan", r"\arcsin", r"\arccos", r"\arctan", r"\ln", r"\sinh", r"\cosh", r"\tanh"];
 
-/// A formula as MathML; as written if it cannot be read.
+/// Converts a formula to MathML; returns it unchanged if it cannot be parsed.
 fn formula(latex: &str, display_mode: DisplayMode) -> String {
-    // The converter sets the power of a function above its name, unless the name stands in a group.
+    // The converter places the power of a function above its name, unless the name is in a group.
     let beside = |latex: String, function: &&str| latex.replace(&format!("{function}^"), &format!("{{{function}}}^"));
     let plain = FUNCTIONS.iter().fold(latex.to_owned(), beside);
     let storage = Storage::new();

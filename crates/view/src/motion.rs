@@ -1,4 +1,4 @@
-//! The content of an animation: a drawing that moves, frame by frame, and curves beside it.
+//! The content of an animation: a moving drawing, frame by frame, and curves next to it.
 
 mod shape;
 
@@ -11,23 +11,23 @@ pub(crate) use shape::{RIM, TIP};
 /// A recorded motion.
 #[derive(Clone, Debug, Serialize)]
 pub struct Motion {
-    /// The title of the animation: the thing that moves.
+    /// The title of the animation: the moving thing.
     pub title: String,
-    /// A sentence about it.
+    /// A sentence about the motion.
     pub doc: String,
-    /// The time of each frame in s, rising; at least two.
+    /// The time of each frame in s, increasing; at least two.
     pub times: Vec<f64>,
-    /// Places of the drawing.
+    /// The positions in the drawing.
     pub nodes: Vec<Node>,
-    /// The shapes drawn at or between nodes, the lowest layer first.
+    /// The shapes at or between nodes, lowest layer first.
     pub shapes: Vec<Shape>,
-    /// Forces.
+    /// The forces.
     pub arrows: Vec<Arrow>,
-    /// Curves over time.
+    /// The curves over time.
     pub plots: Vec<Plot>,
 }
 
-/// A place of the drawing.
+/// A position in the drawing.
 #[derive(Clone, Debug, Serialize)]
 pub struct Node {
     /// The name of the node; empty if it has none.
@@ -47,9 +47,9 @@ pub struct Arrow {
     pub name: String,
     /// A description of the force.
     pub doc: String,
-    /// Whether it is a reaction of the mechanism, not a load on it.
+    /// Whether the force is a reaction of the mechanism instead of a load on it.
     pub is_reaction: bool,
-    /// The node that it acts on.
+    /// The node on which it acts.
     pub node: usize,
     /// The component of the force along x in N.
     pub x: Track,

@@ -1,4 +1,4 @@
-//! Reports: one page that can be mailed.
+//! Reports: a single page that can be mailed.
 
 use crate::animation;
 use crate::html::escaped;
@@ -25,21 +25,21 @@ pub struct Section<'a> {
     pub contents: Vec<Content<'a>>,
 }
 
-/// A piece of a section.
+/// An element of a section.
 #[derive(Debug)]
 pub enum Content<'a> {
-    /// Topics, and lines about each of them.
+    /// Topics with lines about each of them.
     Facts(Vec<(String, Vec<String>)>),
-    /// Something the reader must not miss.
+    /// A warning that the reader must not miss.
     Warning(String),
-    /// A table; columns of numbers are set flush right.
+    /// A table; columns of numbers are right-aligned.
     Table {
-        /// Heads of the columns.
+        /// Headers of the columns.
         head: Vec<String>,
         /// Rows.
         rows: Vec<Vec<String>>,
     },
-    /// A picture, as SVG.
+    /// A figure in SVG.
     Figure(String),
     /// An animation.
     Animation(&'a Motion),

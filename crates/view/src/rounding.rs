@@ -1,14 +1,14 @@
-//! A motion with no more digits than a screen can show.
+//! Rounds a motion to the digits that a screen can show.
 
 use crate::motion::Motion;
 
-/// The finest difference that can be seen, as a part of what the screen spans.
+/// The finest visible difference, relative to the visible range.
 const FINEST: f64 = 1e-6;
 
-/// A curve that is nowhere larger shows rounding errors.
+/// The largest absolute value of a curve that consists of rounding errors.
 const NOTHING: f64 = 1e-15;
 
-/// The motion, each of its numbers rounded to what can be seen of the range in which it moves.
+/// Rounds each number of the motion to the visible precision of its range.
 pub(crate) fn rounded(motion: &Motion) -> Motion {
     let mut motion = motion.clone();
     let of_axis = |values: &mut dyn Iterator<Item = f64>| span(values);
@@ -42,13 +42,13 @@ pub(crate) fn rounded(motion: &Motion) -> Motion {
     motion
 }
 
-/// From the smallest to the largest.
+/// The difference between the largest and the smallest value.
 fn span(values: &mut dyn Iterator<Item = f64>) -> f64 {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     high - low
 }
 
-/// Rounds to decimals that are fine enough for a range; what does not move keeps all its digits.
+/// Rounds to enough decimals for a range; constants keep all their digits.
 fn round(values: &mut [f64], range: f64) {
     let resolution = range * FINEST;
     if !(resolution > 1e-300 && resolution.is_finite()) {
@@ -56,7 +56,7 @@ fn round(values: &mut [f64], range: f64) {
     }
     let decimals = (-resolution.log10()).ceil().max(0.0) as usize;
     for value in values {
-        // Adding zero makes -0 the same as 0.
+        // Adding zero turns -0 into 0.
         *value = format!("{value:.decimals$}").parse().unwrap_or(*value) + 0.0;
     }
 }

@@ -1,4 +1,4 @@
-//! The animation: what stands in its text, and how it behaves in a browser.
+//! The animation: its text, and its behaviour in a browser.
 
 use std::f64::consts::PI;
 use std::process::Command;
@@ -20,7 +20,7 @@ fn plot(title: &str, unit: &str, curves: &[(&str, &Track)]) -> Plot {
     Plot { title: title.to_owned(), unit: unit.to_owned(), curves: curves.collect() }
 }
 
-/// The differences between neighbours, over the time between them.
+/// Difference quotients of neighbouring values.
 fn rate(times: &[f64], values: &[f64]) -> Track {
     let rate = |frame: usize| {
         let (before, after) = (frame.saturating_sub(1), (frame + 1).min(values.len() - 1));
@@ -45,7 +45,7 @@ fn quick_return() -> Motion {
         let b = (0.7 * rocker.cos(), 0.7 * rocker.sin());
         let rise = 0.9 - b.1;
         let c = b.0 - (0.36 - rise * rise).sqrt();
-        // Statics: the rod takes the load on the ram, the die turns the rocker against it.
+        // Statics: the rod carries the load on the ram, and the die turns the rocker in the opposite direction.
         let along = ((c - b.0) / 0.6, rise / 0.6);
         let rod = -1000.0 / along.0;
         let moment = -rod * (b.0 * along.1 - b.1 * along.0);
@@ -115,7 +115,7 @@ fn quick_return() -> Motion {
     }
 }
 
-/// The sample, as large and as fast as told.
+/// The sample, scaled in size and speed.
 fn scaled(size: f64, pace: f64) -> Motion {
     let mut motion = quick_return();
     for node in &mut motion.nodes {
@@ -189,7 +189,7 @@ fn swinging_plate() -> Motion {
     }
 }
 
-/// Parts of machines on the swinging plate, some of them without size.
+/// Parts of machines on the swinging plate, some of them with size zero.
 fn machine() -> Motion {
     let mut motion = swinging_plate();
     let angle: Track = motion.times.clone();
@@ -240,7 +240,7 @@ fn bare(nodes: Vec<Node>) -> Motion {
     }
 }
 
-/// Motions at the edge of what there may be.
+/// Motions in extreme cases.
 fn odd_motions() -> Vec<(&'static str, Motion)> {
     let place = |name: &str| node(name, true, vec![3.0], vec![-2.0]);
     let mut forceless = quick_return();
@@ -315,7 +315,7 @@ fn numbers_have_the_digits_that_can_be_seen() {
     motion.nodes.pop();
     let near = data(&page(&motion));
     assert_eq!(near["nodes"][0]["x"].to_string(), "[0.3333333,1]");
-    // A thousand metres away a motion of a metre is as smooth as here.
+    // At a distance of a thousand metres a motion of one metre is as smooth as at the origin.
     motion.nodes[0].x = vec![1000.0 + 1.0 / 3.0, 1001.0];
     let moved = data(&page(&motion));
     assert_eq!(moved["nodes"][0]["x"].to_string(), "[1000.3333333,1001]");
@@ -391,7 +391,7 @@ impl Visit {
         self.found(name).parse().unwrap_or_else(|_| panic!("`{name}` is {}", self.found(name)))
     }
 
-    /// Neither the console nor the page itself has anything to complain of.
+    /// Asserts that neither the console nor the page reports a problem.
     fn assert_silent(&self, what: &str) {
         let complaints: Vec<&str> = self.said.lines().filter(|line| line.contains("CONSOLE")).collect();
         assert!(complaints.is_empty(), "{what}: {complaints:#?}");
@@ -399,11 +399,11 @@ impl Visit {
     }
 }
 
-/// Opens a page in Chromium and runs the steps of a script in it, a fifth of a second apart.
+/// Opens a page in Chromium and runs the steps of a script in it, at intervals of 0.2 s.
 fn visit(name: &str, html: &str, address: &str, steps: &str) -> Visit {
     let folder = std::env::temp_dir().join(format!("qrm-view-{}-{name}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder for the page");
-    // Virtual time goes on without frames being drawn: what waits for a frame waits for a timer instead.
+    // Virtual time advances without drawing frames, so callbacks of frames are replaced by timers.
     let watch = "<head><script>
 let errors = [];
 onerror = (message) => { errors.push(message); };
@@ -438,7 +438,7 @@ steps.forEach((step, place) => setTimeout(step, 200 * (place + 1)));
     }
 }
 
-/// The direction of a bar on the screen, turned back into that of the mechanism.
+/// The direction of a bar on the screen, converted back to that of the mechanism.
 const DIRECTION: &str = "const direction = (name) => {
   const bar = root.querySelector(`[data-name='${name}'] .qrm-bar`);
   const [ax, ay, bx, by] = bar.getAttribute('points').split(/[ ,]+/).map(Number);

@@ -1,4 +1,4 @@
-//! Figures are read back: what is drawn where the curves say.
+//! Reads figures back and compares them with their curves.
 
 use qrm_view::figure::{Abscissa, Curve, Extremes, Figure, NoPicture, Panel, Scale};
 use roxmltree::{Document, Node};
@@ -50,7 +50,7 @@ fn texts<'a>(document: &'a Document<'a>) -> Vec<(&'a str, Node<'a, 'a>)> {
     nodes.map(|n| (n.text().unwrap_or_default(), n)).collect()
 }
 
-/// Time and value at a place of a panel.
+/// Time and value at a position in a panel.
 fn value_at(panel: Node<'_, '_>, (x, y): (f64, f64)) -> (f64, f64) {
     let of = |name| number(panel, name);
     let along = (x - of("data-left")) / (of("data-right") - of("data-left"));
@@ -61,7 +61,7 @@ fn value_at(panel: Node<'_, '_>, (x, y): (f64, f64)) -> (f64, f64) {
     (of("data-t0") + along * (of("data-t1") - of("data-t0")), value)
 }
 
-/// The lines drawn in a panel for the curve in this place.
+/// The lines in a panel for the curve with this index.
 fn lines(document: &Document<'_>, panel: Node<'_, '_>, place: usize) -> Vec<Vec<(f64, f64)>> {
     let curve = panel.children().filter(|n| n.is_element()).nth(place).expect("the curve is named");
     let (top, bottom) = (number(panel, "data-top"), number(panel, "data-bottom"));
@@ -153,7 +153,7 @@ fn labels_of_extremes_keep_clear_of_each_other() {
 
 #[test]
 fn labels_of_extremes_keep_clear_of_steep_curves() {
-    // The extremes of the small one lie between flanks of the large one.
+    // The extremes of the small curve lie between flanks of the large one.
     let steep = [6.0, 2.8].map(|size| curve("c", 500, 5.0, move |t| size * (5.2 * t).sin()));
     let svg = drawn(&figure(vec![panel(Scale::Linear, steep.to_vec())]));
     let document = Document::parse(&svg).expect("well-formed");
@@ -191,7 +191,7 @@ fn a_path_has_equal_scales_and_shows_the_origin_only_if_it_should() {
         let of = |name| number(panel, name);
         let across = (of("data-t1") - of("data-t0")) / (of("data-right") - of("data-left"));
         let up = (of("data-high") - of("data-low")) / (of("data-bottom") - of("data-top"));
-        // Room for the numbers beside the axis is known only when they are.
+        // The room for the numbers next to the axis depends on these numbers.
         assert!((across / up - 1.0).abs() < 0.03, "{across} and {up}");
         let is_inside = of("data-t0") < 0.0 && of("data-low") < 0.0;
         assert_eq!(is_inside, has_origin);
@@ -243,7 +243,7 @@ fn ranges_of_any_size_can_be_drawn() {
     }
 }
 
-/// Labels to the left of an axis, and those below one, are at least two and all different.
+/// Asserts that there are at least two labels to the left of an axis and below one, all different.
 fn assert_ticks_differ(svg: &str) {
     let document = Document::parse(svg).expect("well-formed");
     let panel = with_class(document.root(), "panel")[0];

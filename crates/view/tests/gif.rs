@@ -1,4 +1,4 @@
-//! Animations are decoded again.
+//! Decodes animations again.
 
 use std::time::Instant;
 
@@ -42,7 +42,7 @@ fn crank(length: f64, frames: usize, size: f64) -> Motion {
     Motion { title, doc, times, nodes, shapes, arrows, plots: Vec::new() }
 }
 
-/// Size, delays in hundredths of a second, and all pictures.
+/// The size, the delays in hundredths of a second, and all pictures.
 struct Film {
     size: (usize, usize),
     delays: Vec<u16>,
@@ -99,7 +99,7 @@ fn other_runs_are_slowed_or_quickened() {
 fn what_moves_is_seen_to_move() {
     let film = shot(&crank(2.0, 100, 0.2));
     assert!(film.pictures.windows(2).all(|pair| pair[0] != pair[1]));
-    // A quarter of a turn brings the block from the right to the middle.
+    // A quarter of a turn moves the block from the right to the middle.
     let right = |picture: &[u8]| {
         let edge = |row: &[u8]| row.chunks(4).rposition(|pixel| pixel[..3] == [0, 100, 72]);
         picture.chunks(4 * film.size.0).filter_map(edge).max().expect("the block is seen")
@@ -117,7 +117,7 @@ fn animations_are_the_same_each_time_small_and_quick() {
     let taken = start.elapsed();
     assert!(bytes == gif(&motion).expect("the motion can be shown"));
     assert!(bytes.len() < 500_000, "{} bytes", bytes.len());
-    // Only a build that is optimised has to be quick.
+    // Only optimized builds must be fast.
     assert!(cfg!(debug_assertions) || taken.as_secs_f64() < 1.0, "{taken:?}");
 }
 
@@ -204,7 +204,7 @@ fn machine() -> Motion {
 fn parts_of_machines_are_seen_to_move() {
     let film = shot(&machine());
     assert!(film.pictures.windows(2).all(|pair| pair[0] != pair[1]));
-    // What reaches beyond the nodes has room.
+    // Parts that extend beyond the nodes have room.
     let mut wheel = crank(1.0, 10, 0.2);
     let narrow = shot(&wheel).size;
     let angle = vec![0.0];

@@ -1,28 +1,29 @@
-//! The positions at which a mechanism can be assembled.
+//! The positions in which a mechanism can be assembled.
 
-use crate::position::{Start, assemble_from_guesses};
 use std::f64::consts::{PI, TAU};
 
 use qrm_core::{Description, Mechanism};
 
-/// Guesses that are tried without finding another position.
+use crate::position::{Start, assemble_from_guesses};
+
+/// The number of guesses without a new position after which the search ends.
 const PATIENCE: u32 = 400;
-/// Branches that are looked for at most: their number may double with each loop.
+/// The largest number of branches that are searched for: their number may double with each loop.
 pub const MAX_BRANCHES: usize = 64;
-/// Guesses that are tried at most.
+/// The largest number of guesses.
 const MAX_GUESSES: u32 = 20_000;
-/// Lengths are guessed within this many times the largest length of the first position.
+/// Lengths are guessed up to this multiple of the largest length in the first position.
 const REACH: f64 = 2.0;
-/// Positions that are nearer than this, in rad or against the largest length, are the same.
+/// Positions closer than this, in rad or relative to the largest length, are equal.
 const SAME: f64 = 1e-6;
 
-/// The positions at which a mechanism can be assembled with the given coordinates of a start: first the one that its
-/// guesses lead to, if they lead to one, then the others that are found, by their coordinates.
+/// Finds the positions in which a mechanism can be assembled with the given coordinates of a start. The first is the
+/// position to which the start's guesses lead, if any; the others are sorted by their coordinates.
 ///
-/// Guesses are spread evenly over all angles and over lengths of the size of the first position (an additive recurrence
-/// with the generalized golden ratio), so that the same positions are found each time. A position that almost no guess
-/// leads to may be missed. Angles are those nearest to the first position. The search ends when `keep_running` says so,
-/// or with [`MAX_BRANCHES`] positions.
+/// Guesses are distributed evenly over all angles and over lengths of the size of the first position (an additive
+/// recurrence with the generalized golden ratio), so that the result is reproducible. A position that very few guesses
+/// lead to may be missed. Angles are those nearest to the first position. The search ends when `keep_running` returns
+/// false, or with [`MAX_BRANCHES`] positions.
 pub fn branches(mechanism: &dyn Mechanism, start: &Start, mut keep_running: impl FnMut() -> bool) -> Vec<Vec<f64>> {
     let description = mechanism.description();
     let own = assemble_from_guesses(mechanism, start).ok().map(|(q, _)| q);
@@ -56,17 +57,17 @@ pub fn branches(mechanism: &dyn Mechanism, start: &Start, mut keep_running: impl
     found
 }
 
-/// The root of `x^(d+1) = x + 1`, whose negative powers fill a cube of `d` dimensions evenly.
+/// The root of `x^(d+1) = x + 1`; its negative powers fill a cube of `d` dimensions evenly.
 fn golden_ratio(dimensions: usize) -> f64 {
     let exponent = 1.0 / (dimensions as f64 + 1.0);
     (0..100).fold(1.5_f64, |x, _| (1.0 + x).powf(exponent))
 }
 
-/// Takes whole turns out of angles.
+/// Removes whole turns from angles.
 fn bring_near(description: &Description, q: &mut [f64], center: &[f64]) {
     for (i, value) in q.iter_mut().enumerate().filter(|(i, _)| description.is_angle(*i)) {
         let turned = (*value - center[i]).rem_euclid(TAU);
-        // Half a turn away, rounding errors decide.
+        // At half a turn, rounding errors would decide.
         *value = center[i] + if turned > PI + SAME { turned - TAU } else { turned };
     }
 }

@@ -1,4 +1,4 @@
-//! Intervals that are proved to contain the motion.
+//! Intervals that provably contain the motion.
 
 mod crossing;
 mod flow;
@@ -9,7 +9,6 @@ mod start;
 mod state_set;
 mod step;
 
-use crate::position::NotAssembled;
 use qrm_core::{Interval, Model, TapeSeries};
 
 use self::crossing::Passage;
@@ -17,20 +16,21 @@ use self::flow::Flow;
 pub use self::flow::NoSeries;
 use self::state_set::StateSet;
 use self::step::{ORDER, Step};
+use crate::position::NotAssembled;
 
-/// New values for parameters, by their names.
+/// New values of parameters by name.
 type Values<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
-/// Where an enclosed motion ends.
+/// The end of an enclosed motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EnclosureEnd {
     /// At a time, in s.
     Time(f64),
-    /// When a coordinate has made a turn in either direction, or at a time before.
+    /// When a coordinate has completed a turn in either direction, or at an earlier time.
     Turn {
         /// The coordinate.
         coordinate: usize,
-        /// The time, in s.
+        /// The latest time, in s.
         before: f64,
     },
 }
@@ -38,7 +38,7 @@ pub enum EnclosureEnd {
 /// Intervals that contain the motion at its end.
 #[derive(Clone, Debug)]
 pub struct Enclosure {
-    /// When, in s.
+    /// The time, in s.
     pub t: Interval,
     /// Coordinates.
     pub q: Vec<Interval>,
@@ -50,63 +50,63 @@ pub struct Enclosure {
     pub multipliers: Vec<Interval>,
     /// Outputs.
     pub outputs: Vec<Interval>,
-    /// Steps up to here.
+    /// The number of steps.
     pub steps: u64,
-    /// Whether the coordinate has made its turn.
+    /// Whether the coordinate has completed its turn.
     pub has_turned: bool,
 }
 
-/// How far a motion was enclosed, and why no further.
+/// The reason why a motion could not be enclosed further, and the last enclosed state.
 #[derive(Clone, Debug)]
 pub struct NotEnclosed {
     /// The last state that contains the motion; `None` at the start.
     pub reached: Option<Box<Enclosure>>,
-    /// Why it ended.
+    /// The reason.
     pub reason: Reason,
 }
 
-/// Why a motion is not enclosed.
+/// The reason why a motion is not enclosed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reason {
     /// The constraints cannot be met at the start.
     NotAssembled(NotAssembled),
-    /// The values that are given do not determine the others, or are too many.
+    /// The given values do not determine the others, or there are too many of them.
     NotGiven,
-    /// No proof was found that there is exactly one start near the computed one.
+    /// It was not proved that there is exactly one start near the computed one.
     NotIsolated,
-    /// Friction by the forces in joints, which the functions of the tape find by iteration.
+    /// Friction depends on joint forces, which the functions of the tape find by iteration.
     Friction,
-    /// The series of the equations of motion need more memory than is reasonable.
+    /// The series of the equations of motion need too much memory.
     TooLarge,
-    /// There is no series, or it was not proved that there is one.
+    /// There is no series, or its existence was not proved.
     NoSeries(NoSeries),
-    /// Steps became too short or too many, because the intervals became too wide.
+    /// Steps became too short or too many because the intervals became too wide.
     StepTooShort,
-    /// The time of the turn was not separated from others.
+    /// The time of the turn could not be isolated.
     NotCrossed,
-    /// The caller ended it.
+    /// The caller interrupted the computation.
     Interrupted,
 }
 
-/// Most intervals of a series, 500 MB.
+/// The largest number of intervals in a series, 500 MB.
 const MOST_INTERVALS: usize = 30_000_000;
-/// Most steps.
+/// The largest number of steps.
 const MOST_STEPS: u64 = 100_000;
-/// How much longer a step may be than the one before.
+/// The largest ratio of a step to the previous one.
 const GROWTH: f64 = 1.3;
-/// How far a step may go beyond the end, so that the end is within it for certain.
+/// The factor by which a step is extended beyond the end, so that it certainly contains the end.
 const BEYOND: f64 = 1.0 + 1e-12;
-/// Steps shorter than this part of the longest one end an enclosure.
+/// An enclosure ends when steps become shorter than this fraction of the longest one.
 const SHORTEST: f64 = 1e-4;
 
-/// Encloses the motion of a mechanism from its scene's start, with some parameters replaced by their names.
+/// Encloses the motion of a mechanism from its scene's start, with some parameters replaced by name.
 ///
-/// The motion is that of the exact equations that the tape states, for all values of its numbers that round to their
-/// doubles ([`Interval::rounded`]). Accelerations follow from the saddle-point system, so that a motion that meets the
-/// constraints at its start meets them ever after.
+/// The motion is that of the exact equations of the tape, for all numbers that round to its doubles
+/// ([`Interval::rounded`]). Accelerations follow from the saddle-point system, so a motion that satisfies the
+/// constraints at its start satisfies them at all times.
 ///
 /// # Errors
-/// Something was not proved; the error says how far the motion was enclosed.
+/// A proof failed; the error tells how far the motion was enclosed.
 pub fn enclose(
     model: &Model,
     values: &dyn Fn(&str) -> Option<f64>,
@@ -128,7 +128,7 @@ fn replaced(model: &Model, values: Values, i: usize) -> Option<Interval> {
     values(model.description.parameters[i].name).map(Interval::rounded)
 }
 
-/// A motion that is being enclosed.
+/// A motion during its enclosure.
 struct Motion<'m> {
     model: &'m Model,
     flow: Flow,
@@ -162,7 +162,7 @@ impl<'m> Motion<'m> {
         }
     }
 
-    /// Makes steps to the end; the time of a turn and the states there, if there is one before.
+    /// Makes steps to the end; returns the time of the turn and the states at that time if the turn comes first.
     fn advance(
         &mut self,
         end: EnclosureEnd,
@@ -187,7 +187,7 @@ impl<'m> Motion<'m> {
             last = step.length;
             longest = longest.max(last);
             let reaches_end = (Interval::point(end_time) - Interval::point(self.set.t)).hi() <= step.length;
-            // Rounded down, the time is within the step for certain.
+            // Rounded down, so that the time certainly lies within the step.
             let to = if reaches_end { end_time } else { (self.set.t + step.length).next_down() };
             let is_short = to < end_time && step.length < SHORTEST * longest;
             if is_short || to <= self.set.t || self.steps >= MOST_STEPS {
@@ -206,7 +206,7 @@ impl<'m> Motion<'m> {
         Ok(None)
     }
 
-    /// The state with all that follows from it.
+    /// Completes a state by all quantities that follow from it.
     fn described(&mut self, t: Interval, states: &[Interval], has_turned: bool) -> Result<Enclosure, NoSeries> {
         let forces = self.flow.expand(t, states, None, 1)?.forces;
         let n = self.model.tape().coordinates as usize;

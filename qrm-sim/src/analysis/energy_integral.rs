@@ -1,16 +1,17 @@
-//! The motion of a conservative mechanism with one degree of freedom, without integrating its equations of motion: the
-//! rate follows from the energy, the position from the constraints, the time from a quadrature.
+//! The motion of a conservative mechanism with one degree of freedom, without integration of its equations of motion:
+//! the rate follows from the energy, the position from the constraints, the time from a quadrature.
 
-use crate::position::{LoopSolver, Position, Start, assemble};
 use qrm_core::Mechanism;
 
+use crate::position::{LoopSolver, Position, Start, assemble};
 use crate::quadrature::{NODES, gauss_legendre};
 
-/// Panels in a turn, or in as many units of a length; two numbers, whose results differ by what rounding leaves open.
+/// The number of panels in a turn, or in a unit of length. The results of the two numbers differ by rounding errors.
 pub const PANELS: [f64; 2] = [96.0, 67.0];
-/// Random rates at which the loads must do no work that is not in the potential.
+/// Random rates at which loads without a potential are searched for.
 const PROBES: [f64; 3] = [1.0, -0.7, 2.3];
-/// The number of intervals at whose ends loads are tested with each probe rate: a load may act for a short time only.
+/// The number of times, less one, at which loads are tested with each of these rates: a load may act for a short time
+/// only.
 const MOMENTS: u32 = 256;
 
 /// Times at equally spaced values of the driven coordinate.
@@ -28,28 +29,28 @@ pub struct EnergyIntegral<'m> {
 #[derive(Clone, Debug)]
 struct Panel {
     begin: Position,
-    /// When it begins, and what rounding left of that.
+    /// The time at its beginning, and the rounding error of that.
     t: (f64, f64),
 }
 
-/// Why there is no such integral.
+/// The reason why there is no such integral.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoEnergyIntegral {
-    /// The scene gives another number of coordinates at its start than one.
+    /// The number of coordinates given at the scene's start is not one.
     NotOneGiven,
-    /// Some load does work that is in no potential, or depends on time.
+    /// Some load has no potential, or depends on time.
     NotConservative,
     /// Constraints depend on time.
     Driven,
-    /// The motion turns back, or stands still, or the mechanism locks.
+    /// The motion reverses or stops, or the mechanism locks.
     TurnsBack,
 }
 
 impl<'m> EnergyIntegral<'m> {
-    /// Follows the motion of the scene until a time, with so many panels in a turn.
+    /// Follows the motion of the scene until a time, with this number of panels in a turn.
     ///
     /// # Errors
-    /// The motion is not of this kind.
+    /// The motion has no energy integral.
     pub fn new(mechanism: &'m dyn Mechanism, until: f64, panels: f64) -> Result<Self, NoEnergyIntegral> {
         if mechanism.is_driven() {
             return Err(NoEnergyIntegral::Driven);
@@ -73,12 +74,12 @@ impl<'m> EnergyIntegral<'m> {
         while integral.last().t.0 <= until {
             let Panel { begin, t } = integral.last().clone();
             integral.check(&begin, until)?;
-            // Places are counted from the start: steps added up would gather rounding errors.
+            // Positions are computed from the start: a sum of steps would accumulate rounding errors.
             let to = integral.panels[0].begin.q[driven] + step * integral.panels.len() as f64;
             let step = to - begin.q[driven];
             let end = integral.moved(&begin, step).ok_or(NoEnergyIntegral::TurnsBack)?;
             let duration = integral.duration(&begin, step).ok_or(NoEnergyIntegral::TurnsBack)?;
-            // The rounding errors of many panels would add up.
+            // Compensated summation: the rounding errors of many panels would accumulate.
             let (sum, rest) = (t.0 + duration, t.1);
             let rest = rest + if t.0 >= duration { (t.0 - sum) + duration } else { (duration - sum) + t.0 };
             integral.panels.push(Panel { begin: end, t: (sum, rest) });
@@ -90,7 +91,7 @@ impl<'m> EnergyIntegral<'m> {
         &self.panels[self.panels.len() - 1]
     }
 
-    /// When the driven coordinate has changed by so much in its direction, to the last digit.
+    /// The time at which the driven coordinate has changed by `change` in its direction, accurate to rounding errors.
     pub fn time_of(&self, change: f64) -> Option<f64> {
         let place = (change / self.step.abs()) as usize;
         let panel = self.panels.get(place)?;
@@ -102,7 +103,7 @@ impl<'m> EnergyIntegral<'m> {
     pub fn state(&self, t: f64) -> Option<(Vec<f64>, Vec<f64>)> {
         let after = self.panels.partition_point(|panel| panel.t.0 <= t);
         let panel = &self.panels[after.checked_sub(1)?];
-        // Newton's method for the position at which this time has gone by.
+        // Newton's method for the position at this time.
         let wanted = (t - panel.t.0) - panel.t.1;
         let mut change = wanted * self.rate(&panel.begin)?;
         for _ in 0..20 {
@@ -119,7 +120,7 @@ impl<'m> EnergyIntegral<'m> {
         Some((at.q, rates))
     }
 
-    /// How long the driven coordinate takes from a position on.
+    /// The time that a change of the driven coordinate takes from a position.
     fn duration(&self, from: &Position, change: f64) -> Option<f64> {
         let mut sum = 0.0;
         for (node, weight) in self.rule {
@@ -129,7 +130,7 @@ impl<'m> EnergyIntegral<'m> {
         Some(sum * change)
     }
 
-    /// The rate of the driven coordinate that the energy leaves at a position; none where the motion cannot get to.
+    /// The rate of the driven coordinate from the energy at a position; `None` if the motion cannot reach the position.
     fn rate(&self, at: &Position) -> Option<f64> {
         let tangent = self.drive.tangent(at, self.driven);
         let [inertia, potential] = self.drive.mechanism.energy(&at.q, &tangent);
@@ -143,7 +144,7 @@ impl<'m> EnergyIntegral<'m> {
         self.drive.move_to(from, &target).ok()
     }
 
-    /// Loads without potential would show at some rate.
+    /// Checks that no load without a potential acts at any of the random rates.
     fn check(&self, at: &Position, until: f64) -> Result<(), NoEnergyIntegral> {
         let tangent = self.drive.tangent(at, self.driven);
         let mechanism = self.drive.mechanism;

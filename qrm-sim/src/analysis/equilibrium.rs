@@ -1,7 +1,8 @@
 //! Static equilibrium: a position held at rest against the loads.
 
-use crate::position::{LoopSolver, NotAssembled, Start, assemble};
 use qrm_core::Mechanism;
+
+use crate::position::{LoopSolver, NotAssembled, Start, assemble};
 
 /// A position in static equilibrium.
 #[derive(Clone, Debug)]
@@ -12,35 +13,35 @@ pub struct StaticEquilibrium {
     pub forces: Vec<f64>,
     /// The multipliers.
     pub multipliers: Vec<f64>,
-    /// The outputs, without motion.
+    /// The outputs at rest.
     pub outputs: Vec<f64>,
 }
 
-/// Why a position cannot be held.
+/// The reason why a position cannot be held.
 #[derive(Clone, Debug)]
 pub enum NoEquilibrium {
     /// The constraints cannot be met at the start.
     NotAssembled(NotAssembled),
-    /// The start itself is singular.
+    /// The start is singular.
     Singular,
     /// Constraints depend on time.
     Driven,
-    /// The way from the start to the position ends at a limit position.
+    /// The path from the start to the position ends at a limit position.
     LimitPosition {
         /// The coordinates there.
         q: Vec<f64>,
-        /// The constraint that cannot be met beyond.
+        /// The constraint that cannot be satisfied beyond it.
         constraint: Option<usize>,
     },
     /// The forces at the position are not finite.
     NotFinite,
 }
 
-/// Moves from the scene's start to a position without a jump, and balances it. `wanted` holds values for coordinates
-/// that the scene gives at its start; the others of those keep their values.
+/// Moves continuously from the scene's start to a position, and balances it. `wanted` holds values for coordinates that
+/// the scene gives at its start; other given coordinates keep their values.
 ///
 /// # Errors
-/// The position cannot be reached, or not be held.
+/// The position cannot be reached, or cannot be held.
 pub fn static_equilibrium(
     mechanism: &dyn Mechanism,
     wanted: &[(usize, f64)],

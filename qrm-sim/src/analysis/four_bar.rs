@@ -1,20 +1,20 @@
-//! Four-bar linkages by the lengths of their links.
+//! Four-bar linkages, described by the lengths of their links.
 
 /// The lengths of a four-bar linkage, in m: the distances of the pins on each link.
 #[derive(Clone, Copy, Debug)]
 pub struct FourBar {
     /// The link that does not move.
     pub ground: f64,
-    /// The link beside it that is driven.
+    /// The driven link next to the ground.
     pub input: f64,
     /// The link opposite the ground.
     pub coupler: f64,
-    /// The link beside the ground that is not driven.
+    /// The other link next to the ground.
     pub output: f64,
 }
 
-/// The class of a four-bar linkage by the motions of its links, after Grashof: with the shortest link `s`, the longest
-/// `l`, and the others `p` and `q`, the shortest turns fully against all others if `s + l <= p + q`.
+/// The class of a four-bar linkage by the motions of its links, after Grashof. With the shortest link `s`, the longest
+/// `l`, and the others `p` and `q`, the shortest turns fully relative to all others if `s + l <= p + q`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GrashofClass {
     /// The input turns fully, the output rocks.
@@ -25,17 +25,17 @@ pub enum GrashofClass {
     DoubleCrank,
     /// The coupler turns fully, input and output rock.
     DoubleRocker,
-    /// `s + l = p + q`: all links can be in one line, where branches cross.
+    /// `s + l = p + q`: all links can lie in one line, where branches cross.
     ChangePoint,
     /// `s + l > p + q`: no link turns fully.
     TripleRocker,
 }
 
-/// Lengths whose sums differ by less than this part are equal.
+/// The relative difference below which sums of lengths are equal.
 const EQUAL: f64 = 1e-9;
 
 impl FourBar {
-    /// The class; `None` if the loop cannot be closed.
+    /// The class of the linkage; `None` if the loop cannot be closed.
     pub fn class(&self) -> Option<GrashofClass> {
         let Self { ground, input, coupler, output } = *self;
         let mut sorted = [ground, input, coupler, output];
@@ -60,8 +60,8 @@ impl FourBar {
         })
     }
 
-    /// The smallest transmission angle, in rad: the acute angle between coupler and output as far as the input can
-    /// move; `None` if the loop cannot be closed.
+    /// The smallest transmission angle over the range of the input, in rad: the acute angle between coupler and output.
+    /// `None` if the loop cannot be closed.
     ///
     /// With the distance `f` of the far ends of input and ground, `cos mu = (coupler^2 + output^2 - f^2)/(2 coupler
     /// output)`.
@@ -100,7 +100,7 @@ mod tests {
         assert_eq!(class([1.0, 0.0, 1.0, 1.0]), None);
     }
 
-    /// The angle over all positions of the input, one by one.
+    /// The smallest angle over all positions of the input, by brute force.
     #[test]
     fn the_transmission_angle_is_the_smallest_of_a_turn() {
         for [ground, input, coupler, output] in [[4.0, 1.0, 4.0, 3.0], [1.0, 3.0, 2.5, 2.0], [4.0, 3.0, 4.0, 1.5]] {

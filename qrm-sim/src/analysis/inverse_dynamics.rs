@@ -1,8 +1,8 @@
-//! The forces and torques that a prescribed motion takes.
+//! The forces and torques needed for a prescribed motion.
 
-use crate::position::{CONTINUATION, LoopSolver, NotAssembled, Position, Start, assemble_from_guesses};
 use qrm_core::Mechanism;
 
+use crate::position::{CONTINUATION, LoopSolver, NotAssembled, Position, Start, assemble_from_guesses};
 use crate::solve::Dynamics;
 
 /// A mechanism at one time of a prescribed motion.
@@ -18,22 +18,22 @@ pub struct PrescribedState {
     pub qdd: Vec<f64>,
     /// The multipliers.
     pub multipliers: Vec<f64>,
-    /// The forces and torques that the motion takes beside the loads, along the given coordinates; zero along others.
+    /// The forces and torques needed in addition to the loads, along the given coordinates; zero along the others.
     pub forces: Vec<f64>,
     /// The outputs.
     pub outputs: Vec<f64>,
 }
 
-/// Why a motion is not possible.
+/// The reason why a motion is not possible.
 #[derive(Clone, Debug)]
 pub enum NotPossible {
     /// The constraints cannot be met at the start.
     NotAssembled(NotAssembled),
     /// The given coordinates do not determine the others at the start.
     Singular,
-    /// Friction depends on the forces in joints, which forces along given coordinates would change.
+    /// Friction depends on joint forces, which forces along the given coordinates would change.
     Friction,
-    /// After this time the mechanism locks, or comes to a position at which the given coordinates do not determine the
+    /// After this time the mechanism locks, or reaches a position at which the given coordinates do not determine the
     /// others.
     LimitPosition {
         /// The last time that was reached.
@@ -46,7 +46,7 @@ pub enum NotPossible {
         /// The time.
         t: f64,
     },
-    /// From this time on the motion goes too far until the next one.
+    /// After this time the motion changes too much before the next time.
     TooFast {
         /// The time.
         t: f64,
@@ -60,7 +60,7 @@ pub enum NotPossible {
     },
 }
 
-/// A mechanism that is moved from outside: given coordinates are functions of time, the others follow.
+/// A mechanism whose given coordinates are prescribed functions of time, while the others follow.
 pub struct PrescribedMotion<'m> {
     drive: LoopSolver<'m>,
     position: Position,
@@ -70,17 +70,17 @@ pub struct PrescribedMotion<'m> {
 /// Value, rate and acceleration of a given coordinate.
 pub type Prescribed<'f> = &'f dyn Fn(usize, f64) -> [f64; 3];
 
-/// Most steps between two times that are asked for.
+/// The largest number of steps between two requested times.
 const MAX_STEPS: u32 = 100_000;
-/// Parts of the way between two times that are shorter than this are not tried.
+/// The smallest fraction of the path between two times that is tried as a step.
 const SHORTEST: f64 = 1e-9;
 
 impl<'m> PrescribedMotion<'m> {
-    /// The motion at its first time, on the branch of the start; there the given coordinates have their prescribed
+    /// Creates the motion at its first time, on the branch of the start; the given coordinates have their prescribed
     /// values.
     ///
     /// # Errors
-    /// The mechanism cannot be assembled, or not be moved, or has friction that the motion leaves open.
+    /// The mechanism cannot be assembled or moved, or its friction depends on undetermined forces.
     pub fn new(
         mechanism: &'m dyn Mechanism,
         start: &Start,
@@ -114,7 +114,7 @@ impl<'m> PrescribedMotion<'m> {
     /// Moves to a later time.
     ///
     /// # Errors
-    /// The mechanism locks before.
+    /// The mechanism locks before that time.
     pub fn advance(&mut self, t: f64, prescribed: Prescribed) -> Result<&PrescribedState, NotPossible> {
         let from = self.last.t;
         let mut step = t - from;
@@ -143,23 +143,23 @@ impl<'m> PrescribedMotion<'m> {
                 None => step *= 0.5,
             }
         }
-        // At the same time the motion may go on with another acceleration.
+        // At the same time the prescribed motion may continue with another acceleration.
         if t == from {
             self.last = state(&self.drive, &self.position, prescribed).ok_or(NotPossible::NotFinite { t })?;
         }
         Ok(&self.last)
     }
 
-    /// Whether a value of a coordinate at a later time is far from where its rate and acceleration lead.
+    /// Whether a later value of a coordinate is far from the extrapolation by its rate and acceleration.
     fn jumps(&self, i: usize, value: f64, t: f64) -> bool {
         let PrescribedState { q, qd, qdd, .. } = &self.last;
         let h = t - self.last.t;
         let moved = h * (qd[i] + 0.5 * h * qdd[i]);
-        // Written so that a value that is not finite jumps.
+        // Written so that a value that is not finite counts as a jump.
         !((value - q[i] - moved).abs() <= CONTINUATION * moved.abs() + ROUNDING * (1.0 + q[i].abs()))
     }
 
-    /// The position a little later, near where the motion would go on.
+    /// The position a little later, if it is near the extrapolated one.
     fn neighbour(&self, t: f64, prescribed: Prescribed) -> Option<Position> {
         let PrescribedState { q, qd, qdd, .. } = &self.last;
         let h = t - self.last.t;
@@ -181,9 +181,9 @@ impl<'m> PrescribedMotion<'m> {
     }
 }
 
-/// Longest step of an angle: the others must not be taken for what they are a turn later.
+/// The longest step of an angle, so that the other angles are not confused with those a turn later.
 const LONGEST: f64 = 0.5;
-/// How far rounding errors may take an angle.
+/// The largest effect of rounding errors on an angle.
 const ROUNDING: f64 = 1e-9;
 
 /// Rates, accelerations and forces at a position; `None` if they are not finite.

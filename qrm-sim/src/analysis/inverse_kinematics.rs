@@ -1,25 +1,25 @@
-//! Coordinates at which a point of a mechanism is where it is wanted.
+//! Coordinates at which a point of a mechanism reaches its target.
 
 use qrm_core::Mechanism;
 
 use crate::solve::{LoopConstraints, Residuals, least_squares};
 
-/// The position of a point less that of its target.
+/// The position of a point minus that of its target.
 #[derive(Clone, Debug)]
 pub struct PositionError {
     /// The components of the position error, in m.
     pub components: [f64; 2],
-    /// The derivatives of the components by the coordinates.
+    /// The derivatives of the components with respect to the coordinates.
     pub jacobian: [Vec<f64>; 2],
 }
 
-/// The weight of the position error beside that of the constraints: where the target cannot be reached, loops stay all
-/// but closed.
+/// The weight of the position error relative to the constraints: if the target cannot be reached, loops stay nearly
+/// closed.
 const WEIGHT: f64 = 0.01;
 
-/// The coordinates near `q` at which the constraints are met and the position error is least.
+/// Finds the coordinates near `q` that satisfy the constraints with the smallest position error.
 ///
-/// Each residual counts by its size over that of its derivatives at `q`, so that units do not matter.
+/// Each residual is divided by the size of its derivatives at `q`, so that units do not matter.
 pub fn inverse_kinematics(
     mechanism: &dyn Mechanism,
     q: &[f64],

@@ -1,6 +1,5 @@
-//! Run time and result of a method at given times.
+//! The run time and the results of a method at given times.
 
-use crate::position::{AssemblyBranch, Start};
 use std::time::{Duration, Instant};
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
@@ -8,6 +7,7 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 use super::energy_integral::{EnergyIntegral, NoEnergyIntegral};
 use crate::columns::Kind;
 use crate::integrate::{Counts, Integrator, MethodSettings, StepError};
+use crate::position::{AssemblyBranch, Start};
 use crate::run::{StartError, first_state};
 use crate::solve::{LoopConstraints, Solver, largest};
 use crate::state::State;
@@ -31,12 +31,12 @@ pub struct StateAt {
     pub residual: f64,
     /// Kinetic and potential energy.
     pub energy: f64,
-    /// Power of the loads without potential, and of what drives constraints.
+    /// Power of the loads without potential and of the driven constraints.
     pub power: f64,
 }
 
 impl StateAt {
-    /// The number of a kind; not a number where the mechanism has no such entry.
+    /// The number of this kind; not a number if the mechanism has no such entry.
     pub fn value(&self, kind: Kind) -> f64 {
         let entry = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(f64::NAN);
         match kind {
@@ -56,9 +56,9 @@ impl StateAt {
 /// The results and run times of a method.
 #[derive(Clone, Debug)]
 pub struct Measurement {
-    /// Seconds of each repetition, the shortest first.
+    /// The time of each repetition in s, shortest first.
     pub seconds: Vec<f64>,
-    /// The states at the times that were asked for.
+    /// The states at the requested times.
     pub states: Vec<StateAt>,
     /// Energy at the start.
     pub energy: f64,
@@ -66,7 +66,7 @@ pub struct Measurement {
     pub counts: Counts,
 }
 
-/// A method with the length of its steps, if it does not choose them.
+/// A method, and the step length if the method does not choose it.
 #[derive(Clone, Copy, Debug)]
 pub struct Trial {
     /// The method.
@@ -78,17 +78,17 @@ pub struct Trial {
 /// The number of repetitions of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Repetitions {
-    /// The least number.
+    /// The smallest number of repetitions.
     pub least: usize,
-    /// Repetitions go on until this time is over, but not longer than ten times as long.
+    /// The time after which repetitions stop. Ten times this is the hard limit.
     pub time: Duration,
 }
 
-/// Runs a method to each of the times, which rise, again and again. Steps of a fixed length are made a little shorter
-/// where they do not divide the time to the next one.
+/// Runs a method repeatedly to each of the times, which must increase. Fixed steps are shortened a little where they do
+/// not divide the time to the next one.
 ///
 /// # Errors
-/// The run cannot start, or not reach the last time.
+/// The run cannot start, or does not reach the last time.
 pub fn measure(
     mechanism: &dyn Mechanism,
     trial: &Trial,
@@ -114,10 +114,10 @@ pub fn measure(
     Ok(Measurement { seconds, states, energy, counts })
 }
 
-/// Rows of a block.
+/// The number of rows in a block.
 const CHUNK: u64 = 256;
 
-/// Makes one run to each of the times.
+/// Runs once to each of the times.
 fn visit(
     mechanism: &dyn Mechanism,
     Trial { settings, step }: &Trial,
@@ -156,10 +156,10 @@ fn visit(
     Ok(integrator.counts(rows))
 }
 
-/// States from the energy integral.
+/// Computes states from the energy integral.
 ///
 /// # Errors
-/// The motion has no such integral.
+/// The motion has no energy integral.
 pub fn exact_states(mechanism: &dyn Mechanism, times: &[f64], panels: f64) -> Result<Vec<StateAt>, NoEnergyIntegral> {
     let integral = EnergyIntegral::new(mechanism, times.last().copied().unwrap_or(0.0), panels)?;
     let at = |t: &f64| {

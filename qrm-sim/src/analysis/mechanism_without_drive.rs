@@ -1,28 +1,28 @@
-//! A mechanism at the time zero whose drive can be moved.
+//! A mechanism at time zero whose drive can be moved.
 
-use crate::position::{NotAssembled, Start, assemble};
 use qrm_core::{
     Description, DynamicsMut, LoopConstraintsMut, Mechanism, QuantityDescription, Schedule, StartMut, StateRef,
 };
 
+use crate::position::{NotAssembled, Start, assemble};
 use crate::solve::{Dynamics, LoopConstraints};
 
-/// A mechanism at the time zero, with one coordinate more: the value that a drive prescribes, which is given.
+/// A mechanism at time zero with one additional given coordinate: the value that a drive prescribes.
 ///
-/// The constraint `C_k(q, t)` of the drive becomes `C_k(q, 0) - s`. Where it contains a single coordinate, the new one
-/// has its name and its value; otherwise it has the name of the constraint, and is zero at the start.
+/// The constraint `C_k(q, t)` of the drive becomes `C_k(q, 0) - s`. If it contains a single coordinate, `s` has the
+/// name and the value of that coordinate. Otherwise `s` has the name of the constraint, and is zero at the start.
 pub struct MechanismWithoutDrive {
     mechanism: Box<dyn Mechanism>,
     description: &'static Description,
     /// The constraint of the drive.
     constraint: usize,
-    /// The residual that counts as zero.
+    /// The residual that is taken as zero.
     offset: f64,
     start: Start,
 }
 
 impl MechanismWithoutDrive {
-    /// Releases the drive that this constraint belongs to.
+    /// Releases the drive of this constraint.
     ///
     /// # Errors
     /// The mechanism cannot be assembled.
@@ -30,7 +30,7 @@ impl MechanismWithoutDrive {
         Self::described(mechanism, constraint, None)
     }
 
-    /// Releases the same drive of the mechanism with other parameters.
+    /// Releases the same drive in the mechanism with other parameters.
     ///
     /// # Errors
     /// The mechanism cannot be assembled.
@@ -62,19 +62,19 @@ impl MechanismWithoutDrive {
         start.given_rates.push(true);
         let mut released = Self { mechanism, description, constraint, offset: -value, start };
         if assemble(&released, Start::new(&released)).is_err() {
-            // Another drive prescribes the same, and holds it.
+            // Other drives keep their prescribed values fixed.
             released.start.qd.fill(0.0);
             released.start.given_rates.fill(false);
         }
         Ok(released)
     }
 
-    /// The coordinates of the mechanism itself.
+    /// The coordinates of the original mechanism.
     fn inner<'a>(&self, q: &'a [f64]) -> &'a [f64] {
         &q[..q.len() - 1]
     }
 
-    /// Writes rows with a column more: zero but for the constraint of the drive.
+    /// Writes rows with an additional column: nonzero only for the constraint of the drive.
     fn write_jacobian(&self, rows: &[f64], to: &mut [f64]) {
         let n = self.start.q.len();
         for (row, own) in to.chunks_exact_mut(n).zip(rows.chunks_exact(n - 1)) {
@@ -84,7 +84,7 @@ impl MechanismWithoutDrive {
         to[self.constraint * n + n - 1] = -1.0;
     }
 
-    /// Writes a matrix with a row and a column of zeros more.
+    /// Writes a matrix with an additional row and column of zeros.
     fn write_mass_matrix(&self, rows: &[f64], to: &mut [f64]) {
         let n = self.start.q.len();
         to.fill(0.0);
@@ -141,7 +141,7 @@ impl Mechanism for MechanismWithoutDrive {
         to.residuals.copy_from_slice(&own.residuals);
         to.residuals[self.constraint] -= q[q.len() - 1] + self.offset;
         self.write_jacobian(own.constraint_jacobian.entries(), to.constraint_jacobian);
-        // Other drives hold what they prescribe.
+        // Other drives keep their prescribed values fixed.
         to.constraint_rate.fill(0.0);
     }
 

@@ -1,4 +1,4 @@
-//! Reference states: a motion in numbers of 32 digits.
+//! Reference states: a motion in double-double precision, 32 digits.
 
 mod corner;
 mod elimination;
@@ -25,18 +25,18 @@ pub struct ReferenceState {
     pub rounded: StateAt,
 }
 
-/// The states of a motion at times that rise, followed in double-double numbers with relative errors of about
+/// Computes the states of a motion at increasing times in double-double precision, with relative errors of about
 /// `tolerance` in each step.
 ///
-/// Parameters have the doubles that a simulation has too; coordinates and rates at the start that the scene gives have
-/// all digits of its formulae. Steps are those of the extrapolated midpoint rule, after each of which coordinates and
-/// rates are projected onto the constraints in the mass metric. They end at corners and jumps of the equations of
-/// motion, up to which the smooth continuation from the beginning of a step is followed. Tolerances below 1e-26 drown
-/// in rounding errors.
+/// Parameters have the same double values as in a simulation; given coordinates and rates at the start have all digits
+/// of the scene's formulae. Steps use the extrapolated midpoint rule; after each step coordinates and rates are
+/// projected onto the constraints in the mass metric. Steps end at corners and jumps of the equations of motion; until
+/// then they follow the smooth continuation from the beginning of the step. Tolerances below 1e-26 are lost in rounding
+/// errors.
 ///
 /// # Errors
-/// The constraints cannot be met at the start; the accelerations are not determined; or it would take more than some
-/// 1e8 operations, a few seconds, as it does with stiff motions and with motions along a jump.
+/// The constraints cannot be satisfied at the start; the accelerations are not determined; or more than about 1e8
+/// operations are needed, a few seconds, as for stiff motions and motions along a jump.
 pub fn reference_states(
     model: &Model,
     replace: ParameterOverrides,
@@ -52,7 +52,7 @@ pub fn reference_states(
     follow(equations, parameters, y, step, (times, tolerance)).map_err(StartError::Step)
 }
 
-/// Follows the smooth parts of a motion one after the other.
+/// Follows the smooth parts of a motion one after another.
 fn follow(
     mut equations: Equations,
     parameters: &[f64],
@@ -77,26 +77,26 @@ fn follow(
     }
 }
 
-/// The least factor between the lengths of consecutive steps, and the largest one.
+/// The smallest and the largest ratio of consecutive step lengths.
 const FACTORS: [f64; 2] = [0.1, 4.0];
-/// The safety factor by which a step is made shorter, for it to be accepted.
+/// The safety factor in the choice of the step length.
 const SAFETY: f64 = 0.9;
-/// Time stands still where steps are as short as this against it.
+/// The smallest step length relative to the time.
 const SHORTEST: f64 = 1e-29;
 
-/// Where a motion is.
+/// The current state of a motion.
 #[derive(Clone)]
 struct At {
     t: Number,
     /// Coordinates, then rates.
     y: Vec<Number>,
-    /// The derivative of `y` by time.
+    /// The derivative of `y` with respect to time.
     slope: Vec<Number>,
     /// Length of the next step.
     h: f64,
 }
 
-/// A smooth part of a motion that is being followed.
+/// A smooth part of a motion.
 struct Motion<'t> {
     equations: Equations<'t>,
     tolerance: f64,
@@ -108,7 +108,7 @@ struct Motion<'t> {
 }
 
 impl<'t> Motion<'t> {
-    /// A part at its beginning.
+    /// Starts a part.
     ///
     /// # Errors
     /// The accelerations are not determined there.
@@ -118,7 +118,7 @@ impl<'t> Motion<'t> {
         Ok(Self { equations, tolerance, attempts: 0, at, signs })
     }
 
-    /// Adds states at the times that have none yet, up to the end of this part.
+    /// Adds states at the remaining times, up to the end of this part.
     fn visit(&mut self, times: &[f64], states: &mut Vec<ReferenceState>) -> Result<(), StepError> {
         for &t in &times[states.len()..] {
             if self.advance_to(t.into())? {
@@ -130,11 +130,11 @@ impl<'t> Motion<'t> {
         Ok(())
     }
 
-    /// Moves to a time; true if this part of the motion ends before.
+    /// Advances to a time; returns true if this part of the motion ends before.
     fn advance_to(&mut self, t: Number) -> Result<bool, StepError> {
         while self.at.t < t {
             let left = t - self.at.t;
-            // Two even steps to the end are better than a long and a very short one.
+            // Two equal steps to the end are better than a long and a very short one.
             let h = if !(self.at.h < left.to_f64()) {
                 left
             } else if self.at.h > 0.5 * left.to_f64() {
@@ -150,10 +150,10 @@ impl<'t> Motion<'t> {
         Ok(false)
     }
 
-    /// Tries one step, and chooses the length of the next one; true if it ended at a corner.
+    /// Attempts one step, and chooses the length of the next one; returns true if the step ended at a corner.
     ///
     /// # Errors
-    /// Steps became too short or too many, or an accepted one leads to where the accelerations are not determined.
+    /// Steps became too short or too many, or the accelerations are not determined after an accepted step.
     fn attempt(&mut self, step: Number, end: Number) -> Result<bool, StepError> {
         let h = step.to_f64();
         self.attempts += 1;
@@ -171,7 +171,7 @@ impl<'t> Motion<'t> {
             self.at.h = proposed.min(SAFETY * h);
             return Ok(false);
         }
-        // A step that is short for the sake of its end says little of the next one.
+        // A step that was shortened to end there says little about the next one.
         self.at.h = if h < self.at.h { proposed.max(self.at.h) } else { proposed };
         let corner = self.first_corner(step, &next)?;
         let is_corner = corner.is_some();
@@ -181,7 +181,7 @@ impl<'t> Motion<'t> {
         Ok(is_corner)
     }
 
-    /// The state after a step from here, and its error.
+    /// The state after a step from here, and its error estimate.
     ///
     /// # Errors
     /// A slope has no value.

@@ -1,5 +1,5 @@
-//! A slow motion of a driven coordinate, over a turn or a length: positions, forces of static equilibrium, limit
-//! positions.
+//! The quasi-static motion of a driven coordinate over a turn or a length: positions, forces of static equilibrium,
+//! limit positions.
 
 mod course;
 mod round;
@@ -15,26 +15,26 @@ use round::{GAP, NEAR, Round, Step};
 pub use round::NoRevolution;
 pub use series::{Series, Vertex};
 
-/// Positions in a turn.
+/// The number of positions in a turn.
 const SAMPLES: usize = 720;
 
-/// A revolution of the driven coordinate, or the range that it can move in.
+/// A revolution of the driven coordinate, or its range of motion.
 #[derive(Clone, Debug)]
 pub struct Revolution {
     /// The driven coordinate.
     pub coordinate: usize,
-    /// Where the turn begins.
+    /// The start of the turn.
     pub start: f64,
     /// The direction in which the scene starts: 1 or -1.
     pub direction: f64,
-    /// The range of the driven coordinate, and what ends it; `None` if the coordinate turns fully.
+    /// The range of the driven coordinate and the constraints that limit it; `None` if the coordinate turns fully.
     pub range: Option<Range>,
-    /// The change points, where branches cross, in the order of the turn: the mechanism may leave one on another branch
-    /// than the one that is followed here.
+    /// The change points, where branches cross, in the order of the turn: the mechanism may leave one of them on
+    /// another branch than the one followed here.
     pub change_points: Vec<f64>,
-    /// Whether all coordinates come back after a turn, angles up to whole turns.
+    /// Whether all coordinates return after a turn, angles up to whole turns.
     pub returns: bool,
-    /// The course of each output, without motion.
+    /// The course of each output at rest.
     pub outputs: Vec<Series>,
     /// The course of the generalized force on the driven coordinate that balances the loads.
     pub balance: Series,
@@ -42,19 +42,19 @@ pub struct Revolution {
     pub inertia: Series,
 }
 
-/// Between which values a driven coordinate can move, and the constraint that ends its way there.
+/// The range of a driven coordinate, with the constraints that limit it.
 #[derive(Clone, Copy, Debug)]
 pub struct Range {
-    /// The smallest value; none if it can be moved by a whole turn, or as far as a length is looked at.
+    /// The smallest value; `None` if the coordinate can make a whole turn, or move as far as a length is examined.
     pub low: Option<(f64, Option<usize>)>,
-    /// The largest value, likewise.
+    /// The largest value; `None` likewise.
     pub high: Option<(f64, Option<usize>)>,
 }
 
-/// Moves the driven coordinate through a revolution, or a length as far as it goes.
+/// Moves the driven coordinate through a revolution, or along its range.
 ///
 /// # Errors
-/// No coordinate can be driven so.
+/// No coordinate can be driven in this way.
 pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution> {
     let round = Round::new(mechanism)?;
     let driven = round.driven;
@@ -100,7 +100,7 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
         }
     };
     let (count, rounding) = (description.outputs.len(), round.rounding_of_outputs());
-    // The positions on both sides tell of the same one.
+    // The positions on both sides may find the same change point.
     change_points.dedup_by(|a, b| round.is_near(*a, *b, NEAR));
     Ok(Revolution {
         coordinate: driven,
@@ -122,7 +122,7 @@ pub fn can_revolve(mechanism: &dyn Mechanism) -> bool {
     Round::new(mechanism).is_ok_and(|round| round.follow(round.direction, SAMPLES / 8, &mut |_| ()).is_ok())
 }
 
-/// A difference of two values in a unit; of angles without whole turns.
+/// The difference of two values in a unit; whole turns are removed from angles.
 pub fn wrap_angle(difference: f64, unit: &str) -> f64 {
     if unit == "rad" { difference - TAU * (difference / TAU).round() } else { difference }
 }

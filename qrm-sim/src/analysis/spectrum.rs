@@ -1,4 +1,4 @@
-//! The eigenvalues of the linearized, constrained equations of motion at one state, and the steps that they allow.
+//! The eigenvalues of the linearized, constrained equations of motion at one state, and the stable steps.
 
 use nalgebra::linalg::{Schur, balancing};
 use nalgebra::{Complex, DMatrix};
@@ -17,9 +17,9 @@ pub struct Spectrum {
     pub frequency: f64,
     /// The fastest growth, in 1/s: the largest `Re(s)`.
     pub growth: f64,
-    /// The longest step for which RK4 does not magnify what decays or oscillates, in s; infinite if nothing does.
+    /// The longest step, in s, for which RK4 amplifies no decaying or oscillating mode; infinite if there is none.
     pub longest_step: f64,
-    /// Condition number of `Mbar`, its rows and columns scaled to ones in the diagonal; infinite if it is singular.
+    /// Condition number of `Mbar`, scaled to a unit diagonal; infinite if it is singular.
     pub condition_mass: f64,
     /// Condition number of `C_q Mbar^-1 C_q'`, scaled likewise; infinite if it is singular, one without constraints.
     pub condition_loops: f64,
@@ -27,7 +27,7 @@ pub struct Spectrum {
     pub smallest_singular_value: f64,
 }
 
-/// The spectrum at a state; `None` if the accelerations or the eigenvalues cannot be found there.
+/// Computes the spectrum at a state; `None` if the accelerations or the eigenvalues cannot be found.
 pub fn spectrum(mechanism: &dyn Mechanism, t: f64, q: &[f64], qd: &[f64]) -> Option<Spectrum> {
     let (n, m) = (q.len(), mechanism.description().constraints.len());
     let mut at = State::zero(n, m);
@@ -72,9 +72,9 @@ pub fn spectrum(mechanism: &dyn Mechanism, t: f64, q: &[f64], qd: &[f64]) -> Opt
     })
 }
 
-/// Squares of larger numbers, and products of those, overflow.
+/// Squares of larger numbers, and products of these, overflow.
 const LARGEST: f64 = 1e60;
-/// Far more than eigenvalues of a matrix of this kind take.
+/// Far more iterations than eigenvalues of such matrices need.
 const MOST_ITERATIONS: usize = 10_000;
 
 fn eigenvalues(mut matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
@@ -87,8 +87,8 @@ fn eigenvalues(mut matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     Some(schur.complex_eigenvalues().iter().copied().collect())
 }
 
-/// Ratio of the largest to the smallest eigenvalue of a symmetric matrix that is scaled to ones in its diagonal, of
-/// so many that are not zero.
+/// The ratio of the largest to the smallest nonzero eigenvalue of a symmetric matrix with a unit diagonal; `rank` of
+/// them are nonzero.
 fn condition(matrix: &Matrix, rank: usize) -> Option<f64> {
     let size = matrix.columns();
     if rank == 0 {
@@ -105,11 +105,11 @@ fn condition(matrix: &Matrix, rank: usize) -> Option<f64> {
     Some(if low > 0.0 { high / low } else { f64::INFINITY })
 }
 
-/// Growths below this part of an eigenvalue are those of the motion, not of what oscillates.
+/// Growth rates below this fraction of an eigenvalue belong to the motion, not to an oscillation.
 const SLOW: f64 = 0.2;
 
-/// The longest step that RK4 may take for `x' = s x` without magnifying it: 2.785/rate where it decays, 2.828/omega
-/// where it oscillates, in between where it does both.
+/// The longest step for which RK4 does not amplify `x' = s x`: 2.785/rate for a decay, 2.828/omega for an oscillation,
+/// in between for both.
 pub fn longest_step(s: Complex<f64>) -> f64 {
     let size = s.norm();
     if size == 0.0 || s.re > SLOW * size {
@@ -118,7 +118,7 @@ pub fn longest_step(s: Complex<f64>) -> f64 {
     let direction = Complex::new(s.re.min(0.0), s.im);
     let direction = direction / direction.norm();
     let is_stable = |length: f64| amplification(direction * length) <= 1.0 + 1e-9;
-    // From 0 to the edge a ray in this half plane stays inside.
+    // A ray from 0 to the edge of the stability region stays inside, in this half plane.
     let (mut low, mut high) = (0.0, 4.0);
     let mut outward = 0.0;
     while outward < high {
@@ -136,7 +136,7 @@ pub fn longest_step(s: Complex<f64>) -> f64 {
     low / size
 }
 
-/// By what a step of RK4 multiplies what grows by `s`: `|1 + z + z^2/2 + z^3/6 + z^4/24|`, `z = h s`.
+/// The amplification factor of a step of RK4 for `x' = s x`: `|1 + z + z^2/2 + z^3/6 + z^4/24|`, `z = h s`.
 fn amplification(z: Complex<f64>) -> f64 {
     let one = Complex::new(1.0, 0.0);
     (one + z * (one + z / 2.0 * (one + z / 3.0 * (one + z / 4.0)))).norm()
@@ -152,7 +152,7 @@ mod tests {
         assert!((longest_step(Complex::new(-1.0, 0.0)) - 2.785_293_563).abs() < 1e-6);
         assert!((longest_step(Complex::new(0.0, -10.0)) - 0.1 * 8.0_f64.sqrt()).abs() < 1e-6);
         assert!(longest_step(Complex::new(3.0, 1.0)).is_infinite());
-        // What grows slowly while it oscillates fast is bound like what oscillates.
+        // A slowly growing fast oscillation is bound like an oscillation.
         assert!((longest_step(Complex::new(0.05, 10.0)) - 0.1 * 8.0_f64.sqrt()).abs() < 1e-4);
     }
 

@@ -1,4 +1,4 @@
-//! A design of a sweep: its request, its result, and its run by itself.
+//! A design of a sweep: its request, its result, and its separate run.
 
 use std::io;
 use std::ops::Range;
@@ -11,23 +11,23 @@ use crate::run::{End, Extremes, Observer, RejectionReason, Request, Row, StartEr
 
 /// The settings of every design of a sweep.
 pub struct SweepRequest<'a> {
-    /// The method. Lanes make the steps of `dop853`, and of `auto` while nothing is stiff; by others designs are run
-    /// one by one.
+    /// The method. Lanes support `dop853`, and `auto` while nothing is stiff; with other methods designs run one by
+    /// one.
     pub settings: MethodSettings,
-    /// The bounds of the steps that a method chooses for a design, by its number; those of the settings if `None`.
+    /// The bounds of the chosen steps of each design, by number; those of the settings if `None`.
     pub step_bounds: Option<&'a (dyn Fn(usize) -> StepBounds + Sync)>,
     /// Length of the steps, or of the rows if the method chooses its steps; the scene's if `None`.
     pub step: Option<f64>,
     /// The end; the scene's if `None`.
     pub end: Option<End<'a>>,
-    /// Whether smallest and largest values of the outputs are wanted; without them outputs are not computed.
+    /// Whether the extremes of outputs are recorded; otherwise outputs are not computed.
     pub extremes: bool,
     /// Whether a companion motion estimates the error.
     pub estimate_error: bool,
 }
 
 impl Default for SweepRequest<'_> {
-    /// By `dop853` to the end of the scene, with extremes and estimates.
+    /// Uses `dop853` to the end of the scene, with extremes and error estimates.
     fn default() -> Self {
         let settings = MethodSettings { method: DOP853, ..MethodSettings::default() };
         Self { settings, step_bounds: None, step: None, end: None, extremes: true, estimate_error: true }
@@ -41,30 +41,31 @@ impl SweepRequest<'_> {
     }
 }
 
-/// The end of a design.
+/// The result of a design.
 #[derive(Debug)]
 pub struct DesignResult {
-    /// Why it ended, or why it could not begin.
+    /// The reason why it ended, or could not begin.
     pub status: Result<Status, StartError>,
-    /// Steps made.
+    /// The number of steps.
     pub steps: u64,
     /// Time of the end.
     pub end_time: f64,
-    /// Coordinates there.
+    /// Coordinates at the end.
     pub q: Vec<f64>,
-    /// Rates there.
+    /// Rates at the end.
     pub qd: Vec<f64>,
-    /// Smallest and largest value of each output during the motion, if they are wanted.
+    /// Smallest and largest value of each output during the motion, if recorded.
     pub extremes: Vec<[f64; 2]>,
-    /// Estimated largest error of a coordinate: in lanes at the end and at two times before, alone in any row.
+    /// Estimated largest error of a coordinate: in lanes over the end and two earlier times, in a separate run over all
+    /// rows.
     pub estimated_error: Option<f64>,
     /// The reasons not to trust these numbers.
     pub rejection_reasons: Vec<RejectionReason>,
-    /// Whether it was run by itself: no lanes, or something in its lane asked for a closer look.
+    /// Whether the design ran separately: there were no lanes, or its lane needed a closer look.
     pub is_alone: bool,
 }
 
-/// Runs a design by itself.
+/// Runs a design separately.
 pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &SweepRequest) -> DesignResult {
     let mut ranges = Ranges::new(mechanism.description(), request.extremes);
     let request = Request {
@@ -95,10 +96,10 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
     }
 }
 
-/// The smallest and the largest value of each output, between rows too.
+/// The smallest and the largest value of each output, including those between rows.
 struct Ranges {
     is_wanted: bool,
-    /// The places of the outputs in the columns.
+    /// The range of the outputs in the columns.
     places: Range<usize>,
     found: Vec<[f64; 2]>,
 }
@@ -131,7 +132,7 @@ impl Observer for Ranges {
 }
 
 impl DesignResult {
-    /// The end of a design that did not begin.
+    /// The result of a design that did not begin.
     pub(super) fn not_started(reason: StartError) -> Self {
         Self {
             status: Err(reason),

@@ -1,22 +1,22 @@
-//! A sweep: designs of a mechanism, each with parameters of its own.
+//! A sweep: designs of a mechanism, each with its own parameters.
 
 use qrm_core::{Model, ParameterOverrides, Width};
 
 use super::design::{DesignResult, SweepRequest, run_alone};
 use super::lanes::LaneSweep;
 
-/// The number of designs in the lanes of a core.
+/// The number of designs that a core runs simultaneously.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaneCount {
-    /// As many as the processor has lanes for.
+    /// One design for each lane of the processor.
     Most,
-    /// Four at most.
+    /// At most four designs.
     Four,
-    /// One.
+    /// One design.
     One,
 }
 
-/// Runs designs, each with some parameters replaced, and returns their ends in their order.
+/// Runs designs, each with some parameters replaced, and returns their results in order.
 pub fn sweep(
     model: &Model,
     designs: &[ParameterOverrides],

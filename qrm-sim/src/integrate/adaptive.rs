@@ -1,4 +1,4 @@
-//! Steps whose length is chosen by a tolerance, each followed by a projection, with rows at any time.
+//! Steps whose length is chosen by a tolerance, each followed by a projection; rows can have any time.
 
 mod step;
 
@@ -25,38 +25,38 @@ pub(super) type KeepState<'a> = dyn FnMut(&State) + 'a;
 pub(crate) enum IntermediateRows {
     /// The states at the ends of steps.
     StepEnds,
-    /// The states at the ends of steps, and some inside steps that are long against the time between rows.
+    /// The states at the ends of steps, and some inside steps that are long compared with the time between rows.
     Samples,
 }
 
-/// A motion under way with steps of its own choice.
+/// A motion whose steps are chosen by a tolerance.
 #[derive(Clone, Debug)]
 pub(super) struct Adaptive {
     formula: Box<dyn StepFormula>,
     task: Task,
     /// The corners of the equations of motion; `None` if there are none.
     corners: Option<Corners>,
-    /// More attempts than this are too many.
+    /// The number of attempts above which the run is given up.
     most_attempts: u64,
-    /// The corner that the last step ended at.
+    /// The corner at which the last step ended.
     corner: Option<Corner>,
     /// Smooth transitions of forces; `None` if there are none.
     transitions: Option<Box<Transitions>>,
     /// The last step.
     dense_output: DenseOutput,
-    /// The end of the step under way.
+    /// The end of the current step.
     next: State,
     control: StepControl,
     counts: Counts,
-    /// Rows that were asked for.
+    /// The number of requested rows.
     rows: u64,
-    /// The time of the last of them.
+    /// The time of the last requested row.
     asked: f64,
     balance: StepBalance,
-    /// Begin and end of the accepted steps since they were last forgotten, and their kinds.
+    /// The begin and end of each accepted step since the last `forget_steps`, and their kinds.
     steps: Vec<[f64; 2]>,
     kinds: Vec<Accepted>,
-    /// The limit of the steps, if this is a companion.
+    /// The limit of the steps, if this is a companion run.
     companion_limit: CompanionLimit,
 }
 
@@ -71,21 +71,21 @@ pub struct Counts {
     pub evaluations: u64,
     /// Steps by an implicit method.
     pub implicit: u64,
-    /// Explicit steps whose length stability bound, though accuracy would have allowed more.
+    /// Explicit steps limited by stability instead of accuracy.
     pub stability_bound: u64,
-    /// Steps by `auto`, where the chosen method does not suit.
+    /// Steps made by `auto` where the chosen method is not applicable.
     pub fallback: u64,
 }
 
-/// A motion cannot be followed where it takes more steps than this, and `MAX_STEPS_PER_ROW` for each row.
+/// The largest number of steps of a motion, in addition to `MAX_STEPS_PER_ROW` for each row.
 const MAX_STEPS: u64 = 1_000_000;
 /// The number of steps that each row adds to `MAX_STEPS`.
 const MAX_STEPS_PER_ROW: u64 = 1000;
-/// A state between rows may take as many steps as the run did, and so many more.
+/// The number of steps that a state between rows may take in addition to those of the run.
 const FEW: u64 = 100;
-/// Progress is checked after so many steps.
+/// The number of steps after which progress is checked.
 const CHECKED: u64 = 5000;
-/// Less than this part of the way to the next row is no progress.
+/// The smallest fraction of the way to the next row that counts as progress.
 const MIN_PROGRESS: f64 = 1e-3;
 /// The number of states between rows in a step.
 const SAMPLES: f64 = 8.0;
@@ -94,7 +94,7 @@ const SAMPLES: f64 = 8.0;
 const SAMPLES_PER_SCENE_STEP: f64 = 64.0;
 
 impl Adaptive {
-    /// Begins at a state; the first step is guessed from the derivatives there.
+    /// Begins at a state; estimates the first step from the derivatives there.
     ///
     /// # Errors
     /// The accelerations near the start are not determined.
@@ -128,7 +128,7 @@ impl Adaptive {
         })
     }
 
-    /// A copy that can go back to a state in the last step, or before it.
+    /// Creates a copy that can go back to a state in the last step, or before it.
     #[must_use]
     pub(super) fn restarted(&self, from: &State) -> Self {
         let mut again = self.clone();
@@ -144,12 +144,12 @@ impl Adaptive {
         again
     }
 
-    /// The numbers of steps and evaluations so far.
+    /// The numbers of steps and evaluations.
     pub(super) fn counts(&self) -> Counts {
         self.counts
     }
 
-    /// Begin and end of the accepted steps since they were last forgotten.
+    /// The begin and end of each accepted step since the last `forget_steps`.
     pub(super) fn steps(&self) -> &[[f64; 2]] {
         &self.steps
     }
@@ -159,32 +159,33 @@ impl Adaptive {
         &self.kinds
     }
 
-    /// Forgets the steps so far.
+    /// Forgets the recorded steps.
     pub(super) fn forget_steps(&mut self) {
         self.steps.clear();
         self.kinds.clear();
     }
 
-    /// Keeps steps below those of another run at the same time, the next of which are these.
+    /// Limits the steps by those of another run at the same time; `steps` are the next ones.
     pub(super) fn limit_steps_by(&mut self, steps: &[[f64; 2]]) {
         self.companion_limit.extend(steps);
     }
 
-    /// The largest difference between the change of the energy and the work of the loads without potential, at the end
-    /// of any step.
+    /// The largest difference between the change of the energy and the work of the loads without potential, over the
+    /// ends of all steps.
     pub(super) fn imbalance(&self) -> f64 {
         self.balance.imbalance
     }
 
-    /// Whether no load without potential had power at the ends of steps so far.
+    /// Whether no load without potential has had power at the ends of steps.
     pub(super) fn is_conservative(&self) -> bool {
         !self.balance.has_power
     }
 
-    /// Moves to the projected state at a time not before the last one that was asked for; `inner` is given states on
-    /// the way.
+    /// Advances to the projected state at a time not before the last requested one; `inner` receives intermediate
+    /// states.
     ///
     /// # Errors
+    /// The motion cannot be continued to that time.
     /// The motion does not get there.
     pub(super) fn advance_to(
         &mut self,
@@ -249,7 +250,7 @@ impl Adaptive {
         let [first, last] = [from.max(begin), to.min(end)];
         let spacing = ((to - from) / SAMPLES).max(mechanism.schedule().step / SAMPLES_PER_SCENE_STEP);
         if last - first > spacing {
-            // These are for whoever observes the motion, and not counted as those of the method.
+            // These states serve observers, and do not count as evaluations of the method.
             let mut evaluator = Evaluator { evaluations: &mut 0, solver };
             let parts = ((last - first) / spacing).ceil();
             let mut state = self.dense_output.to.clone();
@@ -262,7 +263,7 @@ impl Adaptive {
         Ok(())
     }
 
-    /// The number of steps that were tried.
+    /// The number of attempted steps.
     fn attempts(&self) -> u64 {
         self.counts.accepted + self.counts.rejected
     }

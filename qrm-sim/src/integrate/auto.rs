@@ -12,7 +12,7 @@ use crate::solve::Response;
 use crate::solve::dot;
 use crate::state::State;
 
-/// The method that suits every scene, stiff or not.
+/// The method for all scenes, stiff or not.
 pub const AUTO: &Method = &Method {
     name: "auto",
     doc: "dop853, and rodas where springs or dampers are stiff; steps chosen by --tolerance",
@@ -23,31 +23,31 @@ pub const AUTO: &Method = &Method {
     formula: Some(|mechanism| Box::new(Auto::new(mechanism.description().coordinates.len()))),
 };
 
-/// Steps of the explicit pair with a larger product of fastest rate and length are bound by stability.
+/// The product of fastest rate and length above which stability limits a step of the explicit pair.
 const STABILITY_BOUND: f64 = 5.0;
-/// Steps in a row that decide a change of method.
+/// The number of consecutive steps that trigger a change of method.
 const DECISIVE: u32 = 15;
-/// An implicit step with a smaller product could as well have been an explicit one.
+/// The product of fastest rate and length below which an implicit step could have been explicit.
 const NOT_STIFF: f64 = 2.0;
 
-/// Both methods, and what favours a change.
+/// Both methods, and the evidence for a change.
 #[derive(Clone, Debug)]
 pub(super) struct Auto {
     explicit: Dop853,
     is_implicit: bool,
     /// Whether the last accepted step was implicit.
     was_implicit: bool,
-    /// The number of steps in a row that favoured the other method.
+    /// The number of consecutive steps that favoured the other method.
     favours_change: u32,
-    /// The number of steps in a row since that did not.
+    /// The number of consecutive steps since then that did not.
     quiet: u32,
-    /// The direction in which the equations of motion react most, coordinates and rates.
+    /// The direction in which the equations of motion react most strongly: coordinates and rates.
     fastest: (Vec<f64>, Vec<f64>),
 }
 
 impl Auto {
     pub(super) fn new(n: usize) -> Self {
-        // Any direction serves that is not orthogonal to the fastest one by chance.
+        // Any direction works that is not orthogonal to the fastest one by chance.
         let start: Vec<f64> = (0..n).map(|i| 1.0 / (1.0 + i as f64)).collect();
         Self {
             explicit: Dop853::new(n),
@@ -59,10 +59,10 @@ impl Auto {
         }
     }
 
-    /// The fastest rate of the linearized equations by two more steps of the power method.
+    /// Estimates the fastest rate of the linearized equations by two more steps of the power method.
     fn rate(&mut self, mechanism: &dyn Mechanism, at: &State) -> f64 {
         let Some(response) = Response::generated(mechanism, at) else { return f64::INFINITY };
-        // Every second step magnifies by the square of a frequency, the others by less than one.
+        // Every second step amplifies by the square of a frequency, the others by less than one.
         let mut growth = 1.0;
         for _ in 0..2 {
             let (u, w) = &self.fastest;

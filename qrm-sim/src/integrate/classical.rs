@@ -1,5 +1,5 @@
-//! The classical Runge-Kutta method of order 4 by the plain functions, for positions that a kernel does not suit and
-//! for other projections than the one in the mass metric.
+//! The classical Runge-Kutta method of order 4 by the plain functions, for positions at which a kernel is not valid and
+//! for projections in other metrics than the mass metric.
 
 use super::method::Method;
 use super::tableau::Tableau;

@@ -1,6 +1,6 @@
-//! A corner of the equations of motion, and the times beside it.
+//! A corner of the equations of motion, and the times just before and after it.
 
-/// Times nearer to each other than this part of themselves are equal.
+/// The relative difference below which times are equal.
 pub(super) const EQUAL: f64 = 16.0 * f64::EPSILON;
 
 /// The time at which the equations of motion have a corner or a jump.
@@ -8,17 +8,17 @@ pub(super) const EQUAL: f64 = 16.0 * f64::EPSILON;
 pub(crate) struct Corner(pub(crate) f64);
 
 impl Corner {
-    /// The shortest way from `t` to a corner for a step.
+    /// The shortest distance of a step from `t` to a corner.
     pub(super) fn resolution(t: f64) -> f64 {
         4.0 * equal(t)
     }
 
-    /// The end of a step towards it, where no stage is behind it yet.
+    /// The end of a step towards the corner: no stage lies behind it yet.
     pub(crate) fn just_before(self) -> f64 {
         self.0 - equal(self.0)
     }
 
-    /// The beginning of a step from it on.
+    /// The beginning of a step from the corner.
     pub(crate) fn just_after(self) -> f64 {
         self.0 + equal(self.0)
     }

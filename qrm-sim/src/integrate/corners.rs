@@ -11,13 +11,13 @@ use super::step_error::StepError;
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
 
-/// Most parts of a step; where corners ask for more, the motion slides along one.
+/// The largest number of parts of a step; if corners need more, the motion slides along one.
 pub(crate) const MOST_PARTS: usize = 64;
-/// A part of a step towards a jump leaves this part of the way, so that no stage lies behind it.
+/// The fraction of the way to a jump at which a part of a step ends before it, so that no stage lies behind the jump.
 pub(crate) const LEFT: f64 = 1e-3;
-/// A corner that was found is crossed by so many times the shortest way at most.
+/// The largest distance, in multiples of the shortest one, by which a corner is crossed after it was found.
 const MOST_UNITS: f64 = 64.0;
-/// Changes below this part of those by a state that is moved by 16 units in the last place are rounding errors.
+/// Changes below this fraction of those caused by 16 units in the last place of the state are rounding errors.
 const NOISE: f64 = 0.25;
 /// A time along the tangent of a motion.
 const ALONG: f64 = 1e-6;
@@ -25,10 +25,10 @@ const ALONG: f64 = 1e-6;
 /// The switching functions of a mechanism along a motion.
 #[derive(Clone, Debug)]
 pub(crate) struct Corners {
-    /// No value where steps do not end at corners: what would use them is not compiled there.
+    /// Never constructed in programs without corners, so that the code for corners is not compiled there.
     _ends_steps: EndsSteps,
     evaluator: TapeEvaluator<'static, Vec<f64>>,
-    /// The zeros of those that are linear in time, in order.
+    /// The zeros of the functions that are linear in time, in order.
     times: Vec<Corner>,
     /// The range of the functions that are not linear in time.
     others: Range<usize>,
@@ -37,19 +37,19 @@ pub(crate) struct Corners {
     values: [Vec<f64>; 2],
     /// The changes of the values in the last step.
     changes: Vec<f64>,
-    /// For each function whether it may have a zero in the last step.
+    /// Whether each function may have a zero in the last step.
     candidates: Vec<bool>,
-    /// Whether stages of the last step may lie behind a corner that its end does not reach.
+    /// Whether stages of the last step may lie behind a corner that the end of the step does not reach.
     is_seen_by_stages: bool,
     /// Changes that are rounding errors.
     noise: Vec<f64>,
-    /// The function of the corner that was found last, and its sign before.
+    /// The function of the last corner, and its sign before the corner.
     found: Option<(usize, f64)>,
-    /// Room for a state that was moved a little, and for the values there.
+    /// Buffers for a state moved along its tangent, and for the values there.
     moved: [Vec<f64>; 3],
 }
 
-/// The mark of a program whose steps end at corners.
+/// Marks programs whose steps end at corners.
 #[cfg(feature = "corners")]
 #[derive(Clone, Copy, Debug)]
 struct EndsSteps;
@@ -62,7 +62,7 @@ const ENDS_STEPS: Option<EndsSteps> = Some(EndsSteps);
 const ENDS_STEPS: Option<EndsSteps> = None;
 
 impl Corners {
-    /// The switching functions; `None` if there are none.
+    /// Creates the switching functions; `None` if there are none.
     pub(crate) fn new(mechanism: &dyn Mechanism) -> Option<Self> {
         let ends_steps = ENDS_STEPS?;
         let tape = mechanism.tape()?;
@@ -108,19 +108,19 @@ impl Corners {
         self.times = times.into_iter().map(Corner).collect();
     }
 
-    /// The first corner behind `t` whose time is known.
+    /// The first corner after `t` whose time is known.
     pub(crate) fn next_time(&self, t: f64) -> Option<Corner> {
         self.times.iter().copied().find(|corner| corner.just_before() > t)
     }
 
-    /// The known corner at `t`, behind which a step is to begin.
+    /// The known corner at `t`, after which a step begins.
     pub(crate) fn at(&self, t: f64) -> Option<Corner> {
         self.times.iter().copied().find(|corner| corner.just_before() <= t && t < corner.just_after())
     }
 
-    /// Moves a state at which a switching function is zero off there, at most so far in time: its sign is to be that of
-    /// the motion behind. So is the sign of the function whose corner was found last, which may lack a unit in the last
-    /// place.
+    /// Moves a state at which a switching function is zero away from the zero, by at most `longest` in time, so that
+    /// its sign is that of the motion behind it. The function of the last corner is treated likewise: it may lack a
+    /// unit in the last place.
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.
@@ -144,13 +144,13 @@ impl Corners {
             far *= 4.0;
         }
         if self.is_at(state) {
-            // It rests there.
+            // The motion rests at the zero.
             state.clone_from(&from);
         }
         Ok(())
     }
 
-    /// Whether a function has the sign still that it had before its corner.
+    /// Whether a function still has its sign from before the corner.
     fn is_before(&mut self, found: Option<(usize, f64)>, state: &State) -> bool {
         found.is_some_and(|(i, sign)| {
             self.evaluator.switching_functions(state.t, &state.q, &state.qd, &mut self.moved[2]);
@@ -158,7 +158,7 @@ impl Corners {
         })
     }
 
-    /// Whether a switching function is zero at a state, and not along its tangent.
+    /// Whether a switching function is zero at a state, and nonzero along its tangent.
     pub(crate) fn is_at(&mut self, state: &State) -> bool {
         let state = state.as_ref();
         self.begin_at(&state);
@@ -179,7 +179,7 @@ impl Corners {
         }
     }
 
-    /// Evaluates the functions at a state that is moved along its rates and accelerations.
+    /// Evaluates the functions at a state moved along its rates and accelerations.
     fn move_along(&mut self, at: &StateRef, h: f64) {
         let [q, qd, values] = &mut self.moved;
         for i in 0..q.len() {
@@ -189,7 +189,7 @@ impl Corners {
         self.evaluator.switching_functions(at.t + h, q, qd, values);
     }
 
-    /// Notes how much the values change where a state changes by rounding errors: one at an end of the last step.
+    /// Records the changes of the values caused by rounding errors of the state at one end of the last step.
     fn note_noise(&mut self, at: &StateRef, end: usize) {
         let [q, qd, _] = &mut self.moved;
         for (perturbed, exact) in [(q, at.q), (qd, at.qd)] {
@@ -204,7 +204,7 @@ impl Corners {
         }
     }
 
-    /// Leaves the corner that was found last to be found again, where the motion is before it still.
+    /// Allows the last corner to be found again, if the motion is still before it.
     pub(super) fn forget_found(&mut self) {
         self.found = None;
     }

@@ -14,7 +14,7 @@ pub(super) struct Stages {
 }
 
 impl Stages {
-    /// Room for the stages of a method, the end of the step and those of the dense output included.
+    /// Creates buffers for the stages of a method, including the end of the step and those of the dense output.
     pub(super) fn new(tableau: &Tableau, n: usize) -> Self {
         let count = tableau.rows.len().max(tableau.stages + 1);
         Self { rates: Matrix::zero(count, n), accelerations: Matrix::zero(count, n) }
@@ -34,14 +34,14 @@ impl Stages {
     }
 }
 
-/// A step between its projected ends.
+/// The polynomial between the projected ends of a step.
 #[derive(Clone, Debug)]
 pub(super) struct DenseOutput {
     /// The state at the beginning of the step.
     pub(super) from: State,
     /// The state at the end of the step.
     pub(super) to: State,
-    /// The higher coefficients, those of the coordinates and then those of the rates, once they were asked for.
+    /// The higher coefficients, coordinates first, then rates; set on first use.
     higher: Vec<f64>,
 }
 
@@ -50,7 +50,7 @@ impl DenseOutput {
         Self { from, to, higher: Vec::new() }
     }
 
-    /// Goes on to the step that begins where this one ends.
+    /// Advances to the step that begins where this one ends.
     pub(super) fn go_on(&mut self, to: &mut State) {
         std::mem::swap(&mut self.from, &mut self.to);
         std::mem::swap(&mut self.to, to);
@@ -62,7 +62,7 @@ impl DenseOutput {
         !tableau.dense.is_empty() && self.higher.is_empty()
     }
 
-    /// Takes the higher coefficients from complete stages.
+    /// Computes the higher coefficients from complete stages.
     pub(super) fn complete_by(&mut self, tableau: &Tableau, stages: &Stages) {
         let (h, n) = (self.to.t - self.from.t, self.from.q.len());
         self.higher.resize(2 * tableau.dense.len() * n, 0.0);
@@ -73,7 +73,7 @@ impl DenseOutput {
         self.higher.iter_mut().for_each(|x| *x *= h);
     }
 
-    /// Takes the higher coefficients.
+    /// Stores the higher coefficients.
     pub(super) fn complete(&mut self, higher: &[f64]) {
         self.higher.clear();
         self.higher.extend_from_slice(higher);
@@ -96,7 +96,7 @@ impl DenseOutput {
     }
 }
 
-/// The polynomial of degree 7 through both ends with their derivatives, its other coefficients given.
+/// The polynomial of degree 7 through both ends and the derivatives there; its other coefficients are given.
 fn seventh(s: f64, h: f64, (x0, d0): (&[f64], &[f64]), (x1, d1): (&[f64], &[f64]), higher: &[f64], result: &mut [f64]) {
     let (r, n) = (1.0 - s, x0.len());
     for (i, value) in result.iter_mut().enumerate() {

@@ -39,13 +39,13 @@ pub(super) static TABLEAU: Tableau = Tableau {
     },
 };
 
-/// Steps by the kernel, and by the plain functions where it cannot make them.
+/// Steps by the kernel, or by the plain functions where the kernel fails.
 #[derive(Clone, Debug)]
 pub(super) struct Dop853 {
     plain: Explicit,
-    /// The last step of the kernel; `None` if the plain functions made it.
+    /// The last step of the kernel; `None` if the plain functions made the last step.
     by_kernel: Option<StepEstimate>,
-    /// Room for the higher coefficients of its dense output.
+    /// A buffer for the higher coefficients of its dense output.
     dense: Vec<f64>,
     /// Whether they are known.
     is_dense: bool,
@@ -57,7 +57,7 @@ impl Dop853 {
         Self { plain: Explicit::new(&TABLEAU, n), by_kernel: None, dense, is_dense: false }
     }
 
-    /// The fastest rate of the motion times the length of the last step, roughly.
+    /// An estimate of the fastest rate of the motion times the length of the last step.
     pub(super) fn stiffness(&self, from: &State, to: &State) -> f64 {
         self.by_kernel.map_or_else(|| self.plain.stiffness(from, to), |estimate| estimate.stiffness)
     }
@@ -125,7 +125,7 @@ impl StepFormula for Dop853 {
     ) -> Result<(), StepError> {
         if self.by_kernel.is_some() && dense_output.lacks(&TABLEAU) {
             if !self.is_dense {
-                // Once more, to the same end.
+                // Repeats the step to the same end.
                 let h = dense_output.to.t - dense_output.from.t;
                 let mut to = dense_output.to.clone();
                 self.is_dense = true;
@@ -139,7 +139,7 @@ impl StepFormula for Dop853 {
                 dense_output.complete(&self.dense);
             }
         }
-        // What the kernel has not completed the plain functions do.
+        // The plain functions complete the rest.
         self.plain.complete_dense_output(mechanism, dense_output, task, evaluator)
     }
 

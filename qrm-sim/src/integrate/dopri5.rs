@@ -43,6 +43,6 @@ const STAGE_ROWS: [Row; 7] = [
     &[(0, 35.0 / 384.0), (2, 500.0 / 1113.0), (3, 125.0 / 192.0), (4, -2187.0 / 6784.0), (5, 11.0 / 84.0)],
 ];
 
-/// Order 5 less order 4; the last stage is the end of the step.
+/// The difference between order 5 and order 4; the last stage is the end of the step.
 #[rustfmt::skip]
 const ERROR: Row = &[(0, 71.0 / 57600.0), (2, -71.0 / 16695.0), (3, 71.0 / 1920.0), (4, -17253.0 / 339200.0), (5, 22.0 / 525.0), (6, -1.0 / 40.0)];

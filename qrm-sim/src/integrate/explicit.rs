@@ -54,7 +54,7 @@ impl Explicit {
             self.stages.rates[stage].copy_from_slice(&self.qd);
         }
         self.argument(from, h, self.tableau.weights);
-        // The mass matrix of the last stage, which lies close to the end of the step.
+        // The mass matrix of the last stage, which is close to the end of the step.
         solver.take_metric();
         self.finish(to, t);
         solver.projected_by_functions(mechanism, projection, to)
@@ -66,7 +66,7 @@ impl Explicit {
         self.stages.accelerations[0].copy_from_slice(&from.qdd);
     }
 
-    /// Coordinates and rates a step of length `h` away, by the sums of a row.
+    /// Coordinates and rates at a step of length `h`, with the sums of a row.
     fn argument(&mut self, from: &State, h: f64, row: Row) {
         let Self { stages, q, qd, rate, acceleration, .. } = self;
         stages.sum(row, rate, acceleration);
@@ -116,15 +116,15 @@ impl Explicit {
         (tableau.error)(sums, h, 2.0 * rate.len() as f64)
     }
 
-    /// The fastest rate of the motion times the step that was made, from the distance between the last stage and the
-    /// end of the step and the difference of their derivatives (Hairer, Wanner II, IV.2); rates count for what they
-    /// change in a step.
+    /// Estimates the fastest rate of the motion times the length of the step: the difference of the derivatives at the
+    /// last stage and at the end of the step, over the distance of the two (Hairer, Wanner II, IV.2). Rates are
+    /// weighted by the change that they cause in a step.
     pub(super) fn stiffness(&self, from: &State, to: &State) -> f64 {
         let h = to.t - from.t;
         let (last, n) = (self.tableau.stages - 1, from.q.len());
         let (mut rate, mut acceleration) = (vec![0.0; n], vec![0.0; n]);
         self.stages.sum(self.tableau.rows[last], &mut rate, &mut acceleration);
-        // Distances below rounding errors tell nothing.
+        // Distances below rounding errors carry no information.
         let (mut apart, mut differ) = (f64::EPSILON * f64::EPSILON, 0.0);
         for i in 0..n {
             let dq = to.q[i] - (from.q[i] + h * rate[i]);
@@ -159,7 +159,7 @@ impl StepFormula for Explicit {
         self.evaluate(mechanism, from, h, 1..self.tableau.stages, evaluator)?;
         self.argument(from, h, self.tableau.weights);
         self.finish(to, task.end_of_step(from.t, h));
-        // Some estimates need the end of the step; the others save the work on it.
+        // Some estimates need the end of the step; the others avoid its evaluation.
         let end = self.tableau.stages;
         let needs_end = self.tableau.errors.iter().any(|row| row.iter().any(|(stage, _)| *stage == end));
         let early = (!needs_end).then(|| self.error(mechanism, task, from, (&to.q, &to.qd), h));

@@ -6,7 +6,7 @@ use super::step_error::StepError;
 use super::step_formula::{Evaluator, Task};
 use crate::state::State;
 
-/// Most guesses of the first step.
+/// The largest number of guesses of the first step.
 const FIRST_GUESSES: usize = 6;
 /// The ratio of a guess to the one before.
 const SHORTER_GUESS: f64 = 0.01;

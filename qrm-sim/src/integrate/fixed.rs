@@ -1,5 +1,4 @@
-//! Steps of a given length, by the generated kernel where that suits, from one corner of the equations of motion to the
-//! next.
+//! Steps of fixed length, by the generated kernel where it is valid, between corners of the equations of motion.
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
@@ -13,49 +12,49 @@ use super::step_error::StepError;
 use crate::solve::{Projection, ProjectionTolerance, Solver, largest};
 use crate::state::State;
 
-/// A jump is crossed where it is as near as this part of the step.
+/// The distance, relative to the step, within which a jump is crossed.
 const CROSSED: f64 = 1e-12;
-/// The part of a step behind a corner is made in so many steps. It may end at the next corner, and its length then does
-/// not depend on that of the steps: those of a companion run are fewer.
+/// The number of steps for the part of a step behind a corner. That part may end at the next corner, so its length need
+/// not depend on the step length: a companion run uses fewer steps.
 const STEPS_BEHIND_CORNERS: u32 = 3;
-/// Accelerations jump where they change by a larger part than `CONTINUOUS` within this part of the way to a corner.
+/// Accelerations jump if they change by more than `CONTINUOUS` within this fraction of the way to a corner.
 const BESIDE: f64 = 1e-6;
 const CONTINUOUS: f64 = 1e-5;
 
-/// Where the velocities in the middle of a step differ from those that its ends tell by a larger part of their change,
-/// its last stages have seen the motion behind a corner.
+/// The largest difference, relative to their change, between the velocities in the middle of a smooth step and those
+/// extrapolated from its ends. A larger one means that the last stages saw the motion behind a corner.
 const SMOOTH: f64 = 1e-6;
 
-/// The classical Runge-Kutta method with what it keeps between steps.
+/// The classical Runge-Kutta method and its data between steps.
 #[derive(Clone, Debug)]
 pub(super) struct Fixed {
     formula: Explicit,
     /// The corners of the equations of motion; `None` if there are none.
     pub(super) corners: Option<Corners>,
-    /// The number of steps in which the part of a step behind a corner is made.
+    /// The number of steps for the part of a step behind a corner.
     pub(super) steps_behind_corners: u32,
-    /// Room for the two rows of a step.
+    /// A buffer for the two rows of a step.
     rows: Vec<f64>,
-    /// Room for the beginning of a part of a step.
+    /// A buffer for the beginning of a part of a step.
     now: State,
 }
 
-/// The kind of a corner that a part of a step ends at.
+/// The kind of corner at which a part of a step ends.
 enum FoundCorner {
-    /// A corner, to go on from.
+    /// A corner from which the motion continues.
     Corner,
-    /// A jump, which no stage may lie behind.
+    /// A jump, behind which no stage may lie.
     Jump,
-    /// A corner that may lie earlier, since stages have seen the motion behind it: the part is to end in its middle.
+    /// A corner that may lie earlier, since stages have seen the motion behind it: the part should end in its middle.
     Unclear(f64),
 }
 
-/// The mechanism, the settings and the solver by which steps are made.
+/// The mechanism, the settings and the solver of a step.
 pub(super) struct StepBy<'a> {
     pub(super) mechanism: &'a dyn Mechanism,
     pub(super) settings: &'a MethodSettings,
     pub(super) solver: &'a mut Solver,
-    /// Whether the kernel is asked first.
+    /// Whether the kernel is tried first.
     pub(super) asks_kernel: bool,
 }
 
@@ -77,10 +76,11 @@ impl Fixed {
         }
     }
 
-    /// Moves to a time by one step, or by several ones that end where the equations of motion have a corner; `inner` is
-    /// given the states between them.
+    /// Advances to a time by one step, or by several steps that end at corners of the equations of motion; `inner`
+    /// receives the states between them.
     ///
     /// # Errors
+    /// The motion cannot be continued to that time.
     /// The motion does not get there.
     pub(super) fn advance(
         &mut self,
@@ -151,7 +151,7 @@ impl Fixed {
         self.step(by, now, t, to)
     }
 
-    /// The state at, or just behind, the first corner that the motion meets in a step.
+    /// The state at, or just behind, the first corner in a step.
     fn corner_inside(
         &mut self,
         by: &mut StepBy,
@@ -169,7 +169,7 @@ impl Fixed {
         })
     }
 
-    /// The kind of the corner that a part of a step ends at, where `behind` is the state just behind it.
+    /// The kind of the corner at which a part of the step ends; `behind` is the state just behind it.
     fn found_corner(
         &mut self,
         by: &mut StepBy,
@@ -191,7 +191,7 @@ impl Fixed {
         Ok(if stages_straddle_corner([now, &at, behind]) { FoundCorner::Unclear(middle) } else { FoundCorner::Corner })
     }
 
-    /// Moves towards a jump, so far that no stage lies behind it; and across it where it is near.
+    /// Advances towards a jump, so far that no stage lies behind it; crosses the jump if it is near.
     fn go_to_jump(
         &mut self,
         by: &mut StepBy,
@@ -216,7 +216,7 @@ impl Fixed {
         by.solver.cross(by.mechanism, by.projection(), Corner(from.t + left).just_after() + left, now)
     }
 
-    /// Moves to a time by so many even steps.
+    /// Advances to a time by a number of equal steps.
     ///
     /// # Errors
     /// A step could not be made.
@@ -239,7 +239,7 @@ impl Fixed {
         Ok(())
     }
 
-    /// Makes one step, by the generated kernel where that suits.
+    /// Makes one step, by the generated kernel where it is valid.
     ///
     /// # Errors
     /// The step could not be made.
@@ -250,7 +250,7 @@ impl Fixed {
         self.formula.step(by.mechanism, by.solver, by.projection(), (from, t), to)
     }
 
-    /// Makes a step by the kernel; false if it cannot be relied on.
+    /// Makes a step by the kernel; returns false if it is unreliable.
     fn step_by_kernel(&mut self, by: &StepBy, from: &State, t: f64, to: &mut State) -> bool {
         let residual = by.settings.projection_tolerance.residual;
         let step = t - from.t;
@@ -264,8 +264,8 @@ impl Fixed {
     }
 }
 
-/// Whether the last stages of a step have seen the motion behind the corner at its end, so that it may lie earlier: the
-/// step is no smooth motion through its beginning, middle and end.
+/// Whether the last stages of a step have seen the motion behind the corner at its end, so that the corner may lie
+/// earlier: no smooth motion passes through the beginning, middle and end of the step.
 fn stages_straddle_corner([begin, middle, end]: [&State; 3]) -> bool {
     let h = end.t - begin.t;
     (0..begin.qd.len()).any(|i| {

@@ -1,11 +1,11 @@
-//! The formulae of steps, for whoever makes steps of a run again on other numbers.
+//! The formulae of steps, for repeating the steps of a run on other numbers.
 
 use super::method::Method;
 use super::step_formula::Accepted;
 use super::tableau::Tableau;
 use super::{GAUSS, RK4};
 
-/// A formula, by what is needed to make its steps again.
+/// A formula, with the data needed to repeat its steps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Formula {
     /// An explicit Runge-Kutta method.

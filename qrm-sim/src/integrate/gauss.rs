@@ -1,4 +1,4 @@
-//! The Gauss method of order 16, its nodes in the lanes of vectors.
+//! The Gauss method of order 16, with its nodes in the lanes of vectors.
 
 use qrm_core::{Convergence, GAUSS_NODES, GaussEnd, GaussRequest, GaussSteps, Mechanism, Width};
 
@@ -22,31 +22,31 @@ pub const GAUSS: &Method = &Method {
     formula: Some(|mechanism| Box::new(Gauss::new(mechanism))),
 };
 
-/// An attempt whose iteration does not converge counts as much against the method as so many steps for it. Where the
-/// motion is stiff, that happens every few steps.
+/// The number of accepted steps that compensate an attempt whose iteration does not converge. In stiff motions such
+/// attempts occur every few steps.
 const FAILURE: u32 = 8;
-/// The error of such an attempt: the step is made again, half as long.
+/// The error of such an attempt: the step is repeated with half the length.
 const DIVERGED: f64 = 50.0;
-/// The method is given up when attempts count so much against it.
+/// The count of failures at which the method is given up.
 const GIVEN_UP: u32 = 80;
 
-/// A polynomial that misses accelerations at the ends of a step by more than this multiple of the root of the
-/// tolerance, in changes of rates, has missed a load that acts between an end and the node beside it.
+/// The largest error of the polynomial's accelerations at the ends of a step, in multiples of the root of the
+/// tolerance, as changes of rates. A larger error means that a load between an end and the nearest node was missed.
 const ENDS: f64 = 20.0;
 
-/// Steps of the Gauss method, and by `auto` where it does not suit.
+/// Steps of the Gauss method, with `auto` as the fallback.
 #[derive(Clone, Debug)]
 struct Gauss {
-    /// `None` where the method does not suit the scene, the processor or the motion.
+    /// The steps; `None` where the method does not suit the scene, the processor or the motion.
     steps: Option<Box<dyn GaussSteps>>,
     fallback: Auto,
     /// The work of the loads without potential in the last attempt; `None` if `auto` made it.
     attempted: Option<f64>,
     /// The work of the loads without potential in the last step; `None` if `auto` made it.
     work: Option<f64>,
-    /// The count against the method: attempts that do not converge raise it, steps that are accepted lower it.
+    /// The count of failures: attempts that do not converge raise it, accepted steps lower it.
     failures: u32,
-    /// The accelerations of the polynomials of a step at its beginning and its end.
+    /// The accelerations of a step's polynomials at its beginning and its end.
     extrapolated: [Vec<f64>; 2],
 }
 
@@ -66,7 +66,7 @@ impl Gauss {
 
 impl StepFormula for Gauss {
     fn order(&self) -> i32 {
-        // Steps of the Gauss method are chosen by the error of their polynomials.
+        // Steps of the Gauss method are controlled by the error of their polynomials.
         if self.attempted.is_some() { 8 } else { self.fallback.order() }
     }
 
@@ -128,7 +128,7 @@ impl StepFormula for Gauss {
         let (Some(_), Some(steps)) = (self.work, &mut self.steps) else {
             return self.fallback.state_inside(mechanism, step, task, evaluator, to);
         };
-        // The polynomials of the step are less accurate inside than its end: a shorter step it is.
+        // Inside the step the polynomials are less accurate than its end, so a shorter step is made.
         let from = &step.from;
         let request = GaussRequest { h: to.t - from.t, tolerance: task.tolerance, is_inside: true };
         let [begin, end] = &mut self.extrapolated;
@@ -139,7 +139,7 @@ impl StepFormula for Gauss {
                 return evaluator.solver.projected(mechanism, task.projection, to);
             }
         }
-        // Some node lies where the kernel does not suit: those of `auto` lie elsewhere.
+        // The kernel is not valid at some node; `auto` evaluates other positions.
         let task = Task { end_time: to.t, ..*task };
         let mut other = Adaptive::new(mechanism, Box::new(self.fallback.clone()), task, from, evaluator.solver)?;
         other.advance_to(mechanism, task.end_time, evaluator.solver, to, None)?;
@@ -172,7 +172,7 @@ impl StepFormula for Gauss {
     }
 }
 
-/// The largest difference between accelerations and those of polynomials, against the size of the rates.
+/// The largest difference between accelerations and those of the polynomials, relative to the size of the rates.
 fn unseen(at: &State, extrapolated: &[f64]) -> f64 {
     let differences = at.qdd.iter().zip(extrapolated).map(|(own, other)| (own - other).abs());
     differences.zip(&at.qd).map(|(difference, rate)| difference / (1.0 + rate.abs())).fold(0.0, f64::max)

@@ -8,8 +8,8 @@ use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use crate::solve::{Dynamics, Linearization, Lu, Matrix, PivotedLdl, dot, row_products};
 use crate::state::State;
 
-/// RODAS on coordinates and rates, with the exact Jacobian of the accelerations: of the equations `Mbar a + C_q' lambda
-/// = fbar`, `C_q a = -bias` it needs the derivatives alone, never those of their solution.
+/// RODAS on coordinates and rates, with the exact Jacobian of the accelerations. It needs the derivatives of the
+/// equations `Mbar a + C_q' lambda = fbar`, `C_q a = -bias`, but not those of their solution.
 #[derive(Clone, Debug)]
 pub(super) struct Implicit;
 
@@ -66,7 +66,7 @@ impl StepFormula for Implicit {
             }
             increments.push(system.increment(&along, &change, BY_TIME[stage] * h));
         }
-        // The last increment ends the step, and is the estimate of its error.
+        // The last increment completes the step, and is its error estimate.
         let (u, w) = &increments[5];
         for i in 0..n {
             q[i] += u[i];
@@ -109,10 +109,10 @@ struct System<'a> {
     g: f64,
     /// The lower left part.
     loops: Matrix,
-    /// The constraints that count: those that repeat others are met with them.
+    /// The independent constraints; the redundant ones are satisfied with them.
     rows: Vec<usize>,
-    /// The multiple of each constraint that is added to the equations above it, which changes no solution and carries
-    /// massless coordinates.
+    /// The multiple of each constraint that is added to the equations above it. It does not change the solution, and
+    /// makes the matrix regular for massless coordinates.
     weights: Vec<f64>,
     inertia: Lu,
     /// `inertia^-1 C_q'`, a row for each constraint.
@@ -121,7 +121,7 @@ struct System<'a> {
 }
 
 impl<'a> System<'a> {
-    /// `None` if the equations are singular.
+    /// Creates the system; `None` if the equations are singular.
     fn new(dynamics: &'a Dynamics, linearization: &'a Linearization, g: f64, rank: usize) -> Option<Self> {
         let Linearization { stiffness, damping, constraint_stiffness, constraint_damping, .. } = linearization;
         let rows = if rank < dynamics.constraint_bias.len() {
@@ -165,7 +165,8 @@ impl<'a> System<'a> {
         is_solvable.then_some(Self { dynamics, linearization, g, loops, rows, weights, inertia, inv_ct, schur })
     }
 
-    /// The increment `(u, w)` of coordinates and rates for `v`, `r` and a part of the derivative by time.
+    /// The increment `(u, w)` of coordinates and rates for `v`, `r` and a multiple of the derivative with respect to
+    /// time.
     fn increment(&self, v: &[f64], r: &[f64], by_time: f64) -> (Vec<f64>, Vec<f64>) {
         let (g, jacobian) = (self.g, &self.dynamics.constraint_jacobian);
         let (n, m) = (v.len(), self.weights.len());
@@ -200,7 +201,7 @@ impl<'a> System<'a> {
     }
 }
 
-/// Some rows of a matrix.
+/// Selects rows of a matrix.
 fn chosen(matrix: &Matrix, rows: &[usize]) -> Matrix {
     Matrix::from_fn(rows.len(), matrix.columns(), |k, j| matrix[rows[k]][j])
 }

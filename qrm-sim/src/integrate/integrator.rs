@@ -1,4 +1,4 @@
-//! A motion from one row to the next, by any method.
+//! Advances a motion from one row to the next, by any method.
 
 mod block;
 
@@ -12,17 +12,17 @@ use super::step_error::StepError;
 use crate::solve::{Solver, SolverStats};
 use crate::state::State;
 
-/// Most numbers of states between rows that are kept.
+/// The largest number of stored values of states between rows.
 const MOST_INNER: usize = 1 << 20;
 
-/// A method with what it keeps between rows.
+/// A method and its data between rows.
 #[derive(Clone, Debug)]
 pub struct Integrator {
     /// The method.
     pub settings: MethodSettings,
     solver: Solver,
     steps: Steps,
-    /// Room for the two rows of a step.
+    /// A buffer for the two rows of a step.
     pair: [State; 2],
     layout: RowLayout,
     /// The choice of the states between rows that are kept; `inner` holds those of the last block.
@@ -42,7 +42,7 @@ impl Integrator {
     /// Begins at a state.
     ///
     /// # Errors
-    /// The method does not suit the scene, or the accelerations near the start are not determined.
+    /// The method is not applicable to the scene, or the accelerations near the start are not determined.
     pub fn new(
         mechanism: &dyn Mechanism,
         settings: MethodSettings,
@@ -66,12 +66,12 @@ impl Integrator {
         Ok(Self { settings, solver, steps, pair, layout, keeps_inner: None, inner: Vec::new() })
     }
 
-    /// Has states between rows kept, where steps are shorter than these.
+    /// Keeps states between rows, if the method chooses steps that are shorter than the rows.
     pub(crate) fn keep_inner_rows(&mut self, which: IntermediateRows) {
         self.keeps_inner = Some(which);
     }
 
-    /// Begin and end of each step of the last block, where they are chosen by a tolerance.
+    /// The begin and end of each step of the last block, if steps are chosen by a tolerance.
     pub(crate) fn steps(&self) -> &[[f64; 2]] {
         match &self.steps {
             Steps::Fixed(_) => &[],
@@ -79,14 +79,14 @@ impl Integrator {
         }
     }
 
-    /// Makes the part of a fixed step behind a corner in so many steps.
+    /// Sets the number of steps for the part of a fixed step behind a corner.
     pub(crate) fn set_steps_behind_corners(&mut self, count: u32) {
         if let Steps::Fixed(fixed) = &mut self.steps {
             fixed.steps_behind_corners = count;
         }
     }
 
-    /// End and formula of each step since the last call, where they are chosen by a tolerance.
+    /// The end and formula of each step since the last call, if steps are chosen by a tolerance.
     pub(crate) fn take_steps(&mut self) -> Vec<(f64, Formula)> {
         let Steps::Adaptive(adaptive) = &mut self.steps else { return Vec::new() };
         let formula = |kind| Formula::new(self.settings.method, kind);
@@ -96,7 +96,7 @@ impl Integrator {
         steps
     }
 
-    /// Keeps steps that are chosen by a tolerance below those of another run at the same time.
+    /// Limits steps that are chosen by a tolerance by those of another run at the same time.
     pub(crate) fn limit_steps_by(&mut self, steps: &[[f64; 2]]) {
         if let Steps::Adaptive(adaptive) = &mut self.steps {
             adaptive.forget_steps();
@@ -120,12 +120,12 @@ impl Integrator {
         &self.solver.stats
     }
 
-    /// The largest correction of each coordinate so far.
+    /// The largest correction of each coordinate.
     pub fn corrections(&self) -> &[f64] {
         &self.solver.corrections
     }
 
-    /// The number of constraints that are independent where the motion is not singular.
+    /// The number of constraints that are independent at regular positions.
     pub(crate) fn rank(&self) -> usize {
         self.solver.rank()
     }
@@ -135,10 +135,10 @@ impl Integrator {
         &mut self.solver
     }
 
-    /// Moves from a row to the next one, at `t`, by the generated kernel where the method allows it.
+    /// Advances from a row to the next one, at `t`, by the generated kernel if the method allows it.
     ///
     /// # Errors
-    /// The motion does not get there.
+    /// The motion cannot be continued to that time.
     pub fn advance(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -154,10 +154,10 @@ impl Integrator {
         self.settings.is_by_kernel() && !self.solver.is_redundant()
     }
 
-    /// Moves from a row to the next one, at `t`, by the plain functions.
+    /// Advances from a row to the next one, at `t`, by the plain functions.
     ///
     /// # Errors
-    /// The motion does not get there.
+    /// The motion cannot be continued to that time.
     pub(crate) fn advance_by_functions(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -195,10 +195,10 @@ impl Integrator {
         }
     }
 
-    /// The state at a time between the row `from` and the last one.
+    /// Computes the state at a time between the row `from` and the last one.
     ///
     /// # Errors
-    /// The motion does not get there.
+    /// The motion cannot be continued to that time.
     pub fn between(&mut self, mechanism: &dyn Mechanism, from: &State, t: f64) -> Result<State, StepError> {
         let mut to = from.clone();
         if t == from.t {
@@ -206,7 +206,7 @@ impl Integrator {
         }
         match &self.steps {
             Steps::Fixed(_) => {
-                // States on the way are none of the block.
+                // These intermediate states do not belong to the block.
                 let kept = self.inner.len();
                 let made = self.advance(mechanism, from, t, &mut to);
                 self.inner.truncate(kept);
@@ -228,7 +228,7 @@ impl Integrator {
         }
     }
 
-    /// Whether no load without potential did work inside a step, as far as is known.
+    /// Whether no load without potential did work inside a step, as far as known.
     pub(crate) fn is_conservative(&self) -> bool {
         match &self.steps {
             Steps::Fixed(_) => true,
@@ -241,7 +241,7 @@ impl Integrator {
         matches!(self.steps, Steps::Fixed(_))
     }
 
-    /// The numbers of steps and evaluations in a run of so many rows.
+    /// The numbers of steps and evaluations in a run of `rows` rows.
     pub fn counts(&self, rows: u64) -> Counts {
         match &self.steps {
             Steps::Fixed(_) => Counts { accepted: rows, evaluations: 4 * rows, ..Counts::default() },

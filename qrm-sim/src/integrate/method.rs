@@ -5,7 +5,7 @@ use qrm_core::Mechanism;
 use super::step_formula::StepFormula;
 use super::tableau::Tableau;
 
-/// Makes the formula of a method for a mechanism.
+/// Creates the formula of a method for a mechanism.
 type NewFormula = fn(&dyn Mechanism) -> Box<dyn StepFormula>;
 
 /// An integration method.
@@ -17,7 +17,7 @@ pub struct Method {
     pub doc: &'static str,
     /// Order of a step.
     pub order: u32,
-    /// Whether the method differs from others only in scenes that say `stiff = true`.
+    /// Whether the method differs from others only in scenes with `stiff = true`.
     pub is_for_stiff: bool,
     /// Whether the scene must give the derivatives of its equations of motion (`stiff = true`).
     pub needs_linearization: bool,

@@ -14,7 +14,7 @@ use crate::solve::{Projection, ProjectionTolerance};
 /// Every method; the first is the default.
 pub static METHODS: [&Method; 6] = [RK4, DOPRI5, DOP853, GAUSS, RODAS, AUTO];
 
-/// The method of this name.
+/// Finds a method by its name.
 pub fn method_named(name: &str) -> Option<&'static Method> {
     METHODS.into_iter().find(|method| method.name == name)
 }
@@ -28,9 +28,9 @@ pub struct MethodSettings {
     pub tolerance: f64,
     /// Metric of the projection after each step.
     pub projection: Projection,
-    /// Goal of that projection.
+    /// Tolerance of that projection.
     pub projection_tolerance: ProjectionTolerance,
-    /// Bounds of steps that the method chooses.
+    /// Bounds of the steps that the method chooses.
     pub step_bounds: StepBounds,
 }
 
@@ -68,7 +68,7 @@ impl MethodSettings {
         }
     }
 
-    /// Whether rows are made by the generated kernel: RK4 with its projection.
+    /// Whether the generated kernel computes rows: RK4 with its projection.
     pub(crate) fn is_by_kernel(&self) -> bool {
         !self.method.is_adaptive() && self.projection.is_by_kernel(&self.projection_tolerance)
     }

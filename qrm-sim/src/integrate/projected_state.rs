@@ -1,4 +1,4 @@
-//! States that are projected onto the constraints, and completed by their accelerations and multipliers.
+//! Projection of states onto the constraints, and computation of their accelerations and multipliers.
 
 use qrm_core::Mechanism;
 
@@ -8,7 +8,7 @@ use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
 
 impl Solver {
-    /// Moves a state along its rates and accelerations to a time so near that nothing else changes.
+    /// Moves a state along its rates and accelerations to a time so close that nothing else changes.
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.
@@ -24,7 +24,7 @@ impl Solver {
         self.projected(mechanism, projection, state)
     }
 
-    /// Completes a state by its accelerations and multipliers.
+    /// Computes the accelerations and multipliers of a state.
     ///
     /// # Errors
     /// The accelerations are not determined, or not finite.
@@ -34,7 +34,7 @@ impl Solver {
         if state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
     }
 
-    /// Closes the loops of a state under other parameters, if they are to be closed, and completes it.
+    /// Closes the loops of a state under other parameters, if requested, and computes accelerations and multipliers.
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.
@@ -52,7 +52,7 @@ impl Solver {
         self.complete(mechanism, state)
     }
 
-    /// Projects the coordinates and rates of a state, and completes it, by the kernel where the projection allows it.
+    /// Projects a state and computes its accelerations and multipliers, by the kernel if the projection allows it.
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.
@@ -73,12 +73,12 @@ impl Solver {
         self.projected_by_functions(mechanism, (projection, tolerance), state)
     }
 
-    /// Whether kernels make this projection, and steps with it: not where constraints repeat others.
+    /// Whether kernels support this projection, and steps with it; not if constraints are redundant.
     pub(super) fn projects_by_kernel(&self, (projection, tolerance): (Projection, ProjectionTolerance)) -> bool {
         projection.is_by_kernel(&tolerance) && !self.is_redundant()
     }
 
-    /// Projects and completes a state by the plain functions, in the metric that is known.
+    /// Projects a state by the plain functions, in the known metric, and computes its accelerations and multipliers.
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.

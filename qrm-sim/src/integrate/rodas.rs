@@ -21,13 +21,13 @@ pub const RODAS: &Method = &Method {
 /// The diagonal coefficient.
 pub(crate) const GAMMA: f64 = 0.25;
 
-/// At which fraction of the step the first stages are evaluated; the others are evaluated at its end.
+/// The fraction of the step at which each stage is evaluated.
 pub(crate) const NODES: [f64; 6] = [0.0, 0.386, 0.21, 0.63, 1.0, 1.0];
 
-/// How much of the derivative by time enters each stage.
+/// The weight of the derivative with respect to time in each stage.
 pub(crate) const BY_TIME: [f64; 6] = [0.25, -0.1043, 0.1035, -0.036_200_000_000_000_23, 0.0, 0.0];
 
-/// How the argument of each stage is made of the increments before it.
+/// The weights of earlier increments in the argument of each stage.
 #[rustfmt::skip]
 pub(crate) const ARGUMENTS: [[f64; 5]; 6] = [
     [0.0; 5],
@@ -38,7 +38,7 @@ pub(crate) const ARGUMENTS: [[f64; 5]; 6] = [
     [1.221_224_509_226_641, 6.019_134_481_288_629, 12.537_083_329_320_87, -0.687_886_036_105_895, 1.0],
 ];
 
-/// How the increments before it act on each stage.
+/// The weights of earlier increments in the equations of each stage.
 #[rustfmt::skip]
 pub(crate) const INCREMENTS: [[f64; 5]; 6] = [
     [0.0; 5],

@@ -1,4 +1,4 @@
-//! The balance of energy over steps whose length is chosen by a tolerance.
+//! The energy balance over steps whose length is chosen by a tolerance.
 
 use qrm_core::Mechanism;
 
@@ -8,7 +8,7 @@ use super::step_formula::{Evaluator, StepFormula, Task};
 use crate::solve::Solver;
 use crate::state::State;
 
-/// The energy at the ends of steps against the work of the loads without potential.
+/// The energy at the ends of steps, compared with the work of the loads without potential.
 #[derive(Clone, Debug)]
 pub(super) struct StepBalance {
     /// Energy at the start.
@@ -27,12 +27,12 @@ impl StepBalance {
         Self { energy: first.energy(mechanism), work: 0.0, imbalance: 0.0, has_power: false }
     }
 
-    /// Takes up the work on the way across a corner.
+    /// Adds the work on the way across a corner.
     pub(super) fn cross(&mut self, mechanism: &dyn Mechanism, from: &State, corner: Corner) {
         self.work += from.power(mechanism) * (corner.just_after() - from.t);
     }
 
-    /// Takes up a step, whose power is integrated inside it by its formula; there is `room` for a state.
+    /// Adds a step; the power inside it is integrated by its formula. `room` is a buffer for a state.
     pub(super) fn add(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -43,10 +43,10 @@ impl StepBalance {
     ) {
         let [at_begin, at_end] = [&step.from, &step.to].map(|at| at.power(mechanism));
         if at_begin != 0.0 || at_end != 0.0 {
-            // This is for whoever observes the motion, and not counted as a part of the method.
+            // These evaluations serve observers, and do not count for the method.
             let mut evaluator = Evaluator { evaluations: &mut 0, solver };
             let found = formula.load_work(mechanism, step, task, &mut evaluator, room);
-            // Where the power inside is not known, that at the ends is.
+            // If the power inside is unknown, the power at the ends is used.
             let by_ends = 0.5 * (step.to.t - step.from.t) * (at_begin + at_end);
             self.work += found.ok().filter(|work| work.is_finite()).unwrap_or(by_ends);
             self.has_power = true;

@@ -1,6 +1,6 @@
-//! Bounds of steps that a method chooses: what a tolerance alone would step over.
+//! Bounds of the steps that a method chooses, for changes that a tolerance alone would miss.
 
-/// Most times at which steps are made to end.
+/// The largest number of times at which steps are forced to end.
 const MOST: usize = 64;
 
 /// The longest step, and times at which a step ends.
@@ -8,7 +8,7 @@ const MOST: usize = 64;
 pub struct StepBounds {
     /// The longest step, in s.
     pub longest: f64,
-    /// Rising times, infinite behind the last one.
+    /// Increasing times, padded with infinity.
     ends: [f64; MOST],
 }
 
@@ -19,8 +19,8 @@ impl Default for StepBounds {
 }
 
 impl StepBounds {
-    /// Bounds with a longest step, and times. Steps end at the first 64 of them; all steps are as short as the shortest
-    /// interval between the others.
+    /// Creates bounds from a longest step and times. Steps end at the first 64 times; if there are more, all steps are
+    /// at most as long as the shortest interval between the remaining ones.
     pub fn new(longest: f64, times: &[f64]) -> Self {
         let mut times: Vec<f64> = times.iter().copied().filter(|time| time.is_finite()).collect();
         times.sort_by(f64::total_cmp);

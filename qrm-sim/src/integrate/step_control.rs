@@ -1,10 +1,10 @@
-//! The lengths of steps, chosen by their errors.
+//! The control of step lengths by errors.
 
-/// Steps have this part of the length at which they would just be accepted.
+/// The length of a step relative to the length that would just be accepted.
 const SAFETY: f64 = 0.8;
-/// The smallest ratio of a step to the one before.
+/// The smallest ratio of a step to the previous one.
 const SHRINK: f64 = 0.2;
-/// The largest ratio of a step to the one before, if that was accepted at once.
+/// The largest ratio of a step to the previous one, if that was accepted at once.
 const GROW: f64 = 6.0;
 
 /// The PI control of step lengths (Hairer, Wanner II, IV.2).
@@ -23,14 +23,14 @@ impl StepControl {
         Self { h, last_error: 1e-4, was_rejected: false }
     }
 
-    /// Makes the rejected step again with length `h`.
+    /// Repeats the rejected step with length `h`.
     pub(super) fn reject(&mut self, h: f64) {
         self.h = h;
         self.was_rejected = true;
     }
 
-    /// Chooses the length of the step after an accepted one of length `h`, by its error and, with the exponent `beta`,
-    /// that of the accepted step before.
+    /// Chooses the next length after an accepted step of length `h`, from its error and, with the exponent `beta`, that
+    /// of the previous accepted step.
     pub(super) fn accept(&mut self, h: f64, error: f64, order: i32, beta: f64) {
         let error = error.max(1e-10);
         let factor = SAFETY * error.powf(0.75 * beta - 1.0 / f64::from(order)) * self.last_error.powf(beta);
@@ -39,18 +39,18 @@ impl StepControl {
     }
 }
 
-/// The length in place of `h` where a step could not be made.
+/// The length that replaces `h` after a failed step.
 pub(super) fn shorter_for_failure(h: f64) -> f64 {
     h * SHRINK
 }
 
-/// The length in place of `h` where the error of a step of this order is above 1.
+/// The length that replaces `h` after a step of this order with an error above 1.
 pub(super) fn shorter_for_error(h: f64, error: f64, order: i32) -> f64 {
     let factor = if error.is_finite() { SAFETY * error.powf(-1.0 / f64::from(order)) } else { SHRINK };
     h * factor.clamp(SHRINK, 0.9)
 }
 
-/// The length in place of `h` where a force changes in a step `change` times as much as it may.
+/// The length that replaces `h` after a step in which a force changed `change` times as much as allowed.
 pub(super) fn shorter_for_change(h: f64, change: f64) -> f64 {
     h * (SAFETY / change).max(SHRINK)
 }

@@ -1,20 +1,20 @@
-//! Why a step could not be made.
+//! The reasons why a step could not be made.
 
 use crate::solve::{NotConverged, Undetermined};
 
-/// Why a step could not be made.
+/// The reason why a step could not be made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StepError {
     /// The projection did not converge.
     NotConverged(NotConverged),
-    /// No inertia resists a motion of this coordinate that the constraints allow.
+    /// A motion of this coordinate that the constraints allow has no inertia.
     Massless(usize),
-    /// The steps became so short that time stands still.
+    /// The step fell below the resolution of time.
     StepTooShort {
-        /// The last one.
+        /// The last step.
         h: f64,
     },
-    /// The steps are so short against the rows that the run would not end.
+    /// Steps are so short compared with the rows that the run would not end.
     TooManySteps {
         /// The number of attempts.
         attempts: u64,
@@ -25,9 +25,9 @@ pub enum StepError {
     NotFinite,
     /// A force became infinite or undefined.
     ForcesNotFinite,
-    /// Friction depends on the forces in joints, and constraints repeat others: the forces are not unique.
+    /// Friction depends on joint forces, and redundant constraints make these non-unique.
     FrictionNotUnique,
-    /// The method needs derivatives that the scene does not ask for.
+    /// The method needs derivatives that the scene does not request.
     NoLinearization,
 }
 

@@ -9,7 +9,7 @@ use crate::quadrature::GAUSS_3;
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
 
-/// The work inside a step is integrated over more panels where its power bends by more than this part of it.
+/// The largest relative error of the work on a coarse grid for which the number of panels is not increased.
 const BEND: f64 = 0.1;
 /// The largest number of panels in a step.
 const MOST_PANELS: u32 = 64;
@@ -19,11 +19,11 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
     /// The order of the errors by which steps are controlled.
     fn order(&self) -> i32;
 
-    /// The exponent of the error before the last one in the PI control of the step length.
+    /// The exponent of the previous error in the PI control of the step length.
     fn beta(&self) -> f64;
 
-    /// Makes a step of length `h` from a state, projects its end, and returns its error: 1 is just accepted, and the
-    /// end is of no use beyond.
+    /// Makes a step of length `h` from a state, projects its end, and returns its error. Up to 1 the step is accepted;
+    /// above, the end is meaningless.
     ///
     /// # Errors
     /// The step could not be made.
@@ -37,14 +37,14 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
         to: &mut State,
     ) -> Result<f64, StepError>;
 
-    /// Takes note of an accepted step.
+    /// Records an accepted step.
     fn accepted(&mut self, mechanism: &dyn Mechanism, from: &State, to: &State) -> Accepted;
 
-    /// Computes the higher coefficients of the dense output of the last step, where a polynomial of degree 5 does not
+    /// Computes the higher coefficients of the dense output of the last step, if a polynomial of degree 5 does not
     /// suffice.
     ///
     /// # Errors
-    /// They could not be computed.
+    /// The coefficients could not be computed.
     fn complete_dense_output(
         &mut self,
         _mechanism: &dyn Mechanism,
@@ -55,10 +55,10 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
         Ok(())
     }
 
-    /// Makes the projected state at the time of `to` inside the last step.
+    /// Computes the projected state at the time of `to` inside the last step.
     ///
     /// # Errors
-    /// It could not be computed.
+    /// The state could not be computed.
     fn state_inside(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -73,10 +73,10 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
         evaluator.solver.projected(mechanism, task.projection, to)
     }
 
-    /// The work of the loads without potential in the last step; there is `room` for a state.
+    /// Computes the work of the loads without potential in the last step; `room` is a buffer for a state.
     ///
     /// # Errors
-    /// A state inside it could not be computed.
+    /// A state inside the step could not be computed.
     fn load_work(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -89,7 +89,8 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
         let mut power = |t: f64| -> Result<f64, StepError> {
             let State { q, qd, qdd, multipliers, .. } = &mut *room;
             step.at(t, q, qd);
-            // They matter where constraints do work, and to friction that depends on forces in joints.
+            // Accelerations and multipliers matter for constraints that do work, and for friction that depends on joint
+            // forces.
             qdd.fill(0.0);
             multipliers.fill(0.0);
             if mechanism.is_driven() || !mechanism.description().friction.is_empty() {
@@ -114,7 +115,7 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
                 }
                 coarse += half * (powers[0] + powers[2]);
             }
-            // The mean of the outer places differs from that of all where the power bends.
+            // The mean of the outer points differs from that of all points where the power is curved.
             if (sum - coarse).abs() <= BEND * size || panels == MOST_PANELS {
                 return Ok(sum);
             }
@@ -122,7 +123,7 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
         }
     }
 
-    /// A copy.
+    /// Copies the formula into a new box.
     fn boxed_clone(&self) -> Box<dyn StepFormula>;
 }
 
@@ -139,7 +140,7 @@ pub(super) struct Task {
     pub(super) tolerance: f64,
     /// Steps that reach this time end there exactly.
     pub(super) end_time: f64,
-    /// Steps that end after this time have their dense output computed at once.
+    /// The dense output of steps that end after this time is computed immediately.
     pub(super) dense_from: f64,
     /// The projection after each step.
     pub(super) projection: (Projection, ProjectionTolerance),
@@ -148,12 +149,12 @@ pub(super) struct Task {
 }
 
 impl Task {
-    /// The end of a step that begins at `t`.
+    /// The end of a step of length `h` that begins at `t`.
     pub(super) fn end_of_step(&self, t: f64, h: f64) -> f64 {
         if t + h >= self.end_time { self.end_time } else { t + h }
     }
 
-    /// The largest error of a coordinate and of its rate that a step may make. An angle is no less accurate for many
+    /// The largest error of each coordinate and of its rate in a step. The scale of an angle does not grow with its
     /// revolutions.
     pub(super) fn error_scales(
         &self,
@@ -177,10 +178,10 @@ pub(super) struct Evaluator<'a> {
 /// The kind of an accepted step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Accepted {
-    /// Whether it was made by the linearly implicit method.
+    /// Whether the linearly implicit method made it.
     pub(super) is_implicit: bool,
-    /// Whether stability bound its length.
+    /// Whether stability limited its length.
     pub(super) is_stability_bound: bool,
-    /// Whether it was made by `auto` in place of the chosen method.
+    /// Whether `auto` made it instead of the chosen method.
     pub(super) is_fallback: bool,
 }

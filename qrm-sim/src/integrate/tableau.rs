@@ -2,14 +2,14 @@
 
 use qrm_core::dop853::Row;
 
-/// An explicit Runge-Kutta method, with an error estimate and dense output where it has them.
+/// An explicit Runge-Kutta method, with its error estimate and dense output if it has them.
 #[derive(Debug)]
 pub(crate) struct Tableau {
-    /// Number of stages of a step; the accelerations at its end are the stage after them.
+    /// The number of stages of a step; the accelerations at its end are one stage more.
     pub(crate) stages: usize,
     /// Order of the step.
     pub(crate) order: i32,
-    /// The exponent of the error before the last one in the PI control of the step length.
+    /// The exponent of the previous error in the PI control of the step length.
     pub(crate) beta: f64,
     /// The fraction of the step at which each stage is evaluated.
     pub(crate) nodes: &'static [f64],
@@ -19,9 +19,9 @@ pub(crate) struct Tableau {
     pub(crate) weights: Row,
     /// The coefficients of the error estimates, one or two.
     pub(crate) errors: &'static [Row],
-    /// The higher coefficients of the dense output; none where a polynomial of degree 5 through both ends suffices.
+    /// The higher coefficients of the dense output; empty if a polynomial of degree 5 through both ends suffices.
     pub(crate) dense: &'static [Row],
-    /// The error, 1 if just accepted, from the sums of squares of the scaled estimates of `count` numbers and the step
-    /// length.
+    /// Computes the error from the sums of squares of the scaled estimates, the number of coordinates and rates, and
+    /// the step length. An error of 1 is just accepted.
     pub(crate) error: fn([f64; 2], f64, f64) -> f64,
 }

@@ -1,4 +1,4 @@
-//! Smooth transitions of forces, which steps must resolve: hyperbolic tangents, as of friction.
+//! Smooth transitions of forces that steps must resolve: hyperbolic tangents, for example of friction.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,7 +13,7 @@ pub(super) struct Transitions {
 }
 
 impl Transitions {
-    /// The arguments of the hyperbolic tangents of a mechanism; `None` if there are none.
+    /// Creates the transitions of a mechanism; `None` if there are none.
     pub(super) fn new(mechanism: &dyn Mechanism) -> Option<Box<Self>> {
         let tape = mechanism.tape()?;
         let count = tape.tanh_arguments.results.len();
@@ -24,9 +24,9 @@ impl Transitions {
         Some(Box::new(Self { evaluator, values: [vec![0.0; count], vec![0.0; count]] }))
     }
 
-    /// The largest change of an argument in a step, against its distance from the nearest pole of the hyperbolic
-    /// tangent, `i pi/2`. Beyond 1 a polynomial of any degree misses a part of the transition, and so do estimates of
-    /// its error.
+    /// The largest change of an argument in a step, relative to its distance from the nearest pole of the hyperbolic
+    /// tangent, `i pi/2`. Above 1 a polynomial of any degree misses a part of the transition, and so do error
+    /// estimates.
     pub(super) fn change(&mut self, from: &StateRef, to: &StateRef) -> f64 {
         let [begin, end] = &mut self.values;
         for (values, at) in [(&mut *begin, from), (&mut *end, to)] {

@@ -1,33 +1,34 @@
-//! A consistent start: given values are kept, the others are solved for.
+//! The consistent start: given values are kept, the others are solved for.
+
+use qrm_core::Mechanism;
 
 use super::loop_solver::{LoopSolver, Position};
 use super::start::Start;
-use qrm_core::Mechanism;
-
 use crate::solve::{LoopConstraints, Matrix, PivotedLdl, largest, least_squares, row_products, subtract_combination};
 
-/// The constraints cannot be met with the given values.
+/// The constraints cannot be satisfied with the given values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NotAssembled {
-    /// The constraint that cannot be met.
+    /// The constraint that cannot be satisfied.
     pub constraint: usize,
-    /// The residual of this constraint when all others are met: a length or angle for positions, its rate for rates.
+    /// The residual of this constraint if all others are satisfied: a length or angle for positions, its rate for
+    /// rates.
     pub residual: f64,
-    /// The nearest position that was found.
+    /// The nearest position found.
     pub q: Vec<f64>,
-    /// Whether it is the rates that cannot be solved for.
+    /// Whether the rates, instead of the positions, cannot be solved for.
     pub rates: bool,
-    /// Whether all constraints can be met, but only on another branch than with the scene's own parameters.
+    /// Whether all constraints can be satisfied, but only on another branch than with the scene's own parameters.
     pub is_other_branch: bool,
 }
 
-/// Residual up to which a position counts as assembled.
+/// The largest residual of an assembled position.
 const CLOSED: f64 = 1e-12;
 
-/// Coordinates at t = 0 by damped Gauss-Newton iteration from the guesses, and rates by one linear solve.
+/// Computes coordinates at t = 0 by damped Gauss-Newton iteration from the guesses, and rates by one linear solve.
 ///
 /// # Errors
-/// Some constraint cannot be met.
+/// Some constraint cannot be satisfied.
 pub fn assemble_from_guesses(mechanism: &dyn Mechanism, start: &Start) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
     let weights = vec![1.0; mechanism.description().constraints.len()];
     let mut constraints = LoopConstraints::zero(start.q.len(), weights.len());
@@ -40,7 +41,7 @@ pub fn assemble_from_guesses(mechanism: &dyn Mechanism, start: &Start) -> Result
     Ok((found, qd))
 }
 
-/// The coordinates of a closed position, and rates; `None` if they do not meet the constraints.
+/// The coordinates of a closed position, and its rates; `None` if they do not satisfy the constraints.
 pub(crate) fn completed(drive: &LoopSolver, start: &Start, position: Position) -> Option<(Vec<f64>, Vec<f64>)> {
     if !is_closed(&position.constraints, &position.q) {
         return None;
@@ -53,15 +54,15 @@ pub(crate) fn completed(drive: &LoopSolver, start: &Start, position: Position) -
     Some((position.q, qd))
 }
 
-/// Whether every residual is at the size of rounding errors, of its own or of the terms it is the difference of.
+/// Whether every residual is a rounding error, compared with its own terms.
 fn is_closed(constraints: &LoopConstraints, q: &[f64]) -> bool {
     let terms = |row: &[f64]| row.iter().zip(q).map(|(derivative, q)| (derivative * q).abs()).sum::<f64>();
     let mut rows = constraints.residuals.iter().zip(constraints.constraint_jacobian.iter());
     rows.all(|(residual, row)| residual.abs() <= CLOSED.max(64.0 * f64::EPSILON * terms(row)))
 }
 
-/// The last constraint that alone stays open when all others are met, and its residual; failing that, the one with the
-/// largest residual.
+/// Finds the last constraint that stays open when all others are satisfied, and its residual; if there is none, the
+/// constraint with the largest residual.
 fn find_open_constraint(
     mechanism: &dyn Mechanism,
     start: &Start,
@@ -82,7 +83,7 @@ fn find_open_constraint(
     NotAssembled { constraint, residual, q, rates: false, is_other_branch: false }
 }
 
-/// Minimises the weighted residuals over the coordinates that are not given.
+/// Minimizes the weighted residuals over the coordinates that are not given.
 fn search(
     mechanism: &dyn Mechanism,
     start: &Start,
@@ -118,9 +119,9 @@ fn rates(constraints: &LoopConstraints, start: &Start, q: &[f64]) -> Result<Vec<
     Ok(qd)
 }
 
-/// The coordinates or rates that follow from the given ones by the constraints.
+/// The coordinates or rates that follow from the given ones through the constraints.
 pub(crate) struct DependentCoordinates {
-    /// The Jacobian, without the columns of given ones.
+    /// The Jacobian without the columns of given ones.
     rows: Matrix,
     factors: PivotedLdl,
 }

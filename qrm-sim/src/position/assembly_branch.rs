@@ -1,27 +1,26 @@
-//! The start of a mechanism with other parameters or given values, on the branch of its scene's own start.
+//! The start of a mechanism with changed parameters or given values, on the branch of its scene's own start.
 
-use super::assembly::{NotAssembled, assemble_from_guesses};
-use super::loop_solver::{CoordinatePartition, LoopSolver, Position};
-use super::start::Start;
 use qrm_core::{Mechanism, TapeEvaluator};
 
-use super::assembly::completed;
+use super::assembly::{NotAssembled, assemble_from_guesses, completed};
+use super::loop_solver::{CoordinatePartition, LoopSolver, Position};
+use super::start::Start;
 
-/// Angles that differ by less than this from the scene's own start are taken for those of its branch.
+/// The largest difference of an angle from the scene's own start for which the branch is the same without further test.
 const NEAR: f64 = 0.5;
-/// Longest change of an angle in a step of the parameters.
+/// The longest change of an angle in a step of the parameters.
 const LONGEST: f64 = 0.2;
-/// Steps shorter than this part of the way are not tried.
+/// The smallest fraction of the path that is tried as a step.
 const SHORTEST: f64 = 1e-6;
 
-/// The branch that a mechanism is assembled on: that of the scene's own parameters.
+/// The assembly branch of a mechanism, defined by the scene's own parameters.
 ///
-/// Where the first guesses of a scene are solved with other parameters, they may lead to a mirrored position, or to
-/// none. Then parameters and given values are changed little by little from the scene's own, and the position follows.
+/// With changed parameters, the first guesses of a scene may lead to a mirrored position, or to none. In that case
+/// parameters and given values change gradually from the scene's own, and the position follows continuously.
 #[derive(Clone, Debug)]
 pub(crate) struct AssemblyBranch {
-    /// The scene's own start; `None` where the given coordinates do not determine the others, and for mechanisms that
-    /// are not generated.
+    /// The scene's own start; `None` if the given coordinates do not determine the others, and for mechanisms that are
+    /// not generated.
     own: Option<SceneStart>,
 }
 
@@ -47,20 +46,21 @@ impl SceneStart {
 }
 
 impl AssemblyBranch {
-    /// The branch of the scene of a mechanism.
+    /// Creates the branch of a mechanism's scene.
     pub(crate) fn new(mechanism: &dyn Mechanism) -> Self {
         Self::with_parameters(mechanism, None)
     }
 
-    /// The branch of the scene of a mechanism whose own parameters have these values; those of the model if `None`.
+    /// Creates the branch of a mechanism's scene with these values of the scene's own parameters; those of the model if
+    /// `None`.
     pub(crate) fn with_parameters(mechanism: &dyn Mechanism, parameters: Option<Vec<f64>>) -> Self {
         Self { own: SceneStart::new(mechanism, parameters) }
     }
 
-    /// Coordinates and rates of a mechanism of this scene at a start.
+    /// Computes coordinates and rates of a mechanism of this scene at a start.
     ///
     /// # Errors
-    /// Some constraint cannot be met, or only on another branch.
+    /// Some constraint cannot be satisfied, or only on another branch.
     pub(crate) fn assemble(
         &self,
         mechanism: &dyn Mechanism,
@@ -100,8 +100,8 @@ impl AssemblyBranch {
 }
 
 impl SceneStart {
-    /// The position that the scene's own one becomes when parameters and given values change to those of a mechanism
-    /// and a start; `None` if it meets a singular position on the way.
+    /// Follows the position from the scene's own parameters and given values to those of a mechanism and a start;
+    /// `None` if a singular position lies on the way.
     fn follow(&self, mechanism: &dyn Mechanism, start: &Start) -> Option<Position> {
         let (mut now, mut done, mut step) = (self.position.clone(), 0.0, 0.125_f64);
         while done < 1.0 {
@@ -122,7 +122,7 @@ impl SceneStart {
         Some(now)
     }
 
-    /// The position that another one becomes when the parameters change a little to those of another mechanism.
+    /// The position after a small change of the parameters to those of another mechanism.
     fn neighbour(&self, drive: &LoopSolver, start: &Start, from: &Position) -> Option<Position> {
         let guess = (0..from.q.len()).map(|i| if start.given[i] { start.q[i] } else { from.q[i] }).collect();
         let position = drive.solve_loops(guess)?;
@@ -141,10 +141,10 @@ impl SceneStart {
     }
 }
 
-/// Coordinates and rates of a mechanism at a start, on the branch of its scene's own parameters.
+/// Computes coordinates and rates of a mechanism at a start, on the branch of its scene's own parameters.
 ///
 /// # Errors
-/// Some constraint cannot be met, or only on another branch.
+/// Some constraint cannot be satisfied, or only on another branch.
 pub fn assemble(mechanism: &dyn Mechanism, start: Start) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
     AssemblyBranch::new(mechanism).assemble(mechanism, start)
 }

@@ -1,15 +1,15 @@
-//! Positions of a mechanism with its given coordinates held: one after another, until it locks.
+//! Solves the loops of a mechanism for given coordinates, from position to position until the mechanism locks.
 
-use super::assembly::assemble_from_guesses;
-use super::start::Start;
 use std::borrow::Cow;
 use std::cmp::Ordering;
 
 use qrm_core::Mechanism;
 
+use super::assembly::assemble_from_guesses;
+use super::start::Start;
 use crate::solve::{Dynamics, LoopConstraints, Lu, Matrix, PivotedLdl, constraint_rank, dot, largest, row_products};
 
-/// A mechanism whose given coordinates are moved from outside, the others following from the constraints.
+/// A mechanism whose given coordinates are moved externally, while the others follow from the constraints.
 #[derive(Clone)]
 pub struct LoopSolver<'m> {
     /// The mechanism.
@@ -19,13 +19,13 @@ pub struct LoopSolver<'m> {
     partition: Cow<'m, CoordinatePartition>,
 }
 
-/// The coordinates that are given, those that follow, and the constraints that they follow from.
+/// The given coordinates, the dependent ones, and the constraints that determine these.
 #[derive(Clone, Debug)]
 pub(crate) struct CoordinatePartition {
     given: Vec<bool>,
-    /// As many coordinates as there are independent constraints.
+    /// The dependent coordinates, as many as there are independent constraints.
     dependent: Vec<usize>,
-    /// The independent constraints, which the others repeat.
+    /// The independent constraints.
     independent: Vec<usize>,
 }
 
@@ -34,17 +34,17 @@ pub(crate) struct CoordinatePartition {
 pub struct Position {
     /// The coordinates.
     pub q: Vec<f64>,
-    /// The determinant of `C_q` by the coordinates that follow. It is zero where the given ones cannot move the others,
-    /// and other units change it by a constant factor.
+    /// The determinant of `C_q` with respect to the dependent coordinates. It is zero where the given coordinates
+    /// cannot move the others; other units change it by a constant factor.
     pub determinant: f64,
-    /// The constraints there.
+    /// The constraints at the position.
     pub(crate) constraints: LoopConstraints,
-    /// The factors of the block of `C_q` whose determinant that is.
+    /// The factors of the block of `C_q` with this determinant.
     block: Lu,
 }
 
 impl Position {
-    /// Whether the determinant is near enough to that of another position that no other branch lies between.
+    /// Whether the determinant is so close to that of another position that no other branch lies between.
     pub(crate) fn is_on_branch_of(&self, other: &Self) -> bool {
         let change = self.determinant / other.determinant;
         change < SMOOTH && change > 1.0 / SMOOTH
@@ -56,33 +56,33 @@ impl Position {
 pub struct LimitPosition {
     /// The last position before.
     pub position: Position,
-    /// The coordinates on the way to which it was met; those that are given count.
+    /// The coordinates towards which the mechanism was moving; only the given ones matter.
     pub target: Vec<f64>,
 }
 
-/// Most corrections of a position that was guessed from its neighbour: where it takes more, the neighbour is too far
-/// away.
+/// The largest number of corrections of a position that was extrapolated from its neighbour: if more are needed, the
+/// neighbour is too far away.
 const ITERATIONS: usize = 8;
-/// A position is closed where its residuals are this small against the terms that they are the differences of.
+/// The largest residual of a closed position, relative to the terms of the residual.
 const CLOSED: f64 = 1e-11;
-/// Longest step of an angle: the others must not be taken for what they are a turn later.
+/// The longest step of an angle, so that the other angles are not confused with those a turn later.
 const LONGEST: f64 = 0.2;
-/// By how much the determinant may change in a step, so that no other branch is reached unnoticed.
+/// The largest ratio of determinants in a step, so that no other branch is reached unnoticed.
 const SMOOTH: f64 = 4.0;
-/// How far angles may be from the linear continuation of a position, for the change of the fastest one.
+/// The largest deviation of angles from the linear extrapolation, relative to the change of the fastest angle.
 pub(crate) const CONTINUATION: f64 = 0.1;
-/// How far rounding errors may take an angle near a singular position.
+/// The largest effect of rounding errors on an angle near a singular position.
 const ROUNDING: f64 = 1e-12;
-/// Steps shorter than this fraction of the way are not tried.
+/// The smallest fraction of the path that is tried as a step.
 const SHORTEST: f64 = 1e-10;
-/// The distance beyond a limit position at which constraints are looked at, in rad, or against the size of the
+/// The distance beyond a limit position at which constraints are examined, in rad, or relative to the size of the
 /// mechanism.
 const BEYOND: f64 = 1e-2;
-/// Nor are steps of shorter angles: where branches cross, rounding errors join them at about this distance.
+/// The smallest step of an angle: where branches cross, rounding errors join them at about this distance.
 const SHORTEST_ANGLE: f64 = 1e-7;
 
 impl<'m> LoopSolver<'m> {
-    /// `None` if the given coordinates do not leave as many as there are independent constraints.
+    /// Creates the solver; `None` if the number of other coordinates differs from that of independent constraints.
     pub fn new(mechanism: &'m dyn Mechanism, given: Vec<bool>) -> Option<Self> {
         let dependent: Vec<usize> = (0..given.len()).filter(|&i| !given[i]).collect();
         let count = mechanism.description().constraints.len();
@@ -95,17 +95,17 @@ impl<'m> LoopSolver<'m> {
         Some(Self { mechanism, t: 0.0, partition: Cow::Owned(partition) })
     }
 
-    /// The given coordinates, and the constraints that the others follow from.
+    /// The partition of the coordinates, for mechanisms with other parameters.
     pub(crate) fn into_partition(self) -> CoordinatePartition {
         self.partition.into_owned()
     }
 
-    /// The drive of the mechanism with other parameters: its determinants can be compared with those of the first.
+    /// Creates the solver with other parameters: its determinants can be compared with those of the first.
     pub(crate) fn with_partition(mechanism: &'m dyn Mechanism, partition: &'m CoordinatePartition) -> Self {
         Self { mechanism, t: 0.0, partition: Cow::Borrowed(partition) }
     }
 
-    /// The position near a guess, by Newton's method until rounding errors alone are left.
+    /// Finds the position near a guess, by Newton's method down to rounding errors.
     pub fn solve_loops(&self, mut q: Vec<f64>) -> Option<Position> {
         let CoordinatePartition { dependent, independent, .. } = &*self.partition;
         let mut before = f64::INFINITY;
@@ -117,7 +117,7 @@ impl<'m> LoopSolver<'m> {
             let residual = largest(&constraints.residuals).1;
             block.factor_of(|r, c| constraints.constraint_jacobian[independent[r]][dependent[c]]);
             if residual == 0.0 || residual > 0.5 * before {
-                // A whole angle counts, however small it is at the moment.
+                // An angle counts as at least one, even if it is small at the moment.
                 let size = |i: usize| q[i].abs() + f64::from(u8::from(self.is_angle(i)));
                 let size = |row: &[f64]| row.iter().enumerate().map(|(i, entry)| entry.abs() * size(i)).sum::<f64>();
                 let size = constraints.constraint_jacobian.iter().map(size).fold(0.0, f64::max);
@@ -137,22 +137,22 @@ impl<'m> LoopSolver<'m> {
         None
     }
 
-    /// The change of all coordinates, to first order, with a change of those that are given.
+    /// The first-order change of all coordinates for a change of the given ones.
     pub fn linear_change(&self, at: &Position, given: impl Fn(usize) -> f64) -> Vec<f64> {
         self.solve(at, given, |_| 0.0)
     }
 
-    /// The rates of all coordinates with those that are given.
+    /// The rates of all coordinates for those of the given ones.
     pub fn rates(&self, at: &Position, given: impl Fn(usize) -> f64) -> Vec<f64> {
         self.solve(at, given, |k| at.constraints.constraint_rate[k])
     }
 
-    /// The accelerations of all coordinates with those that are given, by the bias of the constraints.
+    /// The accelerations of all coordinates for those of the given ones and the bias of the constraints.
     pub fn accelerations(&self, at: &Position, given: impl Fn(usize) -> f64, bias: &[f64]) -> Vec<f64> {
         self.solve(at, given, |k| bias[k])
     }
 
-    /// The solution of `C_q x + bias = 0` with the given coordinates' part of `x`.
+    /// Solves `C_q x + bias = 0` for the dependent part of `x`.
     fn solve(&self, at: &Position, given: impl Fn(usize) -> f64, bias: impl Fn(usize) -> f64) -> Vec<f64> {
         let CoordinatePartition { given: is_given, dependent, independent } = &*self.partition;
         let mut change: Vec<f64> = (0..is_given.len()).map(|i| if is_given[i] { given(i) } else { 0.0 }).collect();
@@ -162,15 +162,15 @@ impl<'m> LoopSolver<'m> {
         change
     }
 
-    /// The derivatives of all coordinates by one that is given, the other given ones held.
+    /// The derivatives of all coordinates with respect to one given coordinate, with the other given ones fixed.
     pub fn tangent(&self, at: &Position, by: usize) -> Vec<f64> {
         self.linear_change(at, |i| if i == by { 1.0 } else { 0.0 })
     }
 
-    /// The position in which the given coordinates have other values, reached without a jump.
+    /// Moves continuously to the position with other values of the given coordinates.
     ///
     /// # Errors
-    /// The mechanism reaches a limit position before.
+    /// The mechanism reaches a limit position first.
     pub fn move_to(&self, from: &Position, to: &[f64]) -> Result<Position, LimitPosition> {
         let n = to.len();
         let mut now = from.clone();
@@ -182,7 +182,7 @@ impl<'m> LoopSolver<'m> {
             step = step.min(LONGEST / fastest).max(SHORTEST);
             let next = (done + step).min(1.0);
             let mut guess: Vec<f64> = (0..n).map(|i| now.q[i] + slope[i] * (next - done)).collect();
-            // The given coordinates take their values to the last digit.
+            // Set exactly, without rounding errors.
             for i in (0..n).filter(|&i| self.partition.given[i]) {
                 guess[i] = if next == 1.0 { to[i] } else { from.q[i] + (to[i] - from.q[i]) * next };
             }
@@ -195,7 +195,7 @@ impl<'m> LoopSolver<'m> {
                 Some(position) => {
                     let missed = missed(&position);
                     (now, done) = (position, next);
-                    // The distance from the linear continuation is of second order.
+                    // The deviation from the linear extrapolation is of second order.
                     if missed < 0.4 * CONTINUATION {
                         step *= 2.0;
                     }
@@ -209,7 +209,7 @@ impl<'m> LoopSolver<'m> {
         Ok(now)
     }
 
-    /// The constraint that cannot be closed a little beyond a limit position; `None` if another branch begins there.
+    /// The constraint that cannot be closed slightly beyond a limit position; `None` if another branch begins there.
     pub fn open_beyond(&self, limit: &LimitPosition) -> Option<usize> {
         let LimitPosition { position, target: to } = limit;
         let n = to.len();
@@ -226,7 +226,8 @@ impl<'m> LoopSolver<'m> {
         assemble_from_guesses(self.mechanism, &start).err().map(|reason| reason.constraint)
     }
 
-    /// The largest length at a position: of the coordinates, and of the arms by which angles move the constraints.
+    /// The largest length in a position: of the coordinates, and of the lever arms by which angles act on the
+    /// constraints.
     pub(crate) fn size(&self, at: &Position) -> f64 {
         let (angles, lengths): (Vec<usize>, Vec<usize>) = (0..at.q.len()).partition(|&i| self.is_angle(i));
         let rows = at.constraints.constraint_jacobian.iter();
@@ -244,15 +245,16 @@ impl<'m> LoopSolver<'m> {
         self.mechanism.description().is_angle(coordinate)
     }
 
-    /// Multipliers, and the generalized forces on the given coordinates, that hold a position in static equilibrium.
+    /// The multipliers, and the generalized forces on the given coordinates, that hold a position in static
+    /// equilibrium.
     pub fn balance(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let rest = vec![0.0; q.len()];
         self.inverse_dynamics(&Dynamics::at(self.mechanism, self.t, q, &rest), &rest)
     }
 
-    /// Inverse dynamics: the multipliers, and the generalized forces on the given coordinates, that accelerations take
-    /// beside the loads. With them `Mbar qdd + C_q' lambda = fbar + force`. Where constraints repeat others, the
-    /// multipliers are those of least norm.
+    /// Inverse dynamics: the multipliers, and the generalized forces on the given coordinates that accelerations need
+    /// in addition to the loads, so that `Mbar qdd + C_q' lambda = fbar + force`. If constraints are redundant, the
+    /// multipliers have the least norm.
     pub fn inverse_dynamics(&self, dynamics: &Dynamics, qdd: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let n = qdd.len();
         let jacobian = &dynamics.constraint_jacobian;
@@ -282,7 +284,7 @@ impl<'m> LoopSolver<'m> {
     }
 }
 
-/// Constraints that these coordinates follow from at the start; `None` if there are not as many independent ones.
+/// The constraints that determine these coordinates at the start; `None` if the numbers differ.
 fn independent(mechanism: &dyn Mechanism, dependent: &[usize]) -> Option<Vec<usize>> {
     let (q, _) = assemble_from_guesses(mechanism, &Start::new(mechanism)).ok()?;
     if constraint_rank(mechanism, 0.0, &q) != dependent.len() {

@@ -1,23 +1,23 @@
-//! The start of a motion, as the scene asks for it.
+//! The start of a motion as requested by the scene.
 
 use qrm_core::{Description, Mechanism, StartMut};
 
-/// The start of a motion: some values are given, the others are first guesses (rates: unused) until they are solved
+/// The start of a motion. Some values are given; the others are first guesses (unused for rates) until they are solved
 /// for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Start {
     /// Coordinates.
     pub q: Vec<f64>,
-    /// For each coordinate, whether it is given.
+    /// Whether each coordinate is given.
     pub given: Vec<bool>,
     /// Rates.
     pub qd: Vec<f64>,
-    /// For each rate, whether it is given.
+    /// Whether each rate is given.
     pub given_rates: Vec<bool>,
 }
 
 impl Start {
-    /// The start that the scene of a mechanism asks for.
+    /// The start requested by the scene of a mechanism.
     pub fn new(mechanism: &dyn Mechanism) -> Self {
         let n = mechanism.description().coordinates.len();
         let mut start = Self { q: vec![0.0; n], given: vec![false; n], qd: vec![0.0; n], given_rates: vec![false; n] };
@@ -30,8 +30,8 @@ impl Start {
         start
     }
 
-    /// Gives a coordinate, or a rate such as `phi_dot`, another value; `None` if it is not given, so that it follows
-    /// from the others.
+    /// Sets a given coordinate, or a given rate such as `phi_dot`; `None` if it is not given and follows from the
+    /// others.
     pub fn set(&mut self, description: &Description, name: &str, value: f64) -> Option<()> {
         let place = |name: &str| description.coordinates.iter().position(|coordinate| coordinate.name == name);
         let rate = || name.strip_suffix("_dot").and_then(place);
@@ -42,7 +42,7 @@ impl Start {
         given[place].then(|| values[place] = value)
     }
 
-    /// The coordinates and rates that are given, by their names.
+    /// The names and values of the given coordinates and rates.
     pub fn given_values(&self, description: &Description) -> Vec<(String, f64)> {
         let named = |values: &[f64], given: &[bool], suffix: &str| -> Vec<(String, f64)> {
             let given = description.coordinates.iter().zip(values).zip(given).filter(|(_, given)| **given);

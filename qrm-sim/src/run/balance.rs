@@ -1,29 +1,29 @@
-//! The balance of energy along a run: its change against the work of the loads without potential.
+//! The energy balance of a run: the change of the energy against the work of the loads without potential.
 
 use std::io;
 
 use super::observer::{Observer, Row};
 
-/// An observer that adds up the work of the loads without potential.
+/// An observer that integrates the work of the loads without potential.
 #[derive(Clone, Debug, Default)]
 pub struct Balance {
     /// The last four rows: time, power, energy.
     window: Vec<(f64, f64, f64)>,
     first: Option<f64>,
-    /// Work up to the last row that it is known for.
+    /// Work up to the last row for which it is known.
     pub work: f64,
-    /// Change of the energy up to there.
+    /// Change of the energy up to that row.
     pub change: f64,
-    /// Largest difference of the two.
+    /// Largest difference between work and change.
     pub error: f64,
     /// The possible error of the work, where rows are too far apart to show how the power changed between them.
     uncertainty: f64,
-    /// Largest difference beyond that.
+    /// Largest difference minus the possible error.
     pub excess: f64,
 }
 
 impl Balance {
-    /// Adds the work from one row of the window to the next: the integral of a cubic through all of it.
+    /// Adds the work between two rows of the window: the integral of a cubic through all of it.
     fn add(&mut self, from: usize) {
         let window = &self.window;
         let (a, b) = (window[from].0, window[from + 1].0);
@@ -38,7 +38,7 @@ impl Balance {
             };
             (0..window.len()).map(|i| window[i].1 * basis(i)).sum::<f64>()
         };
-        // Two points of Gauss are exact for a cubic.
+        // Two Gauss points are exact for a cubic.
         let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
         let offset = half / 3.0_f64.sqrt();
         let work = half * (power(middle - offset) + power(middle + offset));
@@ -47,9 +47,9 @@ impl Balance {
         self.compare(from);
     }
 
-    /// Takes the change of the energy up to a row for the work: the power changed at once before it.
+    /// Sets the work up to a row equal to the change of the energy: the power jumped before it.
     pub(crate) fn pass_over(&mut self, row: &Row) {
-        // Two rows do not tell how the power changed between them either.
+        // Two rows do not show how the power changed between them either.
         if self.window.len() > 2 {
             *self = self.finished();
             self.window.drain(..self.window.len() - 1);
@@ -60,7 +60,7 @@ impl Balance {
         self.window.clear();
     }
 
-    /// Compares work and change up to the row after that one.
+    /// Compares work and change up to the row after `from`.
     fn compare(&mut self, from: usize) {
         self.change = self.window[from + 1].2 - self.first.unwrap_or(0.0);
         let difference = (self.change - self.work).abs();
@@ -68,7 +68,7 @@ impl Balance {
         self.excess = self.excess.max(difference - self.uncertainty);
     }
 
-    /// The largest difference as far as rows tell it so far: the work of fewer than four is not known.
+    /// The largest difference so far; zero while it is unknown, that is, with fewer than four rows and nonzero power.
     pub(crate) fn known(&self) -> f64 {
         let is_known = self.window.len() == 4 || self.window.iter().all(|(_, power, _)| *power == 0.0);
         if !is_known {
@@ -94,7 +94,7 @@ impl Balance {
 impl Observer for Balance {
     fn row(&mut self, row: &Row) -> io::Result<()> {
         self.first.get_or_insert(row.energy);
-        // Where a run stops right behind a row, a curve through both would be bent by their rounding errors.
+        // If a run stops just behind a row, rounding errors of both rows would distort a curve through them.
         if let [.., before, last] = &self.window[..]
             && row.t - last.0 < 1e-6 * (last.0 - before.0)
         {

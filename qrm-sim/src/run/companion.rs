@@ -1,4 +1,4 @@
-//! A companion run beside a run, whose difference from it estimates the error.
+//! A companion run: its difference from the run estimates the error.
 
 mod errors;
 
@@ -12,50 +12,50 @@ use crate::columns::number;
 use crate::integrate::{COMPANION_STEP_RATIO, Corner, Integrator, MethodSettings, StepError};
 use crate::state::{State, state_in};
 
-/// The numbers of steps of a run and of its companion that cover the same time. Steps that are no multiples of each
-/// other see different moments of a load, and come differently near to a singular position.
+/// The numbers of steps of a run and of its companion over the same time. As neither is a multiple of the other, the
+/// two sample loads at different times, and pass singular positions at different distances.
 const COMPANION_STEPS: [u64; 2] = [3, 2];
 
-/// Below this, a companion has the fraction of the tolerance that belongs to order 4: smaller ones may be out of reach
-/// near singular positions.
+/// The tolerance below which a companion's tolerance is reduced by the factor for order 4: smaller ones may be
+/// unreachable near singular positions.
 const TIGHT: f64 = 1e-8;
-/// Tolerances below this ask for more than double precision has.
+/// The smallest tolerance that double precision supports.
 const SMALLEST_TOLERANCE: f64 = 1e-15;
 
 /// Whether the errors of extremes and of the end time are estimated.
 pub(super) const ESTIMATES_EXTREMES: bool = cfg!(feature = "extremes");
 
-/// A companion run beside a run: with longer steps; or, where a tolerance chooses them, with shorter ones, where the
-/// difference is the error of the first run itself.
+/// A companion run, with longer steps than its run. If a tolerance chooses the steps, the companion has shorter ones,
+/// and the difference is the error of the run itself.
 #[derive(Clone, Debug)]
 pub(crate) struct Companion {
     integrator: Integrator,
     layout: RowLayout,
     at: State,
     next: State,
-    /// The time at which both began.
+    /// The common start time.
     start: f64,
-    /// The number of the row that it stands at.
+    /// The number of its last row.
     row: u64,
-    /// Rows under way.
+    /// The rows of the current block.
     rows: Vec<f64>,
     differences: Differences,
-    /// The largest differences of parts of the motion that are over, added up.
+    /// The largest differences of earlier parts of the motion, summed.
     before: Vec<f64>,
-    /// The difference of the times at which the condition that ended the run became true.
+    /// The difference of the times at which the stop condition became true.
     of_end_time: Option<f64>,
     failed: bool,
 }
 
-/// Rows of a run that its companion is to follow.
+/// Rows of a run for its companion to follow.
 #[derive(Clone, Copy)]
 pub(crate) struct RowBlock<'a> {
     pub(crate) rows: &'a [f64],
     /// The number of the first row.
     pub(crate) first: u64,
-    /// Begin and end of the steps meanwhile, where a method chose them.
+    /// The begin and end of the steps in the block, if a method chose them.
     pub(crate) steps: &'a [[f64; 2]],
-    /// The extremes that were found meanwhile, none of them before the last row of the block before.
+    /// The extremes found in the block, none of them before the last row of the previous block.
     pub(crate) extremes: &'a [FoundExtreme],
 }
 
@@ -88,10 +88,11 @@ impl Companion {
         })
     }
 
-    /// Comes to the state `end` of the run, at which the parameters change, and begins with the run again at `first`.
+    /// Advances to the state `end` of the run, where the parameters change, and continues from the state `first` of the
+    /// run.
     ///
-    /// Differences add up, but are not carried on: whoever changes parameters by what the run does, as a controller
-    /// does, corrects the errors of the run, and would not correct those of another motion.
+    /// Differences are summed, but not propagated: a program that changes parameters in response to the run, such as a
+    /// controller, corrects the errors of the run, and would not correct those of another motion.
     pub(crate) fn change(&mut self, [old, new]: [&dyn Mechanism; 2], [end, first]: [&State; 2]) {
         if !self.failed {
             self.failed = self.try_change([old, new], [end, first]).is_err();
@@ -109,9 +110,9 @@ impl Companion {
         Ok(())
     }
 
-    /// Comes to the state `end` of the run.
+    /// Advances to the state `end` of the run.
     fn advance_to(&mut self, mechanism: &dyn Mechanism, end: &State) -> Result<(), StepError> {
-        // Two steps where the run may have made one: the same step would show no difference.
+        // Two steps, since the run may have made one: the same step would show no difference.
         let middle = 0.5 * (self.at.t + end.t);
         for t in [middle, end.t] {
             self.move_to(mechanism, t)?;
@@ -120,7 +121,7 @@ impl Companion {
         Ok(())
     }
 
-    /// Moves to a time, unless it is there.
+    /// Advances to a time, unless the companion is already there.
     fn move_to(&mut self, mechanism: &dyn Mechanism, t: f64) -> Result<(), StepError> {
         if t > self.at.t {
             self.integrator.advance(mechanism, &self.at, t, &mut self.next)?;
@@ -129,9 +130,9 @@ impl Companion {
         Ok(())
     }
 
-    /// Comes to the end of the run, at which `condition` may have become true.
+    /// Advances to the end of the run, at which `condition` may have become true.
     pub(crate) fn finish(&mut self, mechanism: &dyn Mechanism, end: &State, condition: Option<&StopCondition>) {
-        // A run that could not go on may have been followed further.
+        // The companion may have passed the end of a run that failed.
         if self.failed || self.at.t > end.t {
             return;
         }
@@ -141,7 +142,7 @@ impl Companion {
         }
     }
 
-    /// Follows rows of the run; a last one that is no whole step is left out.
+    /// Follows rows of the run, except a last one that is not a whole step.
     pub(crate) fn follow(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, block: RowBlock) {
         let RowBlock { rows, first, steps, .. } = block;
         let width = self.layout.width();
@@ -159,13 +160,13 @@ impl Companion {
         }
     }
 
-    /// Makes longer steps, up to the last row of the run before number `end` that one of them ends at.
+    /// Makes longer steps, up to the last common row of both before row number `end` of the run.
     fn follow_steps(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, block: RowBlock, end: u64) {
         let (width, [of_run, own]) = (self.layout.width(), COMPANION_STEPS);
         let steps = end.saturating_sub(1 + self.row) / of_run * own;
         let length = (steps as usize + 1) * width;
         if self.rows.len() < length {
-            // Later blocks may have some steps more.
+            // Later blocks may contain a few more steps.
             self.rows.resize(length + own as usize * width, 0.0);
         }
         self.at.write(&mut self.rows);
@@ -192,13 +193,13 @@ impl Companion {
         }
     }
 
-    /// The state at a time behind the first of the last rows, by steps no longer than others.
+    /// The state at a time after the first of the last rows, by steps of at most this length.
     fn step_to(&self, mechanism: &dyn Mechanism, made: usize, step: f64, t: f64) -> Option<State> {
         let width = self.layout.width();
         let states = &self.rows[..(made + 1) * width];
         let later = states.chunks_exact(width).rev().position(|row| row[0] <= t)?;
         let mut at = State::from_row(self.layout, &states[(made - later) * width..]);
-        // The steps of the companion know nothing of these.
+        // A copy, so that the companion itself is not affected.
         let mut integrator = self.integrator.clone();
         while at.t < t {
             at = integrator.between(mechanism, &at, t.min(at.t + step)).ok()?;
@@ -206,7 +207,7 @@ impl Companion {
         Some(at)
     }
 
-    /// Moves to each row of the run before number `end`, and to each extreme.
+    /// Advances to each row of the run before number `end`, and to each extreme.
     fn follow_rows(&mut self, mechanism: &dyn Mechanism, block: RowBlock, end: u64) -> Result<(), StepError> {
         let width = self.layout.width();
         let mut extremes = if ESTIMATES_EXTREMES { block.extremes.to_vec() } else { Vec::new() };
@@ -227,7 +228,7 @@ impl Companion {
         if ESTIMATES_EXTREMES { extremes.try_for_each(|extreme| self.compare_at(mechanism, &extreme)) } else { Ok(()) }
     }
 
-    /// Compares an extreme of the run with the motion at its time.
+    /// Compares an extreme of the run with the companion's motion at that time.
     fn compare_at(&mut self, mechanism: &dyn Mechanism, extreme: &FoundExtreme) -> Result<(), StepError> {
         self.move_to(mechanism, extreme.t)?;
         let at = (self.at.t == extreme.t).then(|| self.at.clone());
@@ -243,7 +244,7 @@ impl Companion {
             let difference = (extreme.value - number(mechanism, other, extreme.column)).abs();
             difference.max(change_within_time_resolution(mechanism, other, extreme.column))
         });
-        // Where the other motion is not known, its largest difference counts.
+        // If the other motion is unknown there, its largest difference is used.
         let found = error.unwrap_or(difference.largest);
         difference.at_extremes[extreme.end] = found;
     }
@@ -253,14 +254,14 @@ impl Companion {
         self.layout.width()
     }
 
-    /// Whether it broke off.
+    /// Whether the companion failed.
     pub(crate) fn failed(&self) -> bool {
         self.failed
     }
 }
 
-/// The change of a column along the motion within the resolution of the times of corners: where it has a corner itself,
-/// steps that end beside that miss its value. Slopes and jumps do not count.
+/// The change of a column along the motion within the time resolution of corners. If the column has a corner there,
+/// steps that end next to it miss its value by that much. Slopes and jumps do not count.
 fn change_within_time_resolution(mechanism: &dyn Mechanism, at: &State, column: usize) -> f64 {
     let here = number(mechanism, at, column);
     let reach = Corner(at.t).just_after() - at.t;
@@ -272,7 +273,7 @@ fn change_within_time_resolution(mechanism: &dyn Mechanism, at: &State, column: 
         let is_known = mechanism.accelerations(*t, q, qd, qdd, multipliers);
         if is_known { number(mechanism, &beside, column) - here } else { 0.0 }
     };
-    // The corner may lie in the middle of the way.
+    // The corner may lie in the middle of the interval.
     let [mut backwards, mut forwards, mut bend] = [0.0_f64; 3];
     for h in [0.5 * reach, reach] {
         let [back, forth] = [change(-h), change(h)];
@@ -283,7 +284,7 @@ fn change_within_time_resolution(mechanism: &dyn Mechanism, at: &State, column: 
     bend.min(backwards).min(forwards)
 }
 
-/// An integrator with coarser steps behind corners than that of a run.
+/// Creates an integrator with coarser steps behind corners than those of the run.
 fn integrator(
     mechanism: &dyn Mechanism,
     settings: MethodSettings,

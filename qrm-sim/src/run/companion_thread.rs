@@ -1,4 +1,4 @@
-//! The companion of a run, in a thread of its own where the run is long.
+//! The companion of a run, in its own thread if the run is long.
 #![cfg_attr(not(feature = "threads"), allow(unused_imports, dead_code, unreachable_code))]
 
 use std::panic;
@@ -15,21 +15,21 @@ use crate::integrate::Integrator;
 
 /// The number of values that are buffered before the companion processes them.
 const BLOCK: usize = 8192;
-/// Shorter runs are over before a thread would be of use.
+/// The number of values below which a run ends before a thread would help.
 const LONG: usize = 8 * BLOCK;
-/// The number of blocks on their way between the threads.
+/// The number of blocks in transit between the threads.
 const BLOCKS: usize = 4;
-/// The number of rows that wait for the next block: extremes between them may not be known yet.
+/// The number of rows held back for the next block: extremes between them may not be known yet.
 const WAITING: usize = 5;
 
-/// Where threads are begun.
+/// The scope in which threads are started.
 #[cfg(feature = "threads")]
 pub(super) type ThreadScope<'scope, 'env> = &'scope Scope<'scope, 'env>;
-/// There is none without threads.
+/// No scope: there are no threads.
 #[cfg(not(feature = "threads"))]
 pub(super) type ThreadScope<'scope, 'env> = (std::convert::Infallible, &'scope &'env ());
 
-/// Calls `run` with a scope for threads, on machines with several cores.
+/// Calls `run` with a scope for threads, if the machine has several cores.
 #[cfg(feature = "threads")]
 pub(super) fn with_threads<'env, R>(
     is_parallel: bool,
@@ -47,7 +47,7 @@ pub(super) fn with_threads<'env, R>(
     run(None)
 }
 
-/// A block of rows that are kept until the companion follows them.
+/// A block of rows buffered for the companion.
 #[derive(Default)]
 struct RowBuffer {
     rows: Vec<f64>,
@@ -64,23 +64,23 @@ pub(crate) struct Follower<'scope, 'env> {
     /// The number of values of a row.
     width: usize,
     block: RowBuffer,
-    /// Room for the next block.
+    /// A buffer for the next block.
     spare: RowBuffer,
-    /// The extremes that were known last.
+    /// The extremes known so far.
     known: Vec<Extremes>,
     /// The number of values so far.
     count: usize,
-    /// The companion in the thread of the run, unless it has a thread of its own.
+    /// The companion, if it runs in the thread of the run.
     beside: Option<Companion>,
     thread: Option<CompanionThread<'scope, 'env>>,
 }
 
-/// A companion in a thread.
+/// A companion in its own thread.
 struct CompanionThread<'scope, 'env> {
-    /// Makes this type impossible where there are no threads, so that its code is not compiled.
+    /// Makes this type uninhabited where there are no threads, so that its code is not compiled.
     _scope: ThreadScope<'scope, 'env>,
     sender: SyncSender<RowBuffer>,
-    /// Blocks that the companion has followed.
+    /// Blocks that the companion has processed.
     followed: Receiver<RowBuffer>,
     thread: ScopedJoinHandle<'scope, Companion>,
 }
@@ -107,8 +107,8 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         }
     }
 
-    /// Follows rows of a run, the last of its integrator, of which the first has the number `first`; `extremes` are
-    /// known after them.
+    /// Follows the latest rows of a run's integrator; the first of them has the number `first`. `extremes` are those
+    /// known after these rows.
     pub(crate) fn follow(&mut self, run: &Integrator, (rows, first): (&[f64], u64), extremes: &[Extremes]) {
         if self.beside.is_none() && self.thread.is_none() {
             return;
@@ -135,7 +135,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         self.follow_block(WAITING);
     }
 
-    /// Takes up the extremes that are new.
+    /// Adds new extremes.
     fn take_extremes(&mut self, extremes: &[Extremes]) {
         let is_first = self.known.is_empty();
         for (column, new) in extremes.iter().enumerate() {
@@ -151,7 +151,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         self.known.extend_from_slice(extremes);
     }
 
-    /// Follows the rows that have come together, but for so many at the end.
+    /// Sends the buffered rows to the companion, except the last `waiting` ones.
     fn follow_block(&mut self, waiting: usize) {
         let mut later = match &self.thread {
             Some(thread) => thread.empty(),
@@ -170,7 +170,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         }
     }
 
-    /// The companion at the end of the run.
+    /// Returns the companion at the end of the run.
     pub(crate) fn finish(mut self) -> Option<Companion> {
         self.follow_block(0);
         let Some(CompanionThread { sender, thread, .. }) = self.thread else { return self.beside };
@@ -185,7 +185,7 @@ impl RowBuffer {
         companion.follow(mechanism, request, RowBlock { rows, first: *first, steps, extremes });
     }
 
-    /// Moves the last values to the next block, with the extremes behind those that stay.
+    /// Moves the last values to the next block, together with the extremes after the remaining ones.
     fn move_last(&mut self, count: usize, width: usize, to: &mut Self) {
         let left = self.rows.len() - count;
         to.first = self.first + (left / width) as u64;
@@ -218,13 +218,13 @@ impl<'scope, 'env> CompanionThread<'scope, 'env> {
         let (sender, receiver) = sync_channel::<RowBuffer>(BLOCKS);
         let (used, followed) = sync_channel(BLOCKS);
         for _ in 0..BLOCKS {
-            // There is room, and the receiver is there.
+            // Sending succeeds: there is room, and the receiver exists.
             let _ = used.send(RowBuffer::default());
         }
         let thread = scope.spawn(move || {
             for block in receiver {
                 block.follow(&mut companion, mechanism, &request);
-                // A run that is over takes no more blocks.
+                // A finished run accepts no more blocks.
                 let _ = used.send(block);
             }
             companion
@@ -232,15 +232,15 @@ impl<'scope, 'env> CompanionThread<'scope, 'env> {
         Self { _scope: scope, sender, followed, thread }
     }
 
-    /// An empty block, as soon as there is one.
+    /// Waits for an empty block.
     fn empty(&self) -> RowBuffer {
-        // Where the thread has panicked, joining it tells.
+        // If the thread has panicked, joining it reports that.
         let mut block = self.followed.recv().unwrap_or_default();
         block.clear();
         block
     }
 
-    /// Hands a block over.
+    /// Sends a block.
     fn send(&self, block: RowBuffer) {
         let _ = self.sender.send(block);
     }

@@ -4,7 +4,7 @@ use qrm_core::{Mechanism, StateRef};
 
 use super::quantities::Quantities;
 
-/// Rows at which the effect of rounding errors is looked at.
+/// The number of rows at which the effect of rounding errors is measured.
 const PROBES: usize = 16;
 
 /// The differences of quantities between two runs of one motion.
@@ -15,34 +15,34 @@ pub(crate) struct Differences {
     pub(crate) each: Vec<Difference>,
     /// The quantities of both runs in the same row.
     compared: [Vec<f64>; 2],
-    /// Whether the runs were compared at all.
+    /// Whether the runs were ever compared.
     pub(crate) has_met: bool,
-    /// Rows at which the effect of rounding errors is still to be looked at.
+    /// The number of rows at which the effect of rounding errors is still to be measured.
     probes: usize,
 }
 
 /// The difference of one quantity between two runs of one motion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Difference {
-    /// The largest one in any row.
+    /// The largest difference in any row.
     pub(crate) largest: f64,
-    /// The one in the last row.
+    /// The difference in the last row.
     pub(crate) latest: f64,
-    /// The ones where the quantity is smallest and where it is largest.
+    /// The differences where the quantity is smallest and where it is largest.
     pub(crate) at_extremes: [f64; 2],
     /// The smallest and the largest value of the quantity.
     pub(crate) range: [f64; 2],
-    /// The largest change of the quantity where the coordinates change by rounding errors.
+    /// The largest change of the quantity caused by rounding errors of the coordinates.
     pub(crate) noise: f64,
 }
 
 impl Difference {
-    /// Begins at a value that both runs share, which may be both extremes.
+    /// Begins with a value that both runs share and that may be both extremes.
     fn new(value: f64) -> Self {
         Self { largest: 0.0, latest: 0.0, at_extremes: [0.0; 2], range: [value; 2], noise: 0.0 }
     }
 
-    /// Compares a value of a run with that of another one.
+    /// Compares a value of a run with that of another run.
     fn take(&mut self, value: f64, other: f64) {
         self.latest = (value - other).abs();
         self.largest = self.largest.max(self.latest);
@@ -52,7 +52,7 @@ impl Difference {
 }
 
 impl Differences {
-    /// Begins at a state that both runs share.
+    /// Begins with a state that both runs share.
     pub(crate) fn new(quantities: Quantities, mechanism: &dyn Mechanism, first: &StateRef) -> Self {
         let zero = vec![0.0; quantities.count()];
         let mut numbers = zero.clone();
@@ -66,7 +66,7 @@ impl Differences {
         }
     }
 
-    /// Compares a row of a run with that of another one.
+    /// Compares a row of a run with that of another run.
     pub(crate) fn take(&mut self, mechanism: &dyn Mechanism, of_run: &StateRef, of_other: &StateRef) {
         self.has_met = true;
         let [own, others] = &mut self.compared;
@@ -81,7 +81,8 @@ impl Differences {
         }
     }
 
-    /// Looks at what rounding errors of the coordinates in a row of the run change, whose quantities were written last.
+    /// Measures how much rounding errors of the coordinates change the quantities in a row of the run, which were
+    /// written last.
     fn probe(&mut self, mechanism: &dyn Mechanism, of_run: &StateRef) {
         let error = |i: usize| if i.is_multiple_of(2) { f64::EPSILON } else { -f64::EPSILON };
         let q: Vec<f64> = of_run.q.iter().enumerate().map(|(i, q)| q * (1.0 + error(i))).collect();
@@ -97,7 +98,7 @@ impl Differences {
         }
     }
 
-    /// Begins anew, and returns the largest differences so far.
+    /// Restarts, and returns the largest differences so far.
     pub(crate) fn restart(&mut self) -> Vec<f64> {
         let largest = self.each.iter().map(|difference| difference.largest).collect();
         for difference in &mut self.each {

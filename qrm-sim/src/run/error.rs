@@ -1,6 +1,5 @@
-//! The error of a motion that cannot begin or go on.
+//! The error of a motion that cannot begin or continue.
 
-use crate::position::NotAssembled;
 use std::fmt;
 
 use qrm_core::Description;
@@ -8,51 +7,52 @@ use qrm_core::Description;
 use super::judgement::RejectionReason;
 use super::outcome::StartError;
 use crate::integrate::StepError;
+use crate::position::NotAssembled;
 
-/// The reason why a motion cannot begin or go on, with the names of its mechanism.
+/// The reason why a motion cannot begin or continue, with the names of its mechanism.
 #[derive(Clone, Debug)]
 pub struct SimError {
     /// The reason.
     pub reason: Reason,
-    /// Names, units and meanings of the mechanism.
+    /// Names, units and descriptions of the mechanism.
     pub description: &'static Description,
 }
 
-/// A reason why a motion cannot begin or go on.
+/// A reason why a motion cannot begin or continue.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reason {
     /// The motion cannot begin.
     Start(StartError),
-    /// The motion broke off after time `t`.
+    /// The motion failed after time `t`.
     Failed {
-        /// The last time that was reached.
+        /// The last time reached.
         t: f64,
-        /// Why no step can be made.
+        /// The reason why no step can be made.
         error: StepError,
     },
-    /// The time that was asked for is not a number, or too far away for steps.
+    /// The requested time is not a number, or too far away.
     NoTime {
         /// The last time.
         from: f64,
-        /// The time that was asked for.
+        /// The requested time.
         to: f64,
     },
-    /// The numbers of the motion cannot be trusted.
+    /// The results of the motion cannot be trusted.
     Doubtful {
         /// The time up to which it was followed.
         t: f64,
-        /// Why.
+        /// The reasons.
         rejection_reasons: Vec<RejectionReason>,
         /// The tolerance of a method that chooses its steps.
         tolerance: Option<f64>,
     },
-    /// Some motion has a negative kinetic energy.
+    /// The kinetic energy is negative for some motion.
     NegativeMass,
-    /// The time that was asked for lies before the last one.
+    /// The requested time lies before the last one.
     Backwards {
         /// The last time.
         from: f64,
-        /// The time that was asked for.
+        /// The requested time.
         to: f64,
     },
 }
@@ -110,12 +110,12 @@ fn not_assembled(reason: &NotAssembled, description: &Description) -> String {
     }
 }
 
-/// A problem and the way to mend it, each in a sentence.
+/// A problem and its remedy, each in a sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explanation {
     /// The problem.
     pub text: String,
-    /// The way to mend it.
+    /// The remedy.
     pub help: String,
 }
 
@@ -126,7 +126,7 @@ impl fmt::Display for Explanation {
 }
 
 impl StepError {
-    /// Why the step could not be made, with the names of the mechanism.
+    /// Explains why the step could not be made, with the names of the mechanism.
     pub fn explain(&self, description: &Description) -> Explanation {
         let (text, help) = match self {
             Self::NotConverged(e) => {
@@ -206,7 +206,7 @@ impl StepError {
     }
 }
 
-/// A length or angle, in readable digits.
+/// A length or angle in readable digits.
 pub fn readable_size(value: f64) -> String {
     if (1e-4..1e6).contains(&value) { format!("{value:.6}") } else { format!("{value:.3e}") }
 }

@@ -4,7 +4,7 @@ use super::extremes::Extremes;
 use super::quantities::Quantities;
 use crate::columns::Kind;
 
-/// The random walk of rounding errors in a step, in units in the last place of the largest coordinate (measured).
+/// The random walk of rounding errors per step, in units in the last place of the largest coordinate (measured).
 const ROUNDING_PER_STEP: f64 = 0.2;
 
 /// Estimated errors of the quantities of a run.
@@ -42,7 +42,7 @@ impl ErrorEstimates {
         Some([0, 1].map(|end| if times[end] == self.start { 0.0 } else { self.at_extremes[end][place] }))
     }
 
-    /// The error of the time at which a condition ended the run, in s; `None` where a time ended it.
+    /// The error of the time at which a condition ended the run, in s; `None` if the run ended at a fixed time.
     pub fn end_time(&self) -> Option<f64> {
         self.of_end_time
     }
@@ -53,7 +53,7 @@ impl ErrorEstimates {
     }
 }
 
-/// The error that rounding leaves after so many steps with coordinates of this size.
+/// The accumulated rounding error after a number of steps with coordinates of this size.
 pub(crate) fn rounding(size: f64, steps: u64) -> f64 {
     ROUNDING_PER_STEP * f64::EPSILON * size * (steps as f64).sqrt()
 }

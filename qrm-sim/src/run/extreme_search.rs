@@ -1,4 +1,4 @@
-//! The search of extremes between the rows of a run, in the motion itself.
+//! The search for extremes between the rows of a run, on the motion itself.
 
 use qrm_core::{Mechanism, RowLayout};
 
@@ -9,16 +9,16 @@ use crate::integrate::Integrator;
 use crate::maximum::peak_between;
 use crate::state::State;
 
-/// Whether extremes are looked for between rows.
+/// Whether extremes are searched for between rows.
 const SEARCHES: bool = cfg!(feature = "extremes");
 
-/// Where it is looked at whether a column rises from a row, against the distance of rows.
+/// The distance from a row, relative to that of rows, at which a column is tested for a rise.
 const BESIDE: f64 = 1e-3;
 
-/// Rows that a polynomial for an extreme goes through.
+/// The number of rows for the polynomial of an extreme.
 const TAIL: usize = 5;
 
-/// The rows of a run from which steps are made to extremes between them.
+/// The rows of a run from which steps lead to extremes between them.
 #[derive(Clone, Debug)]
 pub(super) struct ExtremeSearch {
     layout: RowLayout,
@@ -34,7 +34,7 @@ impl ExtremeSearch {
         Self { layout, first: if SEARCHES { first.to_vec() } else { Vec::new() }, tail: Vec::new() }
     }
 
-    /// Looks for each extreme between rows, of which `rows` are the last.
+    /// Searches for each extreme between rows; `rows` are the last ones.
     pub(super) fn refine(
         &self,
         mechanism: &dyn Mechanism,
@@ -50,7 +50,7 @@ impl ExtremeSearch {
         if vertices.is_empty() {
             return;
         }
-        // The steps of the run know nothing of these.
+        // A copy, so that the run itself is not affected.
         let mut integrator = run.clone();
         let mut from = State::zero(self.layout.n, self.layout.m);
         for vertex in vertices {
@@ -61,7 +61,7 @@ impl ExtremeSearch {
             let t = estimate.1;
             let sign = if end == 0 { -1.0 } else { 1.0 };
             let mut value = |t: f64| {
-                // States between rows are nearer, but only those of the last block are known.
+                // States between rows are closer, but only those of the last block are available.
                 let known = [rows, run.inner_rows(), &self.tail, &self.first].into_iter();
                 let last =
                     known.filter_map(|states| self.last_until(states, t)).max_by(|a, b| a[0].total_cmp(&b[0]))?;
@@ -70,7 +70,7 @@ impl ExtremeSearch {
                 Some(sign * number(mechanism, &at, column)).filter(|value| value.is_finite())
             };
             let at = value(t);
-            // An extreme at an end is one, unless the column rises from there.
+            // A value at an end is an extreme, unless the column rises from there.
             let other = bracket[0] + bracket[1] - t;
             if bracket.contains(&t) && !(value(t + BESIDE * (other - t)) > at) {
                 continue;
@@ -82,7 +82,7 @@ impl ExtremeSearch {
         }
     }
 
-    /// Keeps the last of some rows but one, which stays the first of the next rows.
+    /// Keeps the last rows; the very last one is also the first of the next block.
     pub(super) fn keep(&mut self, rows: &[f64]) {
         if !SEARCHES {
             return;
@@ -94,7 +94,7 @@ impl ExtremeSearch {
         self.tail.drain(..excess);
     }
 
-    /// The last of some states in a row whose time is not after `t`; the times increase.
+    /// The last state in a row whose time is at most `t`; the times increase.
     fn last_until<'a>(&self, states: &'a [f64], t: f64) -> Option<&'a [f64]> {
         let width = self.layout.width();
         let (mut begin, mut end) = (0, states.len() / width);

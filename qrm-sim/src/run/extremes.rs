@@ -1,9 +1,9 @@
-//! The smallest and largest values of columns and when they occur.
+//! The smallest and largest values of columns, and their times.
 
 use super::polynomial::Number;
 
-/// The first of several extremes counts if they differ by less than this part of the range: rounding errors would
-/// choose otherwise.
+/// The relative difference, in parts of the range, below which extremes tie and the first one counts: otherwise
+/// rounding errors would decide.
 pub(super) const TIE: f64 = 1e-9;
 
 /// Extremes of one column.
@@ -15,7 +15,7 @@ pub struct Extremes<D = f64> {
     pub maximum: (D, D),
 }
 
-/// An extreme of a column that a run has found.
+/// An extreme of a column found by a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FoundExtreme {
     /// The column.
@@ -28,32 +28,32 @@ pub(crate) struct FoundExtreme {
     pub(crate) t: f64,
 }
 
-/// Where a column may be smallest or largest, between two rows.
+/// A possible extreme of a column between two rows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex<D = f64> {
     /// The column.
     pub(crate) column: usize,
     /// 0 for a smallest value, 1 for a largest one.
     pub(crate) end: usize,
-    /// The value and its time as far as rows tell them.
+    /// The estimated time and value, from the rows.
     pub(crate) estimate: (D, D),
-    /// The times of the rows beside it.
+    /// The times of the neighbouring rows.
     pub(crate) bracket: [D; 2],
-    /// How far the value may be from the estimate.
+    /// The largest deviation of the value from the estimate.
     pub(super) slack: f64,
-    /// How far the value may be from the estimate if the polynomial tells the vertex; `None` at corners.
+    /// The largest deviation of the value from the estimate if the polynomial is accurate; `None` at corners.
     pub(super) agreement: Option<f64>,
 }
 
 impl Vertex {
-    /// Whether a value of the motion at the time of the estimate agrees with it.
+    /// Whether the value of the motion at the estimated time agrees with the estimate.
     pub(crate) fn agrees(&self, value: f64) -> bool {
         self.agreement.is_some_and(|agreement| (value - self.estimate.0).abs() <= agreement)
     }
 }
 
 impl<D: Number> Extremes<D> {
-    /// Takes up a value; of values that tie with one from before the time `begin`, that one counts.
+    /// Records a value; among tied values, one from before the time `begin` counts.
     #[inline]
     pub(super) fn note(&mut self, t: D, value: D, begin: Option<D>) {
         if self.minimum.0.re() <= value.re() && value.re() <= self.maximum.0.re() {

@@ -1,44 +1,44 @@
-//! The extremes of columns as they are followed row by row, between the rows too.
+//! Tracks the extremes of columns row by row, including those between rows.
 
 use super::extremes::{Extremes, TIE, Vertex};
 use super::polynomial::{Number, Polynomial};
 
-/// Where a column is smooth, it bends at neighbouring rows by at least this part of what it bends at a vertex.
+/// The smallest ratio of curvatures at neighbouring rows to that at a vertex, for a smooth column.
 const EVEN: f64 = 0.3;
 
-/// Iterations for a vertex; halving alone takes fewer.
+/// The largest number of iterations for a vertex; bisection alone needs fewer.
 const MOST_ITERATIONS: usize = 60;
 
-/// The value of a vertex may be off by this part of its height above the row.
+/// The possible error of a vertex's value, relative to its height above the row.
 const SLACK: f64 = 0.1;
 
-/// A polynomial tells a vertex where its value differs from that of the motion by no more than this part of the way
-/// between the rows beside it: the time of the vertex is then known to about a hundred thousandth of their distance.
+/// The largest difference between the values of a polynomial and of the motion, relative to the distance to the
+/// neighbouring rows' values, for which the polynomial locates a vertex. The error of its time is then about a hundred
+/// thousandth of the distance between rows.
 const AGREEMENT: f64 = 1e-8;
 
-/// Most vertices of a column that may be its smallest or its largest value.
+/// The largest number of candidates for the smallest or largest value of a column.
 const MOST_VERTICES: usize = 3;
 
-/// Rows are at the same time where they are nearer to each other than this part of the way between those before.
+/// The distance of two rows, relative to the previous distance, below which they have the same time.
 const SAME: f64 = 1e-6;
 
-/// Rows that a polynomial goes through.
+/// The number of rows for a polynomial.
 const ROWS: usize = 5;
 
-/// Follows columns row by row and looks between the rows with polynomials of degree 4 through five of them.
+/// Tracks columns row by row, with polynomials of degree 4 through five rows for the values in between.
 ///
-/// Polynomials tell where extremes may lie between the rows. Those places are handed out, and extremes are noted as
-/// they are found in the motion there.
+/// Polynomials locate possible extremes between rows. The caller evaluates the motion there and records the values.
 #[derive(Clone, Debug)]
 pub struct ExtremesTracker<D = f64> {
     /// Rows so far.
     rows: usize,
-    /// The times of the last five rows; row `k` stands at `k` modulo 5.
+    /// The times of the last five rows; row `k` has the index `k` modulo 5.
     times: Vec<D>,
-    /// The values of each column in them.
+    /// The values of each column in these rows.
     values: Vec<[D; ROWS]>,
     found: Vec<Extremes<D>>,
-    /// For each column the smallest values and the largest ones between rows, the best first.
+    /// For each column, candidates for the smallest and for the largest value between rows, best first.
     vertices: Vec<[Vec<Vertex<D>>; 2]>,
 }
 
@@ -49,7 +49,7 @@ impl<D> Default for ExtremesTracker<D> {
 }
 
 impl<D: Number> ExtremesTracker<D> {
-    /// Takes the next row, with as many values as the first one.
+    /// Adds the next row, with as many values as the first one.
     pub fn row(&mut self, t: D, values: &[D]) {
         if self.rows == 0 {
             self.found = values.iter().map(|value| Extremes { minimum: (*value, t), maximum: (*value, t) }).collect();
@@ -58,7 +58,7 @@ impl<D: Number> ExtremesTracker<D> {
             self.values = values.iter().map(|value| [*value; ROWS]).collect();
         }
         let begin = (self.rows > 0).then(|| self.time(0));
-        // Of rows at the same time, no polynomial goes through more than the last one.
+        // Of rows with equal times, a polynomial uses only the last.
         let is_at_last = self.rows > 1 && {
             let [before, last] = [2, 1].map(|back| self.times[(self.rows - back) % ROWS].re());
             t.re() - last < SAME * (last - before)
@@ -77,7 +77,7 @@ impl<D: Number> ExtremesTracker<D> {
         if self.window() < ROWS || is_at_last {
             return;
         }
-        // The rows around the middle of the window, and around the second row once.
+        // The rows around the middle of the window, and once those around the second row.
         let first = self.rows - ROWS;
         for middle in if first == 0 { 1..3 } else { 2..3 } {
             let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| (first + i) % ROWS);
@@ -90,18 +90,18 @@ impl<D: Number> ExtremesTracker<D> {
         }
     }
 
-    /// Takes up a turn near a row: the vertex of a polynomial, or a corner at the row.
+    /// Records a turning point near a row: the vertex of a polynomial, or a corner at the row.
     fn turn(&mut self, column: usize, middle: usize) {
         let value = |i: usize| self.value(i, column).re();
         let [before, at, after] = [value(middle - 1), value(middle), value(middle + 1)];
         let end = usize::from(at > before || at > after);
-        // A vertex near this row that cannot beat what was found already is not worth its search.
+        // A vertex that cannot exceed the values found so far need not be located.
         let reach = (at - before).abs() + (after - at).abs();
         if sign(end) * (self.extreme(column, end).0.re() - at) > reach {
             return;
         }
         let row = (self.value(middle, column), self.time(middle));
-        // The polynomial says little of a corner.
+        // The polynomial is inaccurate at a corner.
         let (estimate, slack, agreement) = match self.search(column, end, middle, reach) {
             Some(vertex) => (vertex, SLACK * (vertex.0.re() - at).abs(), Some(AGREEMENT * reach)),
             None => (row, reach, None),
@@ -110,7 +110,7 @@ impl<D: Number> ExtremesTracker<D> {
         self.take_up(Vertex { column, end, estimate, bracket, slack, agreement });
     }
 
-    /// Takes up a vertex, unless better ones are known.
+    /// Records a candidate, unless better ones are known.
     fn take_up(&mut self, vertex: Vertex<D>) {
         if !self.may_be_extreme(&vertex) {
             return;
@@ -137,8 +137,8 @@ impl<D: Number> ExtremesTracker<D> {
         [minimum, maximum][end]
     }
 
-    /// Takes up what five rows around a row do not tell: turns near the last rows, and the last row, beside which a
-    /// column may be larger.
+    /// Adds what five rows around a row cannot show: turning points near the last rows, and the last row itself, next
+    /// to which a column may be larger.
     pub fn finish(&mut self) {
         for column in 0..self.found.len() {
             for middle in 1..self.window().saturating_sub(1) {
@@ -153,8 +153,8 @@ impl<D: Number> ExtremesTracker<D> {
         }
     }
 
-    /// Takes up a row at an end of the series, with the row beside it: the column may rise from there, as from a row
-    /// that is no extreme itself.
+    /// Records the first or the last row together with its neighbour: the column may rise from there, like from a row
+    /// that is not an extreme.
     fn take_up_end(&mut self, [at, beside]: [usize; 2]) {
         let times = [at.min(beside), at.max(beside)].map(|i| self.time(i));
         for column in 0..self.found.len() {
@@ -165,7 +165,7 @@ impl<D: Number> ExtremesTracker<D> {
         }
     }
 
-    /// Takes away what may be extremes between the rows, for the motion there to be looked at.
+    /// Removes and returns the candidates between rows, so that the caller can evaluate the motion there.
     pub(crate) fn take_vertices(&mut self) -> Vec<Vertex<D>> {
         let mut all = Vec::new();
         self.vertices.iter_mut().flatten().for_each(|known| all.append(known));
@@ -173,7 +173,7 @@ impl<D: Number> ExtremesTracker<D> {
         all
     }
 
-    /// Takes up the value and the time of a vertex; of values that tie at other places, the first one counts.
+    /// Records the value and the time of a candidate; among tied values at different times, the first one counts.
     pub(crate) fn note(&mut self, vertex: &Vertex<D>, found: (D, D)) {
         let (known, t) = self.extreme(vertex.column, vertex.end);
         let lead = sign(vertex.end) * (found.0.re() - known.re());
@@ -185,20 +185,20 @@ impl<D: Number> ExtremesTracker<D> {
         }
     }
 
-    /// The difference between values of a column that tie.
+    /// The largest difference between tied values of a column.
     fn tie(&self, column: usize) -> f64 {
         let Extremes { minimum, maximum } = &self.found[column];
         TIE * (maximum.0.re() - minimum.0.re())
     }
 
-    /// Takes up what may be extremes between the rows as polynomials tell it.
+    /// Records the candidates between rows with their estimated values.
     pub(crate) fn note_estimates(&mut self) {
         for vertex in self.take_vertices() {
             self.note(&vertex, vertex.estimate);
         }
     }
 
-    /// The extremes of all columns so far; none without rows.
+    /// The extremes of all columns so far; empty without rows.
     pub fn found(&self) -> &[Extremes<D>] {
         &self.found
     }
@@ -218,11 +218,11 @@ impl<D: Number> ExtremesTracker<D> {
         self.values[column][(self.rows - self.window() + i) % ROWS]
     }
 
-    /// Searches the vertex near a row, its value and its time; the value differs from that of the row by `reach` at
-    /// most.
+    /// Locates the vertex near a row; returns its time and value. The value differs from that of the row by at most
+    /// `reach`.
     fn search(&self, column: usize, end: usize, middle: usize, reach: f64) -> Option<(D, D)> {
         let row = |i: usize| (self.time(i).re(), self.value(i, column).re());
-        // At a corner one row bends alone, and a polynomial through it would overshoot.
+        // At a corner only one row has curvature, and a polynomial through it would overshoot.
         let bend = |i: usize| {
             let slope = |i: usize| (row(i + 1).1 - row(i).1) / (row(i + 1).0 - row(i).0);
             (slope(i) - slope(i - 1)) / (row(i + 1).0 - row(i - 1).0)
@@ -238,7 +238,7 @@ impl<D: Number> ExtremesTracker<D> {
         let (mut low, mut high) = (row(middle - 1).0, row(middle + 1).0);
         let enough = f64::EPSILON * (high - low);
         let mut t = row(middle).0;
-        // The polynomial has one vertex here: where Newton's method leaves the bracket, it is halved.
+        // The polynomial has one vertex here; if Newton's method leaves the bracket, the bracket is halved.
         for _ in 0..MOST_ITERATIONS {
             let [_, slope, curve] = polynomial.at(D::from(t)).map(|value| value.re());
             if sign * slope > 0.0 {
@@ -254,24 +254,24 @@ impl<D: Number> ExtremesTracker<D> {
                 break;
             }
         }
-        // One more step tells how the time changes with the column.
+        // One more step gives the derivative of the time with respect to the column.
         let [_, slope, curve] = polynomial.at(D::from(t));
         let shift = slope / curve;
         let is_small = shift.re().abs() < 1e-3 * (row(middle + 1).0 - row(middle - 1).0);
         let t = if is_small { D::from(t) - shift } else { D::from(t) };
         let vertex = polynomial.value(t);
-        // Between neighbours a smooth column rises no higher; a polynomial through noise may, or miss the row.
+        // Between neighbours a smooth column rises no higher; a polynomial through noise may, or may miss the row.
         let rise = sign * (vertex.re() - at);
         (0.0..=reach).contains(&rise).then_some((vertex, t))
     }
 }
 
-/// Larger values are better, or smaller ones.
+/// The sign that turns smallest values into largest ones.
 fn sign(end: usize) -> f64 {
     if end == 0 { -1.0 } else { 1.0 }
 }
 
-/// Whether the second of three values is higher or lower than both others, or as high as one of them.
+/// Whether the second of three values is higher or lower than both others, or equal to one of them.
 #[inline]
 fn is_turn([before, at, after]: [f64; 3]) -> bool {
     !((at - before) * (after - at) > 0.0 || at == before && at == after)

@@ -1,17 +1,17 @@
 //! The consistent state at the start of a motion.
 
-use crate::position::{AssemblyBranch, Start};
 use qrm_core::Mechanism;
 
 use super::outcome::StartError;
 use crate::integrate::StepError;
+use crate::position::{AssemblyBranch, Start};
 use crate::solve::{Solver, constraint_rank};
 use crate::state::State;
 
-/// The consistent state at the start of a mechanism's motion.
+/// Computes the consistent state at the start of a mechanism's motion.
 ///
 /// # Errors
-/// The constraints cannot be met, or the accelerations are not determined.
+/// The constraints cannot be satisfied, or the accelerations are not determined.
 pub(crate) fn first_state(
     mechanism: &dyn Mechanism,
     branch: &AssemblyBranch,
@@ -22,7 +22,7 @@ pub(crate) fn first_state(
     Ok(first)
 }
 
-/// The first state without accelerations and multipliers.
+/// Computes the first state without accelerations and multipliers.
 pub(crate) fn first_position(
     mechanism: &dyn Mechanism,
     branch: &AssemblyBranch,

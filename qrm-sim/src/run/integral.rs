@@ -3,11 +3,10 @@
 use super::polynomial::{Number, Polynomial};
 use crate::quadrature::GAUSS_3;
 
-/// Rows that a polynomial goes through.
+/// The number of rows for a polynomial.
 const ROWS: usize = 6;
 
-/// Adds up a column row by row, by polynomials of degree 5 through six rows around each step; the steps need not be
-/// equal.
+/// Integrates a column row by row, by polynomials of degree 5 through six rows around each step; the steps may differ.
 #[derive(Clone, Debug)]
 pub(crate) struct Integral<D> {
     /// The last rows: time, value.
@@ -22,7 +21,7 @@ impl<D: Number> Default for Integral<D> {
 }
 
 impl<D: Number> Integral<D> {
-    /// Takes the next row.
+    /// Adds the next row.
     pub(crate) fn row(&mut self, t: D, value: D) {
         let is_first = self.window.len() < ROWS;
         if !is_first {
@@ -30,7 +29,7 @@ impl<D: Number> Integral<D> {
         }
         self.window.push((t, value));
         if self.window.len() == ROWS {
-            // The steps before the one in the middle have no six rows around them.
+            // The first steps do not have six rows around them.
             let from = if is_first { 0 } else { ROWS / 2 - 1 };
             self.sum += self.over(from, ROWS / 2);
         }
@@ -62,7 +61,7 @@ mod tests {
 
     fn integral(rows: usize, end: f64, column: impl Fn(f64) -> f64) -> f64 {
         let mut integral = Integral::default();
-        // The last step is a fraction of the others, as where a stop condition becomes true.
+        // The last step is shorter than the others, for example when a stop condition becomes true.
         let last = (rows - 1) as f64;
         let t = |i: usize| if i + 1 == rows { end } else { end * i as f64 / (last - 0.6) };
         (0..rows).for_each(|i| integral.row(t(i), column(t(i))));

@@ -1,4 +1,4 @@
-//! The judgement on the numbers of a motion: of a run that came to its end, and of one under way.
+//! The judgement on the results of a motion, during or after a run.
 
 use std::f64::consts::TAU;
 
@@ -8,29 +8,28 @@ use super::error_estimate::{ErrorEstimates, rounding};
 use super::outcome::Outcome;
 use crate::solve::largest;
 
-/// Energy and work must not differ by more than this fraction of the largest kinetic energy.
+/// The largest difference between energy and work, relative to the largest kinetic energy.
 const TOLERABLE_IMBALANCE: f64 = 1e-3;
-/// The error of a coordinate, as a fraction of the range that it moves in, that a run may have without being asked for
-/// less.
+/// The error of a coordinate that is accepted by default, relative to the range of its motion.
 const TOLERABLE_ERROR: f64 = 1e-3;
-/// A range is not taken for less than this fraction of a coordinate, or of a radian: a coordinate may hardly move.
+/// The smallest range, relative to the coordinate or to one radian: a coordinate may hardly move.
 const SMALLEST_RANGE: f64 = 1e-2;
-/// A coordinate that moves by less than this fraction of the largest one, or of a radian, is at rest.
+/// The range, relative to the largest coordinate or to one radian, below which a coordinate is at rest.
 const REST: f64 = 1e-12;
-/// Errors of a run may be larger than those of its steps by this factor.
+/// The largest ratio of the errors of a run to those of its steps.
 const ACCUMULATION: f64 = 1e4;
 const ACCUMULATION_PER_STEP: f64 = 10.0;
 /// The multiple of the rounding errors that is always accepted.
 const ROUNDING: f64 = 10.0;
 
-/// A reason not to trust the numbers of a run.
+/// A reason not to trust the results of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RejectionReason {
-    /// The energy changed otherwise than by the work of the loads without potential.
+    /// The change of the energy differs from the work of the loads without potential.
     Energy {
         /// The largest difference, in J.
         imbalance: f64,
-        /// Whether there was no such work at all.
+        /// Whether there was no such work.
         is_conservative: bool,
     },
     /// The estimated error of a coordinate is too large.
@@ -42,20 +41,20 @@ pub enum RejectionReason {
         /// The largest error that is accepted.
         accepted: f64,
     },
-    /// The companion run that estimates the error broke off.
+    /// The companion run for the error estimate failed.
     CompanionFailed,
     /// Closing the loops after a step moved a coordinate too far.
     Correction {
         /// The coordinate.
         coordinate: usize,
-        /// How far it was moved.
+        /// The size of the correction.
         correction: f64,
-        /// The largest residual before.
+        /// The largest residual before it.
         residual: f64,
     },
 }
 
-/// The numbers of a motion that it is judged by.
+/// The numbers on which a motion is judged.
 pub(crate) struct Evidence<'a> {
     pub(crate) energy_imbalance: f64,
     /// Whether no load without potential did work.
@@ -74,7 +73,7 @@ pub(crate) struct Evidence<'a> {
 }
 
 impl Evidence<'_> {
-    /// The reasons not to trust the numbers.
+    /// The reasons not to trust the results.
     pub(crate) fn rejection_reasons(&self, description: &Description) -> Vec<RejectionReason> {
         let mut rejection_reasons = Vec::new();
         let imbalance = self.energy_imbalance;
@@ -102,7 +101,7 @@ impl Evidence<'_> {
 }
 
 impl Outcome {
-    /// The reasons not to trust the numbers.
+    /// The reasons not to trust the results.
     pub fn rejection_reasons(&self, description: &Description) -> Vec<RejectionReason> {
         let evidence = Evidence {
             energy_imbalance: self.energy_imbalance,
@@ -122,7 +121,7 @@ impl Outcome {
 }
 
 impl RejectionReason {
-    /// The reason in words, with the names of the mechanism.
+    /// Describes the reason in words, with the names of the mechanism.
     pub fn text(&self, tolerance: Option<f64>, description: &Description) -> String {
         let coordinate = |i: usize| (description.coordinates[i].name, description.coordinates[i].unit);
         match *self {
@@ -158,16 +157,15 @@ impl RejectionReason {
     }
 }
 
-/// The coordinate with the largest error against what is accepted, if any is beyond.
+/// The coordinate with the largest ratio of error to accepted error, if it exceeds one.
 pub(crate) fn worst(errors: &[f64], accepted: &[f64]) -> Option<usize> {
     let ratios: Vec<f64> = errors.iter().zip(accepted).map(|(error, accepted)| error / accepted).collect();
-    // Written so that an error that is not a number is beyond.
+    // Written so that an error that is not a number counts as too large.
     let is_beyond = |i: &usize| !(errors[*i] <= accepted[*i]);
     (0..ratios.len()).filter(is_beyond).max_by(|a, b| ratios[*a].total_cmp(&ratios[*b]))
 }
 
-/// Whether no coordinate has moved by more than rounding errors move it: then there is no kinetic energy to compare
-/// with.
+/// Whether no coordinate has moved by more than rounding errors: there is no kinetic energy to compare with.
 fn is_at_rest(description: &Description, ranges: &[[f64; 2]]) -> bool {
     let has_angle = (0..ranges.len()).any(|i| description.is_angle(i));
     let least = if has_angle { 1.0 } else { 0.0 };
@@ -180,8 +178,8 @@ pub(crate) fn is_balanced(imbalance: f64, largest_kinetic_energy: f64, largest_e
     imbalance <= TOLERABLE_IMBALANCE * largest_kinetic_energy + 1e-12 * largest_energy
 }
 
-/// The error of each coordinate that is accepted after so many steps: a fraction of the range that it moves in, of a
-/// turn at most for an angle.
+/// The accepted error of each coordinate after a number of steps: a fraction of the range of its motion, for an angle
+/// of one turn at most.
 pub(crate) fn accepted_errors(
     description: &Description,
     ranges: &[[f64; 2]],
@@ -202,7 +200,7 @@ pub(crate) fn accepted_errors(
     ranges.iter().enumerate().map(accepted).collect()
 }
 
-/// The fraction of a coordinate's range that an accepted error stays below.
+/// The accepted error of a coordinate relative to its range.
 pub fn accepted_fraction(tolerance: Option<f64>, steps: u64) -> f64 {
     let accumulation = ACCUMULATION.max(ACCUMULATION_PER_STEP * steps as f64);
     tolerance.map_or(TOLERABLE_ERROR, |tolerance| (accumulation * tolerance).min(TOLERABLE_ERROR))
@@ -234,7 +232,7 @@ mod tests {
         }
     };
 
-    /// An angle of some turns and a length of 10 um, known well.
+    /// An angle of some turns and a length of 10 um, both accurate.
     fn trusted() -> Evidence<'static> {
         Evidence {
             energy_imbalance: 0.9e-3,

@@ -1,4 +1,4 @@
-//! Rows with their outputs and checks, and what a run remembers of them.
+//! Rows with their outputs and checks, and the statistics of a run.
 
 use qrm_core::{Mechanism, RowLayout, RowQuantities, StateRef};
 
@@ -11,7 +11,7 @@ use crate::columns::write_row;
 use crate::solve::{LoopConstraints, constraint_rank, largest};
 use crate::state::{State, state_in};
 
-/// The observations of all rows of a run.
+/// The statistics over all rows of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct RunMonitor {
     layout: RowLayout,
@@ -20,7 +20,7 @@ pub(crate) struct RunMonitor {
     pub(crate) columns: Vec<f64>,
     constraints: LoopConstraints,
     rates: Vec<f64>,
-    /// Rows taken.
+    /// The number of rows.
     pub(crate) rows: u64,
     /// The constraint with the largest residual in any row, and that residual.
     pub(crate) residual_position: (usize, f64),
@@ -37,15 +37,15 @@ pub(crate) struct RunMonitor {
     pub(crate) energy_drift: f64,
     /// Whether no load without potential did work.
     pub(crate) is_conservative: bool,
-    /// Energy against work.
+    /// The energy balance.
     pub(crate) balance: Balance,
     /// The distance from singular positions.
     pub(crate) singularity: SingularityMonitor,
-    /// The extremes of columns, where they are asked for.
+    /// The extremes of columns, if requested.
     extremes: Option<ExtremesTracker>,
 }
 
-/// The last columns, which are checks.
+/// The number of checks, which are the last columns.
 const CHECKS: usize = 3;
 
 impl RunMonitor {
@@ -78,24 +78,24 @@ impl RunMonitor {
         self.layout.width()
     }
 
-    /// Compares energy and work anew from a state on, with another mechanism.
+    /// Restarts the energy balance from a state, with another mechanism.
     pub(crate) fn change(&mut self, mechanism: &dyn Mechanism, first: &State) {
         self.first_energy = first.energy(mechanism);
         (self.energy_drift, self.is_conservative, self.balance) = (0.0, true, Balance::default());
     }
 
-    /// The largest difference between energy and work: at the end of any step where a method chooses its steps, or else
-    /// by the rows.
+    /// The largest difference between energy and work: at the ends of all steps if a method chooses its steps,
+    /// otherwise at the rows.
     pub(crate) fn imbalance(&self, of_steps: Option<f64>, of_rows: f64, is_conservative: bool) -> f64 {
         match of_steps {
             None => of_rows,
-            // Rows between the steps must keep the energy too.
+            // Rows between the steps must conserve the energy too.
             Some(of_steps) if is_conservative => of_steps.max(self.energy_drift),
             Some(of_steps) => of_steps,
         }
     }
 
-    /// Completes rows by their outputs and checks, and hands them on. States between rows that are known count for
+    /// Completes rows by their outputs and checks, and passes them to the observer. Known states between rows count for
     /// extremes and ranges.
     ///
     /// # Errors
@@ -162,7 +162,7 @@ impl RunMonitor {
         Ok(())
     }
 
-    /// Takes up a state between rows, where its columns are defined.
+    /// Adds a state between rows, if its columns are defined.
     fn between(&mut self, mechanism: &dyn Mechanism, state: &[f64]) {
         let StateRef { t, q, qd, qdd, multipliers } = state_in(self.layout, state);
         self.widen(q);
@@ -188,14 +188,14 @@ impl RunMonitor {
         self.extremes.as_mut()
     }
 
-    /// Takes coordinates up into their ranges.
+    /// Extends the ranges by these coordinates.
     fn widen(&mut self, q: &[f64]) {
         for (range, q) in self.ranges.iter_mut().zip(q) {
             *range = [range[0].min(*q), range[1].max(*q)];
         }
     }
 
-    /// The quantity of the row under way that is not finite; `None` if there is none.
+    /// The quantity of the current row that is not finite, if any.
     fn undefined(&self, energy: f64) -> Option<NonFiniteQuantity> {
         let output = self.outputs.iter().position(|value| !value.is_finite());
         output.map(NonFiniteQuantity::Output).or((!energy.is_finite()).then_some(NonFiniteQuantity::Energy))

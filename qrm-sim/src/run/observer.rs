@@ -29,33 +29,33 @@ pub struct Row<'a> {
     pub energy: f64,
     /// Power of the loads that have no potential, in W.
     pub power: f64,
-    /// The number of corrections of the coordinates in the step to here.
+    /// The number of corrections of the coordinates in the step that ends here.
     pub corrections: u32,
 }
 
-/// A receiver of rows; `()` keeps none, a pair hands each to both.
+/// A receiver of rows; `()` ignores them, a pair passes them to both.
 pub trait Observer {
-    /// Takes a row.
+    /// Receives a row.
     ///
     /// # Errors
     /// The row cannot be kept; the run ends.
     fn row(&mut self, row: &Row) -> std::io::Result<()>;
 
-    /// Whether rows are to have outputs; without them no output can be undefined.
+    /// Whether rows must have outputs; without them no output can be undefined.
     fn needs_outputs(&self) -> bool {
         true
     }
 
-    /// Whether extremes are of use: only then is [`extremes`](Self::extremes) called.
+    /// Whether extremes are needed: only then [`extremes`](Self::extremes) is called.
     fn wants_extremes(&self) -> bool {
         false
     }
 
-    /// Takes the extremes of the columns that are no checks, in their order, between rows too; called once when no more
-    /// rows follow.
+    /// Receives the extremes of all columns except checks, in their order, including those between rows; called once
+    /// after the last row.
     fn extremes(&mut self, _extremes: &[Extremes]) {}
 
-    /// Called between chunks of rows; `false` ends the run.
+    /// Called between blocks of rows; `false` ends the run.
     ///
     /// # Errors
     /// The rows so far cannot be kept; the run ends.
@@ -63,8 +63,7 @@ pub trait Observer {
         Ok(true)
     }
 
-    /// Called once when no more rows follow, with the columns of the last one; nothing if there was none, or it
-    /// could not be kept.
+    /// Called once after the last row, with its columns; they are empty if there was no row, or it could not be kept.
     ///
     /// # Errors
     /// The rows so far cannot be kept.
@@ -114,7 +113,7 @@ mod tests {
 
     use super::*;
 
-    /// Counts ends, and fails at some; wants outputs if it does not fail.
+    /// Counts calls of `finish`, and fails in some of them; wants outputs unless it fails.
     struct Ends(usize, bool);
 
     impl Observer for Ends {

@@ -1,18 +1,18 @@
-//! The end of a run, or why it could not begin.
+//! The result of a run, or the reason why it could not begin.
 
-use crate::position::NotAssembled;
 use std::time::Duration;
 
 use super::error_estimate::ErrorEstimates;
 use super::redundancy::Redundancy;
 use super::singularity_monitor::NearestSingularity;
 use crate::integrate::{Counts, StepError};
+use crate::position::NotAssembled;
 use crate::solve::{SolverStats, largest};
 
-/// The end of a run, and what is known of its accuracy.
+/// The result of a run, with the data on its accuracy.
 #[derive(Debug)]
 pub struct Outcome {
-    /// Why it ended.
+    /// The reason why it ended.
     pub status: Status,
     /// Length of the steps.
     pub step: f64,
@@ -20,24 +20,24 @@ pub struct Outcome {
     pub counts: Counts,
     /// Time of the last row.
     pub end_time: f64,
-    /// Coordinates there.
+    /// Coordinates at the end.
     pub q: Vec<f64>,
-    /// Rates there.
+    /// Rates at the end.
     pub qd: Vec<f64>,
     /// Time spent on integration alone.
     pub integration: Duration,
-    /// Largest residual of a constraint in any row, and which constraint.
+    /// The constraint with the largest residual in any row, and that residual.
     pub residual_position: (usize, f64),
-    /// Largest rate of a residual in any row, and of which constraint.
+    /// The constraint with the largest rate of its residual in any row, and that rate.
     pub residual_velocity: (usize, f64),
     /// Largest change of the energy, if no load without potential did work.
     pub energy_drift: Option<f64>,
-    /// Largest difference between the change of the energy and the work of the loads without potential, as far as
-    /// steps tell that work.
+    /// Largest difference between the change of the energy and the work of the loads without potential, as far as that
+    /// work is known.
     pub energy_imbalance: f64,
     /// The position nearest to a singular one; `None` without constraints.
     pub nearest_singular: Option<NearestSingularity>,
-    /// Constraints that repeat others; `None` if all are independent.
+    /// Redundant constraints; `None` if all are independent.
     pub redundancy: Option<Redundancy>,
     /// Largest kinetic energy in any row.
     pub largest_kinetic_energy: f64,
@@ -51,7 +51,7 @@ pub struct Outcome {
     pub corrections: Vec<f64>,
     /// Estimated errors.
     pub errors: Option<ErrorEstimates>,
-    /// Whether a companion run that estimates the error broke off.
+    /// Whether the companion run for the error estimate failed.
     pub companion_failed: bool,
     /// Statistics of the linear solves.
     pub stats: SolverStats,
@@ -64,7 +64,7 @@ impl Outcome {
     }
 }
 
-/// Why a run ended.
+/// The reason why a run ended.
 #[derive(Debug)]
 pub enum Status {
     /// The end time was reached.
@@ -75,10 +75,10 @@ pub enum Status {
     StopNotReached {
         /// Time at which the condition was nearest to true.
         nearest_time: f64,
-        /// The distance from true then.
+        /// The distance from true at that time.
         missing: f64,
     },
-    /// The observer wanted no more.
+    /// The observer ended the run.
     Interrupted,
     /// A step could not be made.
     Failed(StepError),
@@ -94,7 +94,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Whether the run came to its end.
+    /// Whether the run reached its end.
     pub fn is_done(&self) -> bool {
         matches!(self, Self::Completed | Self::Stopped)
     }
@@ -111,10 +111,10 @@ pub enum NonFiniteQuantity {
     Condition,
 }
 
-/// Why a run could not begin.
+/// The reason why a run could not begin.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StartError {
-    /// The constraints cannot be met.
+    /// The constraints cannot be satisfied.
     NotAssembled(NotAssembled),
     /// The stop condition has no finite value at the start.
     ConditionNotFinite,
@@ -122,7 +122,7 @@ pub enum StartError {
     ConditionHolds,
     /// The accelerations at the start are not determined.
     Step(StepError),
-    /// The step is so short that time stands still.
+    /// The step is below the resolution of time.
     StepTooShort {
         /// The step.
         step: f64,

@@ -1,4 +1,4 @@
-//! Polynomials through points, of numbers with or without derivatives.
+//! Interpolation polynomials, on numbers with or without derivatives.
 
 use num_dual::DualNum;
 
@@ -14,7 +14,7 @@ pub(crate) struct Polynomial<D> {
 }
 
 impl<D: Number> Polynomial<D> {
-    /// The polynomial through points of different times.
+    /// Creates the polynomial through points with different times.
     pub(crate) fn through(points: &[(D, D)]) -> Self {
         let times: Vec<D> = points.iter().map(|point| point.0).collect();
         let mut coefficients: Vec<D> = points.iter().map(|point| point.1).collect();

@@ -25,7 +25,7 @@ impl Quantities {
         3 * self.n + self.m + self.outputs + 1
     }
 
-    /// The places of quantities of one kind, that are computed from each other; each output by itself.
+    /// The index ranges of quantities that depend on each other; each output is its own range.
     pub(crate) fn groups(self) -> Vec<Range<usize>> {
         let Self { n, m, outputs } = self;
         let motion = (0..3).map(|order| order * n..(order + 1) * n);
@@ -34,14 +34,14 @@ impl Quantities {
         motion.chain([multipliers]).chain(others).collect()
     }
 
-    /// The place of the quantity of a column that has extremes; `None` for times.
+    /// The index of a column's quantity, if the column has extremes; `None` for times.
     pub(super) fn place_of_column(self, column: usize) -> Option<usize> {
         let column = column.checked_sub(1)?;
-        // Coordinates, rates and accelerations stand in turn there.
+        // In the columns, coordinates, rates and accelerations alternate.
         Some(if column < 3 * self.n { column % 3 * self.n + column / 3 } else { column })
     }
 
-    /// The place of a quantity; `None` if errors of it are not estimated.
+    /// The index of a quantity; `None` if its errors are not estimated.
     pub(super) fn place(self, kind: Kind) -> Option<usize> {
         let Self { n, m, outputs } = self;
         match kind {

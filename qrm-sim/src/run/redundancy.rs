@@ -1,22 +1,22 @@
-//! Constraints that repeat others, and the forces that are then not unique.
+//! Redundant constraints, and the forces that are therefore not unique.
 
 use qrm_core::Mechanism;
 
 use crate::solve::{LoopConstraints, PivotedLdl, constraint_rank, largest, row_products};
 use crate::state::State;
 
-/// Constraints that repeat others wherever the motion goes.
+/// Constraints that are redundant along the whole motion.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Redundancy {
     /// The rank of `C_q`.
     pub rank: usize,
-    /// The constraints whose multipliers are not unique: those of a run are those of least norm.
+    /// The constraints whose multipliers are not unique; a run uses those of least norm.
     pub multipliers: Vec<usize>,
-    /// The outputs that depend on what is not unique of the multipliers.
+    /// The outputs that depend on the non-unique part of the multipliers.
     pub outputs: Vec<usize>,
 }
 
-/// Parts of a combination of constraints that are rounding errors.
+/// The largest part of a constraint in a combination that is a rounding error.
 const ROUNDING: f64 = 1e-6;
 
 impl Redundancy {
@@ -30,7 +30,7 @@ impl Redundancy {
         let jacobian = LoopConstraints::at(mechanism, at.t, &at.q).constraint_jacobian;
         let products = row_products(&jacobian);
         let factors = PivotedLdl::with_rank(&products, rank);
-        // The part of each multiplier that moves nothing: `C_q'` times it is zero.
+        // The part of each multiplier without effect: `C_q'` times it is zero.
         let null_direction = |k: usize| {
             let mut part: Vec<f64> = products.iter().map(|row| row[k]).collect();
             factors.solve(&mut part);
@@ -49,7 +49,7 @@ impl Redundancy {
             outputs
         };
         let own = outputs(&at.multipliers);
-        // The changes of all outputs with the multipliers along a direction.
+        // The changes of all outputs for multipliers along a direction.
         let changes = |direction: &[f64]| -> Vec<f64> {
             let moved: Vec<f64> = at.multipliers.iter().zip(direction).map(|(own, part)| own + size * part).collect();
             outputs(&moved).iter().zip(&own).map(|(moved, own)| (moved - own).abs()).collect()

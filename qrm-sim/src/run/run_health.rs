@@ -1,4 +1,4 @@
-//! The numbers by which a motion under way is judged, taken up as its rows are made.
+//! The data for judging a motion in progress, collected from its rows.
 
 use qrm_core::{Mechanism, RowRequest};
 
@@ -10,20 +10,20 @@ use super::sampler::Sampler;
 use crate::integrate::{Integrator, MethodSettings, StepError};
 use crate::state::State;
 
-/// The numbers by which a motion under way is judged: those of a run, at the same rows.
+/// The data for judging a motion in progress; a run of the same rows has the same data.
 ///
-/// Where the parameters change, a new part of the motion begins. Ranges go on; errors are estimated, and energy and
-/// work compared, within each part, and add up.
+/// A change of parameters begins a new part of the motion. Ranges continue; errors are estimated, and energy and work
+/// compared, within each part, and summed.
 #[derive(Clone, Debug)]
 pub(crate) struct RunHealth {
     monitor: RunMonitor,
     sampler: Option<Sampler>,
     companion: Option<Companion>,
-    /// The numbers of the parts of the motion that are over.
+    /// The data of the completed parts of the motion.
     before: Before,
 }
 
-/// The numbers by which the parts of a motion that are over are judged.
+/// The data of the completed parts of a motion.
 #[derive(Clone, Debug)]
 struct Before {
     imbalance: f64,
@@ -57,7 +57,7 @@ impl RunHealth {
         Ok(watch)
     }
 
-    /// Takes up a block of rows. The first one, with the number `request.first`, was taken before.
+    /// Adds a block of rows. Its first row, with the number `request.first`, was added before.
     ///
     /// # Errors
     /// The energy of a row is not finite.
@@ -79,8 +79,8 @@ impl RunHealth {
         self.monitor.take(mechanism, new, integrator.inner_rows(), &mut ()).map_err(|_| StepError::NotFinite)
     }
 
-    /// Begins a new part of the motion with other parameters, at the state `first`; the last part ended at `end`, after
-    /// so many rows.
+    /// Begins a new part of the motion with other parameters, at the state `first`; the last part ended at `end` after
+    /// `rows` rows.
     ///
     /// # Errors
     /// The energy is not finite there.
@@ -108,7 +108,7 @@ impl RunHealth {
         self.take(new, first)
     }
 
-    /// The reasons not to trust the motion so far, after so many rows of its last part.
+    /// The reasons not to trust the motion so far, after `rows` rows of its last part.
     pub(crate) fn rejection_reasons(
         &self,
         mechanism: &dyn Mechanism,
@@ -136,14 +136,14 @@ impl RunHealth {
         evidence.rejection_reasons(mechanism.description())
     }
 
-    /// The largest difference between energy and work, all parts together.
+    /// The largest difference between energy and work, summed over all parts.
     fn imbalance(&self, integrator: &Integrator) -> f64 {
         let is_conservative = self.monitor.is_conservative && integrator.is_conservative();
         let of_rows = self.monitor.balance.known();
         self.before.imbalance + self.monitor.imbalance(integrator.imbalance(), of_rows, is_conservative)
     }
 
-    /// Takes up a state as a row.
+    /// Adds a state as a row.
     fn take(&mut self, mechanism: &dyn Mechanism, state: &State) -> Result<(), StepError> {
         let mut row = vec![0.0; self.monitor.width()];
         state.write(&mut row);

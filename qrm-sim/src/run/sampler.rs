@@ -1,4 +1,4 @@
-//! Some of a kernel's steps, made again by the plain functions.
+//! Repetition of some of a kernel's steps by the plain functions.
 
 use qrm_core::{Mechanism, RowLayout};
 
@@ -6,22 +6,22 @@ use crate::integrate::{Integrator, MethodSettings};
 use crate::solve::{Solver, SolverStats};
 use crate::state::State;
 
-/// One of so many steps is made again: of the first rows, and of later ones.
+/// The intervals, in rows, at which steps are repeated: among the first rows, and later.
 const SAMPLED: [u64; 2] = [32, 128];
 /// The number of rows that count as the first ones.
 const FIRST_ROWS: u64 = 1024;
 
-/// Makes some of the kernel's steps again by the plain functions, which measure what it does not: the residuals before
-/// the projection, and how far the coordinates were corrected.
+/// Repeats some of the kernel's steps by the plain functions. These measure what the kernel does not: residuals before
+/// the projection, and corrections of the coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Sampler {
     integrator: Integrator,
-    /// Room for the two rows of such a step.
+    /// A buffer for the two rows of such a step.
     pair: [State; 2],
 }
 
 impl Sampler {
-    /// Begins with a run; `None` where no kernel makes its steps.
+    /// Begins with a run; `None` if no kernel makes its steps.
     pub(crate) fn new(
         mechanism: &dyn Mechanism,
         settings: &MethodSettings,
@@ -36,8 +36,7 @@ impl Sampler {
         Some(Self { integrator, pair: [first.clone(), first.clone()] })
     }
 
-    /// Makes some of the steps between rows again, the first of which has the number `first`; `solver` takes up what
-    /// they show.
+    /// Repeats some of the steps between rows; the first row has the number `first`. `solver` records the results.
     pub(crate) fn follow(&mut self, mechanism: &dyn Mechanism, rows: &[f64], first: u64, solver: &mut Solver) {
         let [from, to] = &mut self.pair;
         let width = RowLayout { n: from.q.len(), m: from.multipliers.len() }.width();
@@ -47,7 +46,7 @@ impl Sampler {
             }
             from.read(step);
             self.integrator.solver_mut().stats = SolverStats::default();
-            // A step that fails here was made by the plain functions already.
+            // If a step fails here, the plain functions had made it in the run too.
             if self.integrator.advance_by_functions(mechanism, from, step[width], to).is_ok() {
                 solver.take_corrections_of(self.integrator.solver_mut());
             }

@@ -1,7 +1,5 @@
-//! A run from start to end: steps until a time, an event or a full buffer, rows for an observer, estimates of the
-//! errors.
+//! A run from start to end: steps until a time, an event or a full buffer, rows for an observer, and error estimates.
 
-use crate::position::{AssemblyBranch, Start};
 use std::time::Duration;
 
 use qrm_core::{Mechanism, RowLayout, RowRequest, StopReason};
@@ -19,10 +17,11 @@ use super::sampler::Sampler;
 use super::stop_condition::StopCondition;
 use crate::event::End;
 use crate::integrate::{Integrator, IntermediateRows};
+use crate::position::{AssemblyBranch, Start};
 use crate::state::State;
 use crate::stopwatch::Stopwatch;
 
-/// Rows between two calls of the observer.
+/// The number of rows between two calls of the observer.
 const CHUNK: usize = 1024;
 
 /// Runs a mechanism.
@@ -81,13 +80,13 @@ struct Run<'a> {
     layout: RowLayout,
     rows: RowRequest,
     integrator: Integrator,
-    /// Makes some of the kernel's steps again.
+    /// Repeats some of the kernel's steps.
     sampler: Option<Sampler>,
     companion: Option<Companion>,
     redundancy: Option<Redundancy>,
     monitor: RunMonitor,
     condition: Option<StopCondition<'a>>,
-    /// The last row that was taken, and those after it.
+    /// The last row passed on, and those after it.
     buffer: Vec<f64>,
 }
 
@@ -103,7 +102,7 @@ impl<'a> Run<'a> {
     {
         let mut follower = Follower::new(scope, self.mechanism, self.rows, self.companion.take());
         let width = self.layout.width();
-        // A method that chooses its steps must not go beyond a condition that it does not know.
+        // A method that chooses its steps must not pass a condition that it does not know.
         let knows_condition = self.request.end.as_ref().is_none_or(|end| matches!(end, End::Time(_)));
         let chunk = if knows_condition || self.integrator.is_fixed() { CHUNK } else { 1 };
         self.buffer.resize((chunk + 1) * width, 0.0);
@@ -128,7 +127,7 @@ impl<'a> Run<'a> {
             let taken = self.monitor.take(self.mechanism, rows, self.integrator.inner_rows(), observer);
             let first = steps + begin as u64;
             steps += made as u64;
-            // A run that cannot go on ends with its last row, however much further the computation had come.
+            // A run that cannot continue ends with its last valid row, even if further rows were computed.
             let kept = if taken.is_err() { (self.monitor.rows - before) as usize } else { made + 1 - begin };
             if let Some(last) = kept.checked_sub(1) {
                 end.read(&rows[last * width..]);
@@ -173,7 +172,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Fills the buffer with rows after its first one; their number, and the end of the run, if it comes.
+    /// Fills the buffer with rows after its first one; returns their number, and the status if the run ends.
     fn block(&mut self, steps: u64) -> (usize, Option<Status>) {
         let width = self.layout.width();
         self.rows.first = steps;
@@ -215,7 +214,7 @@ impl<'a> Run<'a> {
     fn outcome(&mut self, status: Status, end: State, steps: u64, integration: Duration) -> Outcome {
         let counts = self.integrator.counts(steps);
         let monitor = &self.monitor;
-        // A load may be zero in every row, and work between them.
+        // A load may be zero in every row, and still do work between them.
         let is_conservative = monitor.is_conservative && self.integrator.is_conservative();
         Outcome {
             tolerance: self.request.settings.tolerance(),

@@ -1,8 +1,7 @@
-//! A motion under way, at its user's pace: for programs that ask for the state at times of their own.
+//! A motion in progress, for programs that request states at arbitrary times.
 
 mod advance;
 
-use crate::position::{AssemblyBranch, Start};
 use std::sync::Arc;
 
 use qrm_core::{Mechanism, Model, ParameterOverrides};
@@ -14,11 +13,11 @@ use super::outcome::StartError;
 use super::run_health::RunHealth;
 use crate::columns::Kind;
 use crate::integrate::{Integrator, MethodSettings, StepError};
+use crate::position::{AssemblyBranch, Start};
 use crate::solve::{LoopConstraints, Matrix, Solver, is_positive, largest};
 use crate::state::State;
 
-/// A motion under way. Between the times that are asked for it makes the steps of [`simulate`](crate::run::simulate),
-/// whatever these times are.
+/// A motion in progress. Between the requested times it makes the same steps as [`simulate`](crate::run::simulate).
 ///
 /// ```
 /// # use qrm_sim::{integrate::MethodSettings, run::Simulation};
@@ -43,20 +42,20 @@ pub struct Simulation {
     rows: u64,
     /// The last row.
     row: State,
-    /// The state that was asked for last.
+    /// The last requested state.
     now: State,
-    /// The numbers by which the accuracy of the motion is judged; `None` if it is not watched.
+    /// The data on the accuracy of the motion; `None` if it is not watched.
     watch: Option<Box<RunHealth>>,
 }
 
 impl Simulation {
-    /// The motion at its start, t = 0, as the scene asks for it, with some parameters replaced.
+    /// Begins a motion at its scene's start, t = 0, with some parameters replaced.
     ///
     /// `step` is the step in seconds, or the time between rows of a method that chooses its steps; the scene's if
     /// `None`.
     ///
     /// # Errors
-    /// The mechanism cannot be assembled, its accelerations are not determined, or the step is not above zero.
+    /// The mechanism cannot be assembled, its accelerations are not determined, or the step is not positive.
     pub fn new(
         model: &Model,
         replace: ParameterOverrides,
@@ -68,7 +67,7 @@ impl Simulation {
         made.map_err(|reason| error(model, Reason::Start(reason)))?.require_positive_mass()
     }
 
-    /// The motion, if every motion of its mechanism has an energy that is not negative.
+    /// Returns the motion, if the kinetic energy of its mechanism is never negative.
     fn require_positive_mass(self) -> Result<Self, SimError> {
         let n = self.now.q.len();
         let mut mass_matrix = Matrix::zero(n, n);
@@ -111,11 +110,11 @@ impl Simulation {
         })
     }
 
-    /// Watches the motion from here on, so that it can be judged as a run is: see
+    /// Watches the motion from here on, so that its accuracy can be judged like that of a run: see
     /// [`rejection_reasons`](Self::rejection_reasons).
     ///
-    /// A second motion at 3/2 of the step, or with shorter steps where a tolerance chooses them, estimates the error.
-    /// Where the parameters change, it begins with this one again, and the errors add up.
+    /// A second motion estimates the error, with 3/2 of the step, or with shorter steps if a tolerance chooses them.
+    /// When parameters change, it restarts from this motion, and the errors are summed.
     ///
     /// # Errors
     /// The energy is not finite here.
@@ -126,7 +125,7 @@ impl Simulation {
         Ok(self)
     }
 
-    /// The reasons not to trust the motion since it is [`watched`](Self::watched); none where it is not.
+    /// The reasons not to trust the motion since it was [`watched`](Self::watched); empty if it is not.
     pub fn rejection_reasons(&self) -> Vec<RejectionReason> {
         let rejection_reasons =
             |watch: &RunHealth| watch.rejection_reasons(&*self.mechanism, &self.integrator, self.rows);
@@ -138,7 +137,7 @@ impl Simulation {
         &*self.mechanism
     }
 
-    /// The state that was asked for last.
+    /// The last requested state.
     pub fn now(&self) -> &State {
         &self.now
     }
@@ -162,7 +161,7 @@ impl Simulation {
         }
     }
 
-    /// The outputs there, in the order of the description.
+    /// The outputs of the present state, in the order of the description.
     pub fn outputs(&self) -> Vec<f64> {
         let State { t, q, qd, qdd, multipliers, .. } = &self.now;
         let mut outputs = vec![f64::NAN; self.mechanism.description().outputs.len()];
@@ -170,17 +169,18 @@ impl Simulation {
         outputs
     }
 
-    /// The largest residual of a constraint there, in m or rad, and the largest rate of a residual, in m/s or rad/s.
+    /// The largest residual of a constraint, in m or rad, and the largest rate of a residual, in m/s or rad/s, in the
+    /// present state.
     pub fn residuals(&self) -> [f64; 2] {
         let constraints = LoopConstraints::at(&*self.mechanism, self.now.t, &self.now.q);
         [&constraints.residuals, &constraints.velocity_residual(&self.now.qd)].map(|residuals| largest(residuals).1)
     }
 
-    /// Goes on with other values of the parameters, from the present state: other masses, springs, loads.
+    /// Continues from the present state with other parameter values: other masses, springs, loads.
     ///
     /// # Errors
-    /// The constraints cannot be met near this position, or the accelerations are not determined; then nothing has
-    /// changed.
+    /// The constraints cannot be satisfied near this position, or the accelerations are not determined; the motion is
+    /// then unchanged.
     pub fn replace(&mut self, replace: ParameterOverrides) -> Result<(), SimError> {
         let mechanism: Arc<dyn Mechanism> = self.model.mechanism(replace).into();
         let t = self.now.t;
@@ -204,10 +204,10 @@ impl Simulation {
         Ok(Self { watch, ..changed })
     }
 
-    /// Goes on from other coordinates and rates, at another time; the motion is not watched any more.
+    /// Continues from other coordinates and rates, at another time; the motion is no longer watched.
     ///
     /// # Errors
-    /// The accelerations are not determined there; then nothing has changed.
+    /// The accelerations are not determined there; the motion is then unchanged.
     pub fn place(&mut self, t: f64, q: &[f64], qd: &[f64]) -> Result<(), SimError> {
         let mut first = State::zero(q.len(), self.now.multipliers.len());
         (first.t, first.q, first.qd) = (t, q.to_vec(), qd.to_vec());

@@ -7,26 +7,26 @@ use crate::solve::{Matrix, SmallestSingularValue};
 pub(crate) struct SingularityMonitor {
     nearest: Option<NearestSingularity>,
     smallest: SmallestSingularValue,
-    /// The last `C_q` whose singular values were found.
+    /// The last `C_q` whose singular value was computed.
     jacobian: Matrix,
-    /// The smallest of them.
+    /// The smallest singular value of it.
     value: f64,
 }
 
-/// The position at which the constraints are nearest to being dependent.
+/// The position at which the constraints are closest to being dependent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestSingularity {
     /// The smallest singular value of `C_q`, in the units of the scene.
     pub value: f64,
-    /// The largest that it was in any other row, to within a hundredth.
+    /// The largest such value in any other row, to within a hundredth.
     pub most: f64,
     /// The row.
     pub row: u64,
     /// The time of the row.
     pub t: f64,
-    /// The constraint that has the largest part in the combination.
+    /// The constraint with the largest part in the combination.
     pub constraint: usize,
-    /// Whether that constraint vanishes by itself, rather than repeats others.
+    /// Whether that constraint itself vanishes, instead of being a combination of others.
     pub is_alone: bool,
 }
 
@@ -37,13 +37,13 @@ impl NearestSingularity {
     }
 }
 
-/// The smallest singular value of a row is found where it may be larger than all others by more than this part.
+/// The relative excess over all other rows from which the singular value of a row is computed.
 const LARGER: f64 = 0.01;
-/// Parts of other constraints in a combination to which one belongs alone.
+/// The largest part of other constraints in a combination that belongs to one constraint alone.
 const ALONE: f64 = 0.05;
 
 impl SingularityMonitor {
-    /// For Jacobians of this size and rank.
+    /// Creates the monitor for Jacobians of this size and rank.
     pub(crate) fn new(constraints: usize, coordinates: usize, rank: usize) -> Self {
         Self {
             nearest: None,
@@ -54,7 +54,7 @@ impl SingularityMonitor {
     }
 
     pub(crate) fn note(&mut self, row: u64, t: f64, jacobian: &Matrix) {
-        // Singular values change by the norm of the change of their matrix at most (Weyl).
+        // A singular value changes at most by the norm of the matrix's change (Weyl).
         if let Some(nearest) = &self.nearest {
             let change = self.jacobian.distance(jacobian);
             if self.value - change > nearest.value && self.value + change < (1.0 + LARGER) * nearest.most {

@@ -1,4 +1,4 @@
-//! Room for what the functions of a mechanism give.
+//! Buffers for the results of a mechanism's functions.
 
 use qrm_core::{DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism};
 
@@ -18,7 +18,7 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    /// Room for a mechanism of `n` coordinates and `m` constraints.
+    /// Creates buffers for a mechanism of `n` coordinates and `m` constraints.
     pub fn zero(n: usize, m: usize) -> Self {
         Self {
             mass_matrix: Matrix::zero(n, n),
@@ -28,7 +28,7 @@ impl Dynamics {
         }
     }
 
-    /// The equations of motion of a mechanism at a state.
+    /// Evaluates the equations of motion of a mechanism at a state, in new buffers.
     pub fn at(mechanism: &dyn Mechanism, t: f64, q: &[f64], qd: &[f64]) -> Self {
         let mut dynamics = Self::zero(q.len(), mechanism.description().constraints.len());
         dynamics.evaluate(mechanism, t, q, qd);
@@ -59,12 +59,12 @@ pub struct LoopConstraints {
 }
 
 impl LoopConstraints {
-    /// Room for a mechanism of `n` coordinates and `m` constraints.
+    /// Creates buffers for a mechanism of `n` coordinates and `m` constraints.
     pub fn zero(n: usize, m: usize) -> Self {
         Self { residuals: vec![0.0; m], constraint_jacobian: Matrix::zero(m, n), constraint_rate: vec![0.0; m] }
     }
 
-    /// The constraints of a mechanism at a position.
+    /// Evaluates the constraints of a mechanism at a position, in new buffers.
     pub fn at(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> Self {
         let mut constraints = Self::zero(q.len(), mechanism.description().constraints.len());
         constraints.evaluate(mechanism, t, q);
@@ -76,7 +76,7 @@ impl LoopConstraints {
         mechanism.loop_constraints(t, q, self.as_mut());
     }
 
-    /// The buffers as a mechanism fills them.
+    /// The buffers as arguments of a mechanism's functions.
     pub(crate) fn as_mut(&mut self) -> LoopConstraintsMut<'_> {
         LoopConstraintsMut {
             residuals: &mut self.residuals,
@@ -92,7 +92,7 @@ impl LoopConstraints {
         rates
     }
 
-    /// The rates of the residuals, `C_q qd + C_t`, without an allocation.
+    /// The rates of the residuals, `C_q qd + C_t`, written to `rates`.
     pub fn velocity_residual_into(&self, qd: &[f64], rates: &mut [f64]) {
         for ((rate, row), own) in rates.iter_mut().zip(self.constraint_jacobian.iter()).zip(&self.constraint_rate) {
             *rate = dot(row, qd) + own;
@@ -100,25 +100,25 @@ impl LoopConstraints {
     }
 }
 
-/// The derivatives of the equations of motion by the state: see [`qrm_core::Linearization`].
+/// The derivatives of the equations of motion with respect to the state: see [`qrm_core::Linearization`].
 #[derive(Clone, Debug)]
 pub struct Linearization {
-    /// `n` by `n`.
+    /// Stiffness, `n` by `n`.
     pub stiffness: Matrix,
-    /// `n` by `n`.
+    /// Damping, `n` by `n`.
     pub damping: Matrix,
-    /// `m` by `n`.
+    /// Stiffness of the constraints, `m` by `n`.
     pub constraint_stiffness: Matrix,
-    /// `m` by `n`.
+    /// Damping of the constraints, `m` by `n`.
     pub constraint_damping: Matrix,
-    /// `n`.
+    /// Forcing, `n`.
     pub forcing: Vec<f64>,
-    /// `m`.
+    /// Forcing of the constraints, `m`.
     pub constraint_forcing: Vec<f64>,
 }
 
 impl Linearization {
-    /// Room for a mechanism of `n` coordinates and `m` constraints.
+    /// Creates buffers for a mechanism of `n` coordinates and `m` constraints.
     pub fn zero(n: usize, m: usize) -> Self {
         Self {
             stiffness: Matrix::zero(n, n),
@@ -130,7 +130,7 @@ impl Linearization {
         }
     }
 
-    /// Evaluates the generated derivatives; false if the scene does not ask for them.
+    /// Evaluates the generated derivatives; false if the scene does not request them.
     pub fn evaluate(&mut self, mechanism: &dyn Mechanism, at: &crate::state::State) -> bool {
         let linearization = LinearizationMut {
             stiffness: self.stiffness.entries_mut(),

@@ -1,26 +1,27 @@
-//! Symmetric systems: a fast factorisation that reports a vanishing pivot, and a robust one that continues past it.
+//! Symmetric systems: a fast factorization that reports a vanishing pivot, and a robust one that continues past it.
 
 use super::matrix::{Matrix, dot};
 
-/// Pivots of products below this part of their diagonal entry, and entries below this part of the largest one, are
-/// suspicious.
+/// The threshold of suspicious numbers in matrices of products: pivots relative to their diagonal entry, and diagonal
+/// entries relative to the largest one.
 const SUSPICIOUS: f64 = 1e-7;
 
 /// The factors of a positive definite matrix, `A = L D L'`.
 ///
-/// The zeros that begin a row of `A` begin the row of `L` too (the envelope of the matrix): they are left out.
+/// Leading zeros of a row of `A` are leading zeros of that row of `L` too (the envelope of the matrix): they are
+/// skipped.
 #[derive(Clone, Debug)]
 pub struct Ldl {
     l: Matrix,
-    /// The place of the first entry in each row that is not zero.
+    /// The index of the first nonzero entry in each row.
     first: Vec<usize>,
     inverse_d: Vec<f64>,
-    /// The row under way, times the pivots.
+    /// The current row, times the pivots.
     scaled: Vec<f64>,
 }
 
 impl Ldl {
-    /// Room for the factors of a matrix of this size.
+    /// Creates buffers for the factors of a matrix of this size.
     pub fn with_size(size: usize) -> Self {
         Self { l: Matrix::zero(size, size), first: vec![0; size], inverse_d: vec![0.0; size], scaled: vec![0.0; size] }
     }
@@ -31,19 +32,19 @@ impl Ldl {
         factors.factor(a).then_some(factors)
     }
 
-    /// Factors `a`, of which the lower triangle is read; false if a pivot is a rounding error of its diagonal entry.
+    /// Factors `a`, whose lower triangle is read; false if a pivot is a rounding error of its diagonal entry.
     pub fn factor(&mut self, a: &Matrix) -> bool {
         self.factor_above(a, 8.0 * a.columns() as f64 * f64::EPSILON)
     }
 
     /// Factors a matrix of products, `C_q Mbar^-1 C_q'`; false as soon as a pivot or a diagonal entry becomes
-    /// suspicious: the square of a singular value that is three ten-thousandths of what others are.
+    /// suspicious. Such a number is the square of a singular value below three ten-thousandths of the usual size.
     pub fn factor_products(&mut self, a: &Matrix) -> bool {
         self.factor_products_above(a, SUSPICIOUS)
     }
 
-    /// Factors a matrix of products; false as soon as a pivot is below this part of its diagonal entry, or a diagonal
-    /// entry below this part of the largest one.
+    /// Factors a matrix of products; false as soon as a pivot is below the fraction `smallest` of its diagonal entry,
+    /// or a diagonal entry below that fraction of the largest one.
     pub(super) fn factor_products_above(&mut self, a: &Matrix, smallest: f64) -> bool {
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for i in 0..a.columns() {
@@ -52,7 +53,7 @@ impl Ldl {
         least > smallest * most && self.factor_above(a, smallest)
     }
 
-    /// Factors with pivots above this part of their diagonal entries.
+    /// Factors with pivots above the fraction `smallest` of their diagonal entries.
     fn factor_above(&mut self, a: &Matrix, smallest: f64) -> bool {
         let n = a.columns();
         let Self { l, first, inverse_d, scaled } = self;
@@ -108,7 +109,7 @@ impl Ldl {
         }
     }
 
-    /// Solves `A x = b` in place for each row `b` of a matrix, with the numbers of [`solve`](Self::solve).
+    /// Solves `A x = b` in place for each row `b` of a matrix, with the same rounding as [`solve`](Self::solve).
     pub(super) fn solve_rows(&self, matrix: &mut Matrix) {
         let (count, n) = (matrix.rows(), matrix.columns());
         if count < ABREAST {
@@ -152,16 +153,16 @@ impl Ldl {
     }
 }
 
-/// Right-hand sides that are solved for at once: one after another, each would wait for its last sum.
+/// The number of right-hand sides solved simultaneously, which hides the latency of the sums.
 const ABREAST: usize = 8;
 
-/// The number of zeros that a row begins with.
+/// The number of leading zeros of a row.
 fn leading_zeros(row: &[f64]) -> usize {
     row.iter().position(|entry| *entry != 0.0).unwrap_or(row.len())
 }
 
-/// The factors of a positive semidefinite matrix, scaled to ones in its diagonal, with its largest pivots first:
-/// `P S A S P' = L D L'`, cut off where the remaining pivots vanish.
+/// The factors of a positive semidefinite matrix, scaled to a unit diagonal, largest pivots first:
+/// `P S A S P' = L D L'`, truncated where the remaining pivots vanish.
 #[derive(Clone, Debug)]
 pub struct PivotedLdl {
     order: Vec<usize>,
@@ -173,11 +174,11 @@ pub struct PivotedLdl {
 }
 
 impl PivotedLdl {
-    /// Pivots up to this part of their diagonal entry count as zero: squares of singular values that are a millionth of
-    /// what they usually are.
+    /// The fraction of their diagonal entry up to which pivots count as zero: squares of singular values that are a
+    /// millionth of the usual size.
     const CUTOFF: f64 = 1e-12;
-    /// Diagonal entries up to this part of the largest one are made of rounding errors: squares of rows that all but
-    /// vanish.
+    /// The fraction of the largest diagonal entry up to which others consist of rounding errors: squares of nearly
+    /// vanishing rows.
     const NOTHING: f64 = 1e-20;
 
     /// Factors `a`.
@@ -185,17 +186,18 @@ impl PivotedLdl {
         Self::with_rank(a, a.columns())
     }
 
-    /// Factors `a` with this number of pivots at most: others are taken for zero.
+    /// Factors `a` with at most `rank` pivots; further pivots count as zero.
     pub fn with_rank(a: &Matrix, rank: usize) -> Self {
         Self::above(a, rank, [Self::CUTOFF, Self::NOTHING])
     }
 
-    /// Factors `a` with this number of pivots at most, of which none is suspicious.
+    /// Factors `a` with at most `rank` pivots, none of them suspicious.
     pub(super) fn regular(a: &Matrix, rank: usize) -> Self {
         Self::above(a, rank, [SUSPICIOUS; 2])
     }
 
-    /// Factors `a` with pivots above a part of their diagonal entry, of diagonal entries above a part of the largest.
+    /// Factors `a` with pivots above the fraction `cutoff` of their diagonal entry; diagonal entries must exceed the
+    /// fraction `nothing` of the largest.
     fn above(a: &Matrix, rank: usize, [cutoff, nothing]: [f64; 2]) -> Self {
         let n = a.columns();
         let largest = (0..n).fold(0.0, |largest: f64, i| largest.max(a[i][i]));
@@ -256,8 +258,8 @@ impl PivotedLdl {
         }
     }
 
-    /// The solution of least norm, `x = G (G'G)^-1 c` with `A = G G'` and `b = G c`; false, and nothing is written,
-    /// if rounding errors make `G'G` singular.
+    /// Computes the solution of least norm, `x = G (G'G)^-1 c` with `A = G G'` and `b = G c`. If rounding errors make
+    /// `G'G` singular, returns false and writes nothing.
     fn solve_least_norm(&self, y: &[f64], x: &mut [f64]) -> bool {
         let mut g = Matrix::zero(x.len(), self.rank);
         for (row, &place) in self.order.iter().enumerate() {
@@ -280,7 +282,7 @@ impl PivotedLdl {
         &self.order[..self.rank]
     }
 
-    /// The unknowns that have no pivot: they depend on others, or on nothing.
+    /// The unknowns without a pivot: they depend on others, or on nothing.
     pub fn dependent(&self) -> &[usize] {
         &self.order[self.rank..]
     }

@@ -3,26 +3,26 @@
 use super::ldl::Ldl;
 use super::matrix::Matrix;
 
-/// Most iterations.
+/// The largest number of iterations.
 const MAX_ITERATIONS: usize = 200;
 
-/// The residuals at a position, and their derivatives by the coordinates.
+/// The residuals at a position, and their derivatives with respect to the coordinates.
 #[derive(Clone, Debug)]
 pub struct Residuals {
     /// The residuals.
     pub values: Vec<f64>,
-    /// A row for each of them.
+    /// The derivatives, one row for each residual.
     pub jacobian: Matrix,
 }
 
 impl Residuals {
-    /// Room for so many residuals of so many coordinates.
+    /// Creates buffers for `count` residuals.
     pub fn zero(count: usize, coordinates: usize) -> Self {
         Self { values: vec![0.0; count], jacobian: Matrix::zero(count, coordinates) }
     }
 }
 
-/// Minimises the sum of the squares of `count` residuals over the coordinates that are not held.
+/// Minimizes the sum of squares of `count` residuals over the coordinates that are not held.
 pub fn least_squares(
     from: &[f64],
     is_held: &[bool],
@@ -70,7 +70,7 @@ pub fn least_squares(
         for i in 0..n {
             next[i] = q[i] + slope[i];
         }
-        // Shorter steps change nothing either.
+        // Shorter steps have no effect either.
         if next == q {
             break;
         }

@@ -2,7 +2,7 @@
 
 use super::matrix::Matrix;
 
-/// The factors of a square matrix, rows exchanged.
+/// The factors of a square matrix, with row exchanges.
 #[derive(Clone, Debug)]
 pub struct Lu {
     factors: Matrix,
@@ -19,7 +19,7 @@ impl Lu {
         lu
     }
 
-    /// Room for a matrix of this size.
+    /// Creates buffers for a matrix of this size.
     pub(crate) fn with_size(n: usize) -> Self {
         Self { factors: Matrix::zero(n, n), order: Vec::with_capacity(n), determinant: 1.0 }
     }

@@ -2,7 +2,7 @@
 
 use std::ops::{Index, IndexMut};
 
-/// A matrix, row after row.
+/// A matrix, stored row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Matrix {
     columns: usize,
@@ -15,7 +15,7 @@ impl Matrix {
         Self { columns, entries: vec![0.0; rows * columns] }
     }
 
-    /// A matrix by its entries.
+    /// Creates a matrix from its entries.
     pub fn from_fn(rows: usize, columns: usize, mut entry: impl FnMut(usize, usize) -> f64) -> Self {
         let mut matrix = Self::zero(rows, columns);
         for i in 0..rows {
@@ -36,12 +36,12 @@ impl Matrix {
         self.columns
     }
 
-    /// All entries, row after row.
+    /// All entries, row by row.
     pub fn entries(&self) -> &[f64] {
         &self.entries
     }
 
-    /// All entries, to be written.
+    /// All entries, mutable, row by row.
     pub fn entries_mut(&mut self) -> &mut [f64] {
         &mut self.entries
     }
@@ -70,7 +70,7 @@ impl Matrix {
         }
     }
 
-    /// Takes over the entries of another matrix of the same size, without a new allocation.
+    /// Copies the entries of another matrix of the same size, without a new allocation.
     pub fn copy_from(&mut self, other: &Self) {
         self.entries.copy_from_slice(&other.entries);
     }
@@ -110,7 +110,7 @@ pub(crate) fn subtract_combination(x: &mut [f64], rows: &Matrix, weights: &[f64]
     }
 }
 
-/// The largest absolute value, and where it is; not a number if any entry is not.
+/// The index of the largest absolute value, and that value; not a number if any entry is not.
 pub fn largest(x: &[f64]) -> (usize, f64) {
     let mut found = (0, 0.0);
     for (i, value) in x.iter().enumerate() {
@@ -124,7 +124,7 @@ pub fn largest(x: &[f64]) -> (usize, f64) {
     found
 }
 
-/// Whether a symmetric matrix is positive semidefinite, by elimination from the largest entry of its diagonal on.
+/// Whether a symmetric matrix is positive semidefinite, by elimination with the largest diagonal entries first.
 pub(crate) fn is_positive(mut matrix: Matrix) -> bool {
     let n = matrix.columns();
     let largest = (0..n).map(|i| matrix[i][i]).fold(f64::NEG_INFINITY, f64::max);
@@ -136,7 +136,8 @@ pub(crate) fn is_positive(mut matrix: Matrix) -> bool {
         let pivot = (0..n).max_by(|&i, &j| matrix[i][i].total_cmp(&matrix[j][j])).unwrap_or(0);
         let row = matrix[pivot].to_vec();
         if !(row[pivot] > rounding) {
-            // Nothing is left in the diagonal: entries beside it belong to pairs of a positive and a negative value.
+            // The remaining diagonal is zero: entries off the diagonal then belong to pairs of a positive and a
+            // negative eigenvalue.
             return matrix.entries().iter().all(|entry| entry.abs() <= rounding);
         }
         for i in 0..n {

@@ -9,17 +9,17 @@ use super::solver::Solver;
 use super::stats::SolverStats;
 use crate::state::State;
 
-/// Residuals up to this size, in m or rad, are rounding errors: near a singular position a correction would magnify
+/// Residuals up to this size, in m or rad, are rounding errors: near a singular position a correction would amplify
 /// them.
 const ROUNDING: f64 = 4e-16;
-/// Residuals up to this size, in m or rad, may be rounding errors: near a singular position they are magnified. A run
-/// reports where it had to accept one.
+/// Residuals up to this size, in m or rad, may be rounding errors amplified near a singular position. A run reports if
+/// it had to accept one.
 const SETTLED: f64 = 1e-9;
 
 impl Solver {
     /// Projects `q` onto the constraints at time `t` and `qd` onto their tangent space, and returns the number of
-    /// corrections of `q`. The mass metric of `q` is the last one that was factored; a mass matrix that is singular by
-    /// itself is no metric, and such steps fall back to the Euclidean one.
+    /// corrections of `q`. The mass metric of `q` is the last one factored; if the mass matrix is singular, the
+    /// Euclidean metric replaces it.
     ///
     /// # Errors
     /// The residual is still above the tolerance after the allowed iterations.
@@ -42,7 +42,7 @@ impl Solver {
             self.constraints.evaluate(mechanism, t, q);
             let (constraint, residual) = largest(&self.constraints.residuals);
             let is_closed = residual <= tolerance.residual;
-            // A residual at the size of rounding errors that corrections no longer lower cannot be improved.
+            // A residual of the size of rounding errors that corrections no longer reduce cannot be improved.
             let is_settled = !is_closed && residual > 0.5 * before && residual <= SETTLED;
             if !is_closed && !is_settled && (iterations == tolerance.iterations || !residual.is_finite()) {
                 return Err(NotConverged { constraint, residual, iterations });
@@ -51,8 +51,7 @@ impl Solver {
             if is_settled {
                 self.stats.count_stalled(constraint, residual);
             } else if residual > ROUNDING {
-                // The Jacobian is known: one more correction costs little and takes the residual far below the
-                // tolerance.
+                // The Jacobian is known: one more correction is cheap and reduces the residual far below the tolerance.
                 self.weights.copy_from_slice(&self.constraints.residuals);
                 self.correct(is_regular, q);
             }
@@ -63,7 +62,7 @@ impl Solver {
                 self.take_correction(first, q);
                 let mut is_regular = is_regular;
                 if has_metric {
-                    // Rates belong to the position as it is now, in its own metric.
+                    // Rates belong to the final position, in its own metric.
                     self.constraints.evaluate(mechanism, t, q);
                     self.factor_mass(mechanism, q);
                     is_regular = self.factor_constraints(self.has_metric);
@@ -77,7 +76,7 @@ impl Solver {
         }
     }
 
-    /// Projects and completes a state by the kernel; false, and nothing is changed, where that does not work.
+    /// Projects a state by the kernel and completes it; returns false and changes nothing if that fails.
     pub(crate) fn project_by_kernel(&mut self, mechanism: &dyn Mechanism, residual: f64, state: &mut State) -> bool {
         let State { t, q, qd, qdd, multipliers, .. } = state;
         self.start.copy_from_slice(q);
@@ -89,7 +88,7 @@ impl Solver {
         true
     }
 
-    /// Takes up the residual before the coordinates were corrected, and how far they moved.
+    /// Records the residual before a correction of the coordinates, and the size of the correction.
     fn take_correction(&mut self, residual: f64, to: &[f64]) {
         self.stats.take_residual(residual);
         for ((correction, from), to) in self.corrections.iter_mut().zip(&self.start).zip(to) {
@@ -97,7 +96,7 @@ impl Solver {
         }
     }
 
-    /// Takes up the corrections of another solver, if they are larger.
+    /// Records the corrections of another solver, where they are larger.
     pub(crate) fn take_corrections_of(&mut self, other: &Self) {
         self.stats.take_residual(other.stats.residual_before_correction);
         for (correction, other) in self.corrections.iter_mut().zip(&other.corrections) {
@@ -105,7 +104,7 @@ impl Solver {
         }
     }
 
-    /// Prepares corrections by the constraint Jacobian; false if the fast factorisation fails.
+    /// Factors the constraint Jacobian for corrections; false if the fast factorization fails.
     fn factor_constraints(&mut self, has_metric: bool) -> bool {
         let jacobian = &self.constraints.constraint_jacobian;
         let saddle = &mut self.saddle;
@@ -118,7 +117,7 @@ impl Solver {
         !saddle.is_redundant() && saddle.schur_factors.factor_products(&saddle.schur)
     }
 
-    /// Moves `x` by the smallest `dx` with `C_q dx = -residual`; the residuals stand in `weights`.
+    /// Moves `x` by the smallest `dx` with `C_q dx = -residual`; the residuals are in `weights`.
     fn correct(&mut self, is_regular: bool, x: &mut [f64]) {
         if is_regular {
             self.saddle.schur_factors.solve(&mut self.weights);

@@ -1,4 +1,4 @@
-//! The metric and the goal of projections.
+//! The metric and the tolerance of projections.
 
 use qrm_core::MAX_CORRECTIONS;
 
@@ -7,24 +7,24 @@ use qrm_core::MAX_CORRECTIONS;
 pub enum Projection {
     /// No correction.
     None,
-    /// Least change of the coordinates.
+    /// Smallest change of the coordinates.
     Euclidean,
-    /// Least change of the mass-weighted coordinates.
+    /// Smallest change of the mass-weighted coordinates.
     #[default]
     Mass,
 }
 
 impl Projection {
-    /// Every projection under its name.
+    /// All projections by name.
     pub const ALL: [(&'static str, Self); 3] =
         [("none", Self::None), ("euclidean", Self::Euclidean), ("mass", Self::Mass)];
 
-    /// The projection of this name.
+    /// Finds a projection by its name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|(other, _)| *other == name).map(|(_, projection)| projection)
     }
 
-    /// Whether generated kernels make this projection.
+    /// Whether generated kernels support this projection.
     pub(crate) fn is_by_kernel(self, tolerance: &ProjectionTolerance) -> bool {
         self == Self::Mass && tolerance.iterations >= MAX_CORRECTIONS
     }
@@ -35,12 +35,12 @@ impl Projection {
     }
 }
 
-/// The goal of a projection of coordinates.
+/// The tolerance of a projection of coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProjectionTolerance {
     /// Largest residual of a constraint, in its unit.
     pub residual: f64,
-    /// Most iterations.
+    /// The largest number of iterations.
     pub iterations: u32,
 }
 

@@ -7,18 +7,19 @@ use super::ldl::{Ldl, PivotedLdl};
 use super::matrix::{Matrix, dot, largest, subtract_combination};
 use super::projection_settings::ProjectionTolerance;
 
-/// How far positions beside a singular one are, in rad, and in the largest length among the coordinates.
+/// The distance of tested positions from a singular one, in rad, or relative to the largest length among the
+/// coordinates.
 const BESIDE: f64 = 1e-2;
-/// The number of times before and after, each twice as far away, that are tried for a mechanism that is driven.
+/// The number of tested times before and after, each twice as far away, for a driven mechanism.
 const LATER: i32 = 12;
-/// Most corrections of such a position.
+/// The largest number of corrections of such a position.
 const ITERATIONS: usize = 30;
-/// Parts of a motion of a coordinate that are rounding errors.
+/// The smallest part of a coordinate in a motion that is not a rounding error.
 const ROUNDING: f64 = 1e-6;
 
-/// The rank of `C_q` at a position and beside it: the number of constraints that do not repeat others.
+/// Computes the rank of `C_q` at a position and in its neighbourhood: the number of independent constraints.
 ///
-/// Where the rank falls at a singular position alone, that of the positions beside it counts. A mechanism with `n`
+/// If the rank drops only at a singular position, the rank in its neighbourhood counts. A mechanism with `n`
 /// coordinates has `n` minus this number degrees of freedom.
 pub fn constraint_rank(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> usize {
     let count = mechanism.description().constraints.len();
@@ -40,7 +41,7 @@ pub fn constraint_rank(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> usize {
     let mut most = here;
     let beside = |position: &[f64]| (0..q.len()).any(|i| (position[i] - q[i]).abs() > 0.5 * BESIDE * size(i));
     if mechanism.is_driven() {
-        // A driven mechanism is elsewhere at other times only.
+        // A driven mechanism changes its position only with time.
         let step = mechanism.schedule().step;
         let times = (0..LATER).flat_map(|k| [1.0, -1.0].map(|sign| t + sign * step * 2.0_f64.powi(k)));
         let positions = times.filter_map(|t| closed(mechanism, t, q, count));
@@ -52,7 +53,7 @@ pub fn constraint_rank(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> usize {
         for distance in [BESIDE, -BESIDE] {
             let guess: Vec<f64> = q.iter().zip(&motion).map(|(q, part)| q + distance / longest * part).collect();
             let closed = closed(mechanism, t, &guess, here).or_else(|| closed(mechanism, t, &guess, count));
-            // Residuals vanish, but not `C_q`, where corrections lead back to a singular position.
+            // Residuals also vanish if corrections lead back to the singular position, which does not count.
             if let Some((position, jacobian)) = closed
                 && beside(&position)
             {
@@ -72,7 +73,7 @@ pub(crate) fn row_products(jacobian: &Matrix) -> Matrix {
     Matrix::from_fn(count, count, |i, j| dot(&jacobian[i], &jacobian[j]))
 }
 
-/// Motions of each coordinate that the constraints allow.
+/// The motions of each coordinate that the constraints allow.
 fn motions(jacobian: &Matrix, factors: &PivotedLdl) -> Vec<Vec<f64>> {
     let (count, n) = (jacobian.rows(), jacobian.columns());
     let motion = |i: usize| {
@@ -86,7 +87,7 @@ fn motions(jacobian: &Matrix, factors: &PivotedLdl) -> Vec<Vec<f64>> {
     (0..n).filter_map(motion).collect()
 }
 
-/// The closed position near a guess, of whose constraints so many are independent, and `C_q` there.
+/// The closed position near a guess, with `rank` independent constraints, and `C_q` there.
 fn closed(mechanism: &dyn Mechanism, t: f64, guess: &[f64], rank: usize) -> Option<(Vec<f64>, Matrix)> {
     let mut q = guess.to_vec();
     let mut constraints = LoopConstraints::zero(q.len(), mechanism.description().constraints.len());

@@ -1,4 +1,4 @@
-//! The reaction of the accelerations to small changes of the state.
+//! The response of the accelerations to small changes of the state.
 
 use qrm_core::Mechanism;
 
@@ -8,8 +8,8 @@ use super::saddle_point::SaddlePoint;
 use super::stats::SolverStats;
 use crate::state::State;
 
-/// The equations of motion about one state: `qdd` and `lambda` change with coordinates and rates as the solution of the
-/// same system for another right-hand side.
+/// The linearized equations of motion at one state: the changes of `qdd` and `lambda` for changes of coordinates and
+/// rates solve the same system with another right-hand side.
 #[derive(Clone, Debug)]
 pub(crate) struct Response {
     pub(crate) dynamics: Dynamics,
@@ -17,7 +17,7 @@ pub(crate) struct Response {
 }
 
 impl Response {
-    /// The reaction by the generated derivatives; `None` if the scene does not ask for them.
+    /// Computes the response from the generated derivatives; `None` if the scene does not request them.
     pub(crate) fn generated(mechanism: &dyn Mechanism, at: &State) -> Option<Self> {
         let mut linearization = Linearization::zero(at.q.len(), at.multipliers.len());
         linearization
@@ -25,7 +25,7 @@ impl Response {
             .then(|| Self { dynamics: Dynamics::at(mechanism, at.t, &at.q, &at.qd), linearization })
     }
 
-    /// The reaction by the generated derivatives, or by differences if there are none.
+    /// Computes the response from the generated derivatives, or from differences if there are none.
     pub(crate) fn new(mechanism: &dyn Mechanism, at: &State) -> Self {
         Self::generated(mechanism, at).unwrap_or_else(|| Self {
             dynamics: Dynamics::at(mechanism, at.t, &at.q, &at.qd),
@@ -33,7 +33,7 @@ impl Response {
         })
     }
 
-    /// The change of the accelerations for a change `u` of the coordinates and `w` of the rates; `None` if they are not
+    /// The change of the accelerations for a change `u` of the coordinates and `w` of the rates; `None` if it is not
     /// determined.
     pub(crate) fn accelerations(&self, u: &[f64], w: &[f64]) -> Option<Vec<f64>> {
         let linearization = &self.linearization;
@@ -56,7 +56,7 @@ impl Response {
 /// Relative step of central differences, about the cube root of the rounding error.
 const STEP: f64 = 6e-6;
 
-/// The derivatives by central differences of the equations of motion, accelerations and multipliers held.
+/// Derivatives by central differences of the equations of motion, with accelerations and multipliers fixed.
 fn differences(mechanism: &dyn Mechanism, at: &State) -> Linearization {
     let (n, m) = (at.q.len(), at.multipliers.len());
     let residuals = |q: &[f64], qd: &[f64]| -> (Vec<f64>, Vec<f64>) {

@@ -1,30 +1,30 @@
-//! The saddle-point system of accelerations and multipliers at any position, singular ones included.
+//! The saddle-point system of accelerations and multipliers at any position, including singular ones.
 
 use super::buffers::Dynamics;
 use super::ldl::{Ldl, PivotedLdl};
 use super::matrix::{Matrix, dot, subtract_combination};
 use super::stats::SolverStats;
 
-/// Derivatives are lost where a pivot of the Schur complement is smaller.
+/// The smallest pivot of the Schur complement for which derivatives are usable.
 const SINGULAR: f64 = 1e-9;
 /// Products of larger masses overflow.
 const LARGEST_MASS: f64 = 1e150;
 
-/// Why the accelerations are not determined.
+/// The reason why the accelerations are not determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Undetermined {
-    /// No inertia resists a motion of this coordinate that the constraints allow.
+    /// A motion of this coordinate that the constraints allow has no inertia.
     Massless(usize),
     /// The equations of motion have terms that are not finite.
     NotFinite,
-    /// The forces alone are not finite.
+    /// The forces are not finite.
     ForcesNotFinite,
 }
 
 /// Solves `Mbar qdd + C_q' lambda = fbar`, `C_q qdd + bias = 0` by the Schur complement `C_q Mbar^-1 C_q'`.
 ///
-/// A singular `Mbar` is completed by `C_q' C_q`, which changes no solution; dependent constraints keep the
-/// accelerations right and leave the share of each of them in the force open.
+/// A singular `Mbar` is completed by `C_q' C_q`, which does not change the solution. With dependent constraints the
+/// accelerations stay correct, while the distribution of the force among the constraints is arbitrary.
 #[derive(Clone, Debug)]
 pub(crate) struct SaddlePoint {
     /// The equations to solve.
@@ -34,12 +34,12 @@ pub(crate) struct SaddlePoint {
     pub(super) minv_ct: Matrix,
     pub(super) schur: Matrix,
     pub(super) schur_factors: Ldl,
-    /// The number of constraints that are independent where the motion is not singular.
+    /// The number of constraints that are independent at regular positions.
     pub(super) rank: usize,
 }
 
 impl SaddlePoint {
-    /// Room for a mechanism of `n` coordinates and `m` constraints.
+    /// Creates buffers for a mechanism of `n` coordinates and `m` constraints.
     pub(crate) fn zero(n: usize, m: usize) -> Self {
         Self {
             dynamics: Dynamics::zero(n, m),
@@ -51,21 +51,21 @@ impl SaddlePoint {
         }
     }
 
-    /// Whether constraints repeat others wherever the motion goes.
+    /// Whether constraints are redundant along the whole motion.
     pub(super) fn is_redundant(&self) -> bool {
         self.rank < self.schur.columns()
     }
 
-    /// The factors of the Schur complement, without the constraints that repeat others: near a singular position what
-    /// is left of them would be magnified.
+    /// The factors of the Schur complement without redundant constraints, whose remainders would be amplified near a
+    /// singular position.
     pub(super) fn robust_factors(&self) -> PivotedLdl {
         if self.is_redundant() { PivotedLdl::regular(&self.schur, self.rank) } else { PivotedLdl::new(&self.schur) }
     }
 
-    /// Solves the equations; true if the factors of `Mbar` are known afterwards.
+    /// Solves the equations; returns true if the factors of `Mbar` are known afterwards.
     ///
     /// # Errors
-    /// `Mbar` is singular on the motions that the constraints allow, or terms are not finite.
+    /// `Mbar` is singular for motions that the constraints allow, or terms are not finite.
     pub(crate) fn solve(
         &mut self,
         qdd: &mut [f64],
@@ -91,7 +91,7 @@ impl SaddlePoint {
         schur_factors.factor_products(schur)
     }
 
-    /// Solves the equations by the factors; forces and bias may have changed since.
+    /// Solves the equations with the factors; forces and bias may have changed since.
     pub(crate) fn solve_factored(&self, qdd: &mut [f64], multipliers: &mut [f64]) {
         let Self { dynamics, mass, minv_ct: pull, schur_factors, .. } = self;
         qdd.copy_from_slice(&dynamics.generalized_forces);
@@ -111,10 +111,10 @@ impl SaddlePoint {
         if are_finite(generalized_forces) { Ok(()) } else { Err(Undetermined::ForcesNotFinite) }
     }
 
-    /// Solves the equations where they cannot be factored; true if the factors of `Mbar` are known afterwards.
+    /// Solves the equations if they cannot be factored; returns true if the factors of `Mbar` are known afterwards.
     ///
     /// # Errors
-    /// `Mbar` is singular on the motions that the constraints allow.
+    /// `Mbar` is singular for motions that the constraints allow.
     #[cold]
     pub(crate) fn solve_robustly(
         &mut self,
@@ -183,7 +183,7 @@ pub(crate) fn minv_ct(mass: &Ldl, jacobian: &Matrix, result: &mut Matrix) {
 pub(crate) fn schur_complement(jacobian: &Matrix, minv_ct: &Matrix, result: &mut Matrix) {
     for (i, row) in jacobian.iter().enumerate() {
         result[i].fill(0.0);
-        // Most constraints have few coordinates.
+        // Most constraints contain few coordinates.
         for (k, entry) in row.iter().enumerate().filter(|(_, entry)| **entry != 0.0) {
             for (j, other) in minv_ct.iter().enumerate() {
                 result[i][j] += other[k] * entry;
@@ -204,7 +204,7 @@ fn excess(dynamics: &Dynamics, free: &[f64], result: &mut [f64]) {
 mod tests {
     use super::*;
 
-    /// Two masses in line, held at a distance: one of them may be massless.
+    /// Two masses in line at a fixed distance; one of them may be massless.
     fn rod(first: f64, second: f64) -> SaddlePoint {
         let mut saddle = SaddlePoint::zero(2, 1);
         saddle.dynamics.mass_matrix.entries_mut().copy_from_slice(&[first, 0.0, 0.0, second]);

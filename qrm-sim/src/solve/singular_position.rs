@@ -1,4 +1,4 @@
-//! Accelerations at singular positions, where the constraints say too little: interpolated across them.
+//! Accelerations at singular positions, where the constraints are insufficient: interpolated across them.
 
 use qrm_core::Mechanism;
 
@@ -7,13 +7,13 @@ use super::projection_settings::{Projection, ProjectionTolerance};
 use super::solver::Solver;
 use super::stats::SolverStats;
 
-/// Distances of positions from each other, in rad or m: rounding errors grow with the square of their inverse, and
-/// errors of the interpolation with their eighth power.
+/// Distances of the interpolation points, in rad or m: rounding errors grow with their inverse square, and errors of
+/// the interpolation with their eighth power.
 const DISTANCES: [f64; 2] = [1e-2, 1e-4];
-/// Accelerations are precise enough with an estimated error of this part of the largest one.
+/// The largest estimated error of precise accelerations, relative to the largest one.
 const PRECISE: f64 = 1e-8;
-/// Multipliers are interpolated where their estimated error is below this part of the largest one: beside a pole no
-/// polynomial follows them.
+/// The largest estimated error, relative to the largest multiplier, for which multipliers are interpolated: near a pole
+/// no polynomial follows them.
 const SMOOTH: f64 = 1e-3;
 /// The weights of positions at one to four distances on each side, in the polynomial of degree 7 through all of them.
 const WEIGHTS: [f64; 4] = [4.0 / 5.0, -2.0 / 5.0, 4.0 / 35.0, -1.0 / 70.0];
@@ -22,8 +22,8 @@ const WEIGHTS: [f64; 4] = [4.0 / 5.0, -2.0 / 5.0, 4.0 / 35.0, -1.0 / 70.0];
 const INNER_WEIGHTS: [f64; 4] = [3.0 / 4.0, -3.0 / 10.0, 1.0 / 20.0, 0.0];
 
 /// Replaces accelerations and multipliers at a singular position by those of the polynomial through projected positions
-/// on both sides, along the rates. They stay as they are where constraints say too little everywhere, and at rest;
-/// multipliers also beside a pole.
+/// on both sides, along the rates. They stay unchanged at rest, and if the constraints are insufficient everywhere;
+/// multipliers also stay unchanged near a pole.
 #[cold]
 pub(super) fn interpolate(
     mechanism: &dyn Mechanism,
@@ -56,7 +56,7 @@ pub(super) fn interpolate(
     }
 }
 
-/// The motion through a position, in durations in which its fastest coordinate moves by a distance.
+/// The motion through a position, parametrized by the time in which its fastest coordinate moves by one distance.
 struct Motion<'a> {
     mechanism: &'a dyn Mechanism,
     solver: &'a mut Solver,
@@ -69,8 +69,8 @@ struct Motion<'a> {
 }
 
 impl Motion<'_> {
-    /// The accelerations and multipliers between positions on both sides, behind the estimated errors of either; `None`
-    /// if the constraints say too little there.
+    /// The estimated errors of accelerations and multipliers, and both interpolated between positions on both sides;
+    /// `None` if the constraints are insufficient there.
     fn interpolated(&mut self) -> Option<([f64; 2], Vec<f64>)> {
         let (mut values, mut difference) = (vec![0.0; self.count], vec![0.0; self.count]);
         for (k, (weight, inner)) in WEIGHTS.iter().zip(INNER_WEIGHTS).enumerate() {
@@ -87,12 +87,12 @@ impl Motion<'_> {
         Some(([of_accelerations, of_multipliers].map(|difference| largest(difference).1), values))
     }
 
-    /// The accelerations and multipliers at a place, in distances; `None` if the constraints say too little.
+    /// The accelerations and multipliers at a position, in distances; `None` if the constraints are insufficient.
     fn at(&mut self, place: f64) -> Option<Vec<f64>> {
         let Self { mechanism, solver, q, qd, .. } = self;
         let duration = place * self.duration;
         solver.stats = SolverStats::default();
-        // Constraints that depend on time are met at the time when the motion is there.
+        // Constraints that depend on time are evaluated at the time at which the motion is there.
         let t = if mechanism.is_driven() { self.t + duration } else { self.t };
         let mut position: Vec<f64> = q.iter().zip(*qd).map(|(q, v)| q + duration * v).collect();
         let mut rates = qd.to_vec();

@@ -3,34 +3,34 @@
 use super::ldl::Ldl;
 use super::matrix::{Matrix, dot};
 
-/// The smallest singular value of one matrix after another of the same size, without allocations.
+/// The smallest singular values of successive matrices of the same size, without allocations.
 #[derive(Clone, Debug)]
 pub struct SmallestSingularValue {
-    /// The combination of rows of that length, itself of length one.
+    /// The normalized combination of rows with that length.
     pub combination: Vec<f64>,
     rows: Matrix,
     rotations: Matrix,
     products: Matrix,
     factors: Ldl,
     is_tracking: bool,
-    /// The number of smaller ones that are passed over.
+    /// The number of smaller singular values to skip.
     redundant: usize,
 }
 
-/// Rotations of rows in pairs end far earlier.
+/// The largest number of sweeps of row rotations; far fewer are needed.
 const MOST_SWEEPS: usize = 30;
 
-/// Inverse iteration ends when the value changes by no more than this part, or after so many solves.
+/// The relative change at which inverse iteration ends.
 const SETTLED: f64 = 1e-6;
 const MOST_INVERSE_ITERATIONS: usize = 20;
 /// The part of a fixed combination in the first one.
 const MIXED: f64 = 1e-3;
 
-/// The singular values of more rows than this take too long to find anew: they are followed from matrix to matrix.
+/// The number of rows above which singular values are tracked from matrix to matrix instead of being recomputed.
 const MANY: usize = 16;
 
 impl SmallestSingularValue {
-    /// Room for matrices of this size.
+    /// Creates buffers for matrices of this size.
     pub fn new(rows: usize, columns: usize) -> Self {
         Self {
             combination: (0..rows).map(uneven).collect(),
@@ -43,15 +43,16 @@ impl SmallestSingularValue {
         }
     }
 
-    /// Room for matrices of this size and rank; singular values that are zero for the rank do not count.
+    /// Creates buffers for matrices of this size and rank; singular values that are zero because of the rank do not
+    /// count.
     pub fn with_rank(rows: usize, columns: usize, rank: usize) -> Self {
         let room = Self::new(rows, columns);
         Self { is_tracking: room.is_tracking && rank == rows, redundant: rows - rank, ..room }
     }
 
-    /// The smallest singular value; `None` without rows.
+    /// Finds the smallest singular value; `None` without rows.
     ///
-    /// That of many rows is searched from the last combination, soonest where the matrix has changed little.
+    /// With many rows, the search begins with the last combination, and is fastest if the matrix has changed little.
     pub fn find(&mut self, matrix: &Matrix) -> Option<f64> {
         if self.is_tracking
             && let Some(value) = self.track(matrix)
@@ -62,9 +63,9 @@ impl SmallestSingularValue {
         }
     }
 
-    /// The smallest singular value, accurate to rounding errors of its own size and not only of the largest one.
+    /// Computes the smallest singular value, accurate relative to its own size.
     ///
-    /// The rows are rotated in pairs until they are orthogonal (one-sided Jacobi); their lengths are the singular
+    /// The rows are rotated in pairs until they are orthogonal (one-sided Jacobi); their lengths are then the singular
     /// values.
     fn find_anew(&mut self, matrix: &Matrix) -> Option<f64> {
         let Self { rows, rotations, .. } = self;
@@ -104,7 +105,8 @@ impl SmallestSingularValue {
         Some(length(place))
     }
 
-    /// The smallest singular value by inverse iteration from the last combination; `None` where that does not find it.
+    /// Finds the smallest singular value by inverse iteration from the last combination; `None` if it does not
+    /// converge.
     fn track(&mut self, matrix: &Matrix) -> Option<f64> {
         let count = matrix.rows();
         for i in 0..count {
@@ -115,7 +117,7 @@ impl SmallestSingularValue {
         if !self.factors.factor_products(&self.products) {
             return None;
         }
-        // No part may vanish for good: another combination may become the shortest.
+        // No part may stay zero: another combination may become the shortest.
         for (k, part) in self.combination.iter_mut().enumerate() {
             *part += MIXED * uneven(k);
         }
@@ -133,7 +135,7 @@ impl SmallestSingularValue {
     }
 }
 
-/// The parts of a combination of which no two are alike, so that none is missed for symmetry.
+/// The parts of a combination without symmetry, so that symmetric problems miss no value.
 fn uneven(k: usize) -> f64 {
     1.0 + 0.1 * (k as f64).sin()
 }
@@ -169,7 +171,7 @@ mod tests {
         let (value, parts) = smallest([[1.0, 0.0], [2.0, 2e-7]]).expect("two rows");
         let largest = (5.0_f64 + 4e-14).sqrt();
         assert!((value * largest / 2e-7 - 1.0).abs() < 1e-12, "{value:e}");
-        // The combination that is so short.
+        // The shortest combination.
         let sum: Vec<f64> = (0..2).map(|i| parts[0] * [1.0, 0.0][i] + parts[1] * [2.0, 2e-7][i]).collect();
         assert!((sum[0].hypot(sum[1]) / value - 1.0).abs() < 1e-7);
     }

@@ -9,7 +9,7 @@ use super::saddle_point::{SaddlePoint, Undetermined};
 use super::singular_position;
 use super::stats::SolverStats;
 
-/// Solves the equations of one state of a mechanism after another, without allocations.
+/// Solves the equations of successive states of a mechanism, without allocations.
 #[derive(Clone, Debug)]
 pub struct Solver {
     /// Statistics of the solves so far.
@@ -18,19 +18,19 @@ pub struct Solver {
     pub corrections: Vec<f64>,
     pub(super) saddle: SaddlePoint,
     pub(super) constraints: LoopConstraints,
-    /// The factors of `Mbar` that a projection takes for its metric.
+    /// The factors of `Mbar` that define the metric of projections.
     pub(super) metric: Ldl,
     pub(super) has_metric: bool,
     /// Whether the last robust accelerations factored `Mbar`.
     has_mass: bool,
     pub(super) weights: Vec<f64>,
     pub(super) start: Vec<f64>,
-    /// Solves beside singular positions, where the motion came to one.
+    /// Solves at neighbours of singular positions; created on first use.
     beside: Option<Box<Solver>>,
 }
 
 impl Solver {
-    /// Room for a mechanism.
+    /// Creates the solver of a mechanism.
     pub fn new(mechanism: &dyn Mechanism) -> Self {
         let description = mechanism.description();
         let (n, m) = (description.coordinates.len(), description.constraints.len());
@@ -48,30 +48,30 @@ impl Solver {
         }
     }
 
-    /// Room for a mechanism that moves from a closed position on: where constraints repeat others, multipliers are
-    /// those of least norm.
+    /// Creates the solver of a mechanism at a closed position: if constraints are redundant, multipliers have the least
+    /// norm.
     pub fn at(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> Self {
         Self::with_rank(mechanism, constraint_rank(mechanism, t, q))
     }
 
-    /// Room for a mechanism of which so many constraints are independent.
+    /// Creates the solver of a mechanism with `rank` independent constraints.
     pub fn with_rank(mechanism: &dyn Mechanism, rank: usize) -> Self {
         let mut solver = Self::new(mechanism);
         solver.saddle.rank = rank;
         solver
     }
 
-    /// Whether constraints repeat others wherever the motion goes; kernels do not know that.
+    /// Whether constraints are redundant along the whole motion; kernels do not support that.
     pub fn is_redundant(&self) -> bool {
         self.saddle.is_redundant()
     }
 
-    /// The number of constraints that are independent where the motion is not singular.
+    /// The number of constraints that are independent at regular positions.
     pub fn rank(&self) -> usize {
         self.saddle.rank
     }
 
-    /// Accelerations and multipliers, by the kernel where it suits the position.
+    /// Computes accelerations and multipliers, by the kernel if it is valid at the position.
     ///
     /// # Errors
     /// The accelerations are not determined.
@@ -88,12 +88,12 @@ impl Solver {
         self.robust_accelerations(mechanism, t, (q, qd), (qdd, multipliers))
     }
 
-    /// Accelerations and multipliers by the plain functions; the factors of `Mbar` become the metric of the next
-    /// projection.
+    /// Computes accelerations and multipliers by the plain functions; the factors of `Mbar` become the metric of the
+    /// next projection.
     ///
-    /// Where constraints depend on each other at one position alone, or one of them vanishes, they say too little there
-    /// and next to it, but not farther away: the accelerations a little before and a little after, along the motion,
-    /// are interpolated.
+    /// If constraints become dependent, or one of them vanishes, at a single position only, they are insufficient there
+    /// and very close to it. The accelerations are then interpolated along the motion, from states shortly before and
+    /// after.
     ///
     /// # Errors
     /// The accelerations are not determined.
@@ -127,7 +127,7 @@ impl Solver {
         self.has_metric
     }
 
-    /// Takes the factors of `Mbar` of the last robust accelerations as the metric of the next projection.
+    /// Uses the factors of `Mbar` of the last robust accelerations as the metric of the next projection.
     pub fn take_metric(&mut self) {
         self.has_metric = self.has_mass;
         std::mem::swap(&mut self.metric, &mut self.saddle.mass);

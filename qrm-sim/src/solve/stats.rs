@@ -2,29 +2,29 @@
 
 use super::ldl::PivotedLdl;
 
-/// How often the fast solves did not suffice, and how large the corrections of the coordinates were.
+/// The numbers of solves for which the fast method did not suffice, and the size of the corrections.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SolverStats {
-    /// Solves with a mass matrix that is singular by itself.
+    /// Solves with a singular mass matrix.
     pub singular_mass: u64,
-    /// Solves with constraints that nearly depend on each other, or one of which nearly vanishes.
+    /// Solves with constraints that are nearly dependent, or one of which nearly vanishes.
     pub suspicious_constraints: u64,
     /// Solves with constraints so nearly dependent that derivatives are lost.
     pub singular_constraints: u64,
-    /// Solves in which constraints do depend on each other.
+    /// Solves with dependent constraints.
     pub dependent_constraints: u64,
-    /// The constraint that last depended on the others.
+    /// The last dependent constraint.
     pub constraint: Option<usize>,
-    /// Projections whose residual rounding errors kept above the tolerance.
+    /// Projections whose residual stayed above the tolerance because of rounding errors.
     pub stalled_projections: u64,
     /// The constraint with the largest such residual, and that residual.
     pub largest_stalled_residual: (usize, f64),
-    /// Largest residual before the coordinates were corrected.
+    /// Largest residual before a correction of the coordinates.
     pub residual_before_correction: f64,
 }
 
 impl SolverStats {
-    /// Counts a projection whose residual rounding errors kept above the tolerance.
+    /// Counts a projection whose residual stayed above the tolerance because of rounding errors.
     #[cold]
     pub(super) fn count_stalled(&mut self, constraint: usize, residual: f64) {
         self.stalled_projections += 1;
@@ -33,7 +33,7 @@ impl SolverStats {
         }
     }
 
-    /// Takes up the residual before a correction.
+    /// Records the residual before a correction.
     pub(crate) fn take_residual(&mut self, residual: f64) {
         self.residual_before_correction = self.residual_before_correction.max(residual);
     }

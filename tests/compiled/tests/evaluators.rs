@@ -15,12 +15,12 @@ mod number;
 #[path = "../../../benches/twin/mod.rs"]
 mod twin;
 
-use bounded::Bounded;
-use list::{OUTPUTS_AT, State, Values, by_tape, evaluators, solved};
 use qrm_core::{DoubleDouble, Equations, Generated, Mechanism, Scalar, StartMut, Tape, TapeEvaluator};
 use qrm_sim::position::{Start, assemble};
 
 use crate::model;
+use bounded::Bounded;
+use list::{OUTPUTS_AT, State, Values, by_tape, evaluators, solved};
 use twin::{ByHand, HandWritten, Twin};
 
 const STATES: usize = 1000;

@@ -1,10 +1,11 @@
 //! Interpreted mechanisms against compiled ones: the same operations in the same order, so the same numbers.
 
-use crate::model;
 use qrm_core::{Model, ParameterOverrides};
 use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::integrate::{METHODS, Method, MethodSettings};
 use qrm_sim::run::{ErrorEstimates, Request, simulate};
+
+use crate::model;
 
 /// The rows of a run, its estimated errors at the end.
 fn rows(model: &Model, method: &'static Method) -> Vec<f64> {

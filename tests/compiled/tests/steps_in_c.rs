@@ -6,10 +6,9 @@ use std::process::Command;
 
 use qrm_core::{Equations, Generated, Kernel, KernelState, Model, rk4_step};
 use qrm_language::Code;
+use qrm_model::{double_pendulum, four_bar, n_four_bar_2, pendulum, quick_return, quick_return_driven, shaper};
 use qrm_scene::resolve;
 use qrm_sim::run::{End, Request, simulate};
-
-use qrm_model::{double_pendulum, four_bar, n_four_bar_2, pendulum, quick_return, quick_return_driven, shaper};
 
 /// The largest difference, relative to the largest number of its kind: sines and cosines of stages are computed anew in
 /// C, and follow turns in Rust.

@@ -4,11 +4,11 @@ mod plain;
 
 use std::io;
 
-use plain::Plain;
-
 use qrm_core::Model;
 use qrm_sim::integrate::{MethodSettings, method_named};
 use qrm_sim::run::{Observer, Outcome, Request, Row, simulate};
+
+use plain::Plain;
 
 fn model(name: &str) -> &'static Model {
     qrm_functions::MODELS.iter().find(|model| model.description.name == name).expect("a generated scene")

@@ -7,7 +7,6 @@
 //! `QRM_REFRESH=1 cargo test --release --package qrm-functions --test integration record` writes it anew: read the
 //! difference before keeping it.
 
-use qrm_sim::position::{Start, assemble};
 use std::fmt::{Debug, Write};
 use std::io;
 use std::path::PathBuf;
@@ -22,6 +21,7 @@ use qrm_sim::analysis::{
 };
 use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::integrate::{METHODS, MethodSettings};
+use qrm_sim::position::{Start, assemble};
 use qrm_sim::run::{End, Extremes, Observer, Request, Row, Simulation, simulate};
 use qrm_sim::solve::Projection;
 use qrm_sim::state::State;

@@ -1,11 +1,12 @@
 //! Constraints that repeat others: the motion is that of the mechanism without them, forces are those of least norm.
-use qrm_sim::position::Start;
+
 use std::io;
 
 use qrm_core::Model;
 use qrm_sim::analysis::{spectrum, static_equilibrium};
 use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::integrate::{METHODS, MethodSettings};
+use qrm_sim::position::Start;
 use qrm_sim::run::{Observer, Outcome, Request, Row, Simulation, Status, simulate};
 use qrm_sim::solve::constraint_rank;
 

@@ -1,4 +1,4 @@
-//! The operations that compute values.
+//! Emits the operations that compute values.
 
 use qrm_core::Operation;
 
@@ -6,7 +6,7 @@ use super::Body;
 use crate::graph::{Id, Op, Signed};
 use crate::term::Symbol;
 
-/// Sums of more than twice so many terms are made in parts, which need not wait for each other.
+/// The number of terms in a partial sum: sums of more than twice as many terms are split into independent parts.
 const CHAIN: usize = 8;
 
 impl Body<'_> {
@@ -33,7 +33,7 @@ impl Body<'_> {
         }
     }
 
-    /// A sum, a positive term first where there is one.
+    /// Emits a sum, with a positive term first if there is one.
     fn sum(&mut self, terms: &[Signed]) -> u32 {
         if let Some(depths) = self.depths {
             return self.joined_sum(terms, depths);
@@ -50,13 +50,13 @@ impl Body<'_> {
         sum
     }
 
-    /// A sum and another term.
+    /// Adds a term to a sum.
     fn added(&mut self, sum: u32, term: Signed) -> u32 {
         let value = self.value(term.id);
         self.operation(if term.negative { Operation::Sub(sum, value) } else { Operation::Add(sum, value) })
     }
 
-    /// A sum whose products are added as they are made, the deepest last.
+    /// Emits a sum with fused products, deepest product last.
     fn joined_sum(&mut self, terms: &[Signed], depths: &[u32]) -> u32 {
         let is_product = |body: &Self, id: Id| {
             matches!(body.graph.op(id), Op::Product(_))
@@ -101,12 +101,12 @@ impl Body<'_> {
         factors
     }
 
-    /// A product; reciprocals that serve only here become divisions.
+    /// Emits a product; reciprocals used only here become divisions.
     fn product(&mut self, factors: &[Id]) -> u32 {
         let graph = self.graph;
         let factors = &self.by_depth(factors)[..];
         let divisor = |body: &Self, id: Id| match graph.op(id) {
-            // A kernel keeps them apart: they need not wait for the other factors.
+            // A kernel keeps reciprocals separate, since they do not depend on the other factors.
             Op::Reciprocal(a)
                 if body.depths.is_none() && !body.values.contains_key(&id) && !body.outside.contains_key(&id) =>
             {

@@ -1,4 +1,4 @@
-//! What the functions of a kernel have in common: the values at hand, and the statements of a body.
+//! Common parts of the functions of a kernel: available values, and the statements of a body.
 
 use std::collections::{HashMap, HashSet};
 
@@ -11,7 +11,7 @@ use crate::kernel::{Block, Kernel, Local};
 use crate::term::Symbol;
 use qrm_core::named_tape::{Argument, Function, Part, Shape, place};
 
-/// Makes the functions of a kernel.
+/// Creates the functions of a kernel.
 pub(in crate::functions) struct Emitter<'a> {
     pub(super) writer: &'a Writer<'a>,
     pub(super) kernel: &'a Kernel,
@@ -25,7 +25,8 @@ pub(in crate::functions) struct Emitter<'a> {
 }
 
 impl<'a> Emitter<'a> {
-    /// The functions are given sines and cosines of the coordinates, or compute them.
+    /// Creates the emitter; with `has_angles` the functions take sines and cosines as arguments, otherwise they compute
+    /// them.
     pub(in crate::functions) fn new(writer: &'a Writer<'a>, kernel: &'a Kernel, has_angles: bool) -> Self {
         let graph = writer.graph;
         let n = place(writer.scene.coordinates.len());
@@ -48,7 +49,7 @@ impl<'a> Emitter<'a> {
             let local = inputs.get(&id);
             let follows = match (op, local) {
                 (_, Some(local)) => local.block.is_position(),
-                // Where closures or lengths need time, a position is one at a time.
+                // If constraints or lengths depend on time, so does a position.
                 (Op::Input(Symbol::Time), None) => kernel.is_timed,
                 (Op::Input(symbol), None) => symbol.is_constant() || matches!(symbol, Symbol::Coordinate(_)),
                 (op, None) => op.operands().iter().all(|&operand| emitter.is_position[operand]),
@@ -60,12 +61,12 @@ impl<'a> Emitter<'a> {
         emitter
     }
 
-    /// After about how many cycles a value is there.
+    /// The approximate number of cycles until a value is available.
     fn depth(&self, id: Id, op: &Op, definition: Option<Id>) -> u32 {
         let deepest = op.operands().iter().map(|&operand| self.depths[operand]).max().unwrap_or(0);
         let more = |operands: usize| 3 * u32::try_from(operands.saturating_sub(1)).unwrap_or(u32::MAX / 4);
         match op {
-            // Sines and cosines are there before the rest.
+            // Sines and cosines are available first.
             op if self.outside.contains_key(&id) || angle_of(self.graph, op).is_some() => 0,
             Op::Input(_) => definition.map_or(0, |id| self.depths[id]),
             Op::Number(_) => 0,
@@ -76,12 +77,12 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// The value that each local stands for.
+    /// The value that each local represents.
     pub(super) fn definitions(&self) -> HashMap<Id, Id> {
         self.kernel.locals.iter().map(|local| (local.input.id, local.value.id)).collect()
     }
 
-    /// The locals that results need, through others and up to what stands outside.
+    /// The locals that results depend on, down to values defined outside.
     pub(super) fn needed_locals(
         &self,
         results: impl Iterator<Item = Signed>,
@@ -111,7 +112,7 @@ impl<'a> Emitter<'a> {
         Body::begin(graph, outside, &self.writer.hints, taken, roots, Some(&self.depths))
     }
 
-    /// A function that is given no position.
+    /// Creates a function without a position as argument.
     pub(in crate::functions) fn whole(&self, name: &str, arguments: &[Argument], results: &[&[Signed]]) -> Function {
         let ends: Vec<Signed> = results.iter().copied().flatten().copied().collect();
         let locals = self.needed_locals(ends.iter().copied(), &self.outside);
@@ -139,7 +140,7 @@ pub(super) struct KernelFunction<'k> {
     pub(super) results: Vec<&'k [Signed]>,
 }
 
-/// Results as lists.
+/// Returns results as lists.
 pub(super) fn vectors(body: &mut Body, results: &[&[Signed]]) -> Vec<Part> {
     let part = |result: &&[Signed]| {
         let values = Shape::Vector(result.iter().map(|root| body.root(*root)).collect());
@@ -148,7 +149,7 @@ pub(super) fn vectors(body: &mut Body, results: &[&[Signed]]) -> Vec<Part> {
     results.iter().map(part).collect()
 }
 
-/// Defines values with a name, with a comment where another part of the computation begins.
+/// Defines named values, with a comment where another block begins.
 pub(super) fn define(body: &mut Body, locals: &[&Local], named: &HashSet<Id>) {
     let mut block = None;
     for local in locals {
@@ -161,7 +162,7 @@ pub(super) fn define(body: &mut Body, locals: &[&Local], named: &HashSet<Id>) {
     body.end_comment();
 }
 
-/// The coordinate whose sine or cosine an operation is.
+/// The coordinate of an operation that is a sine or cosine of one.
 pub(super) fn angle_of(graph: &Graph, op: &Op) -> Option<(Call, usize)> {
     match op {
         Op::Call(function @ (Call::Sin | Call::Cos), angle) => match graph.op(*angle) {

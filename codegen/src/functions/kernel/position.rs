@@ -1,4 +1,4 @@
-//! The function that gives what follows from a position.
+//! The function that computes the quantities of a position.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -17,11 +17,11 @@ pub(super) struct Position {
 }
 
 impl Emitter<'_> {
-    /// The values of a position that other functions need.
+    /// The quantities of a position that other functions need.
     pub(super) fn fields(&self, parts: &[KernelFunction]) -> BTreeSet<Id> {
         let mut fields = self.computed_fields(parts);
         let definitions = self.definitions();
-        // Functions that do not take coordinates, their sines and cosines, or time find them there.
+        // Functions without coordinates, sines, cosines, or time as arguments take these from the position.
         for part in parts {
             let roots: Vec<Signed> = part.results.iter().copied().flatten().copied().collect();
             let (mut seen, mut pending) = (HashSet::new(), roots.iter().map(|root| root.id).collect::<Vec<Id>>());
@@ -106,7 +106,7 @@ impl Emitter<'_> {
         Position { values, names: names.into_keys().collect() }
     }
 
-    /// Whether a coordinate or time is among a function's arguments.
+    /// Whether a coordinate or time is an argument of a function.
     fn is_argument(&self, id: Id, arguments: &[Argument]) -> bool {
         match self.graph.op(id) {
             Op::Input(Symbol::Coordinate(_)) => arguments.contains(&Argument::Coordinates),
@@ -115,7 +115,7 @@ impl Emitter<'_> {
         }
     }
 
-    /// Adds the function that gives the largest factor by which the elimination magnifies errors.
+    /// Adds the function for the largest factor by which the elimination amplifies errors.
     pub(super) fn add_growth_factor(&self, position: &Position) {
         let mut tape = self.writer.tape.borrow_mut();
         let sizes = self.kernel.growth_factors.iter().filter_map(|value| position.values.get(&value.id));

@@ -1,4 +1,4 @@
-//! The choice of the coordinates that depend on the others.
+//! The choice of the dependent coordinates.
 
 use std::collections::HashMap;
 
@@ -9,11 +9,11 @@ use crate::term::{Equations, Symbol, Term};
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::scene::Start;
 
-/// Entries this much smaller than the largest of their row are no pivots.
+/// The smallest ratio of a pivot to the largest entry of its row.
 const SMALL: f64 = 0.05;
 
-/// Constraint and coordinate of each pivot: large enough at the scene's start, not of a coordinate that is given there
-/// if that can be helped, and first those that leave most zeros as they are.
+/// The constraint and coordinate of each pivot. Pivots are large enough at the scene's start, preferably avoid
+/// coordinates given there, and are ordered to preserve most zeros.
 pub(super) fn pivots(builder: &Builder, equations: &Equations, jacobian: &Matrix) -> Vec<(usize, usize)> {
     let scene = builder.scene;
     let parameters = parameter_values(scene, |_| None);

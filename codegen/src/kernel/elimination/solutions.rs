@@ -1,4 +1,4 @@
-//! The solutions of a factorised system.
+//! The solutions of a factored system.
 
 use super::Elimination;
 use crate::graph::Signed;
@@ -7,7 +7,7 @@ use crate::kernel::block::Block;
 use crate::kernel::builder::Builder;
 
 impl Elimination {
-    /// A solution of `C_q x = right` in which independent coordinates rest.
+    /// A solution of `C_q x = right` whose independent coordinates are zero.
     pub(in crate::kernel) fn particular(
         &self,
         builder: &mut Builder,

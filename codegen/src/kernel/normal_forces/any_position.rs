@@ -1,4 +1,4 @@
-//! Normal forces of friction in plain functions, which hold at any position.
+//! Normal forces of friction in plain functions, valid at any position.
 
 use super::super::algebra::{Matrix, Value};
 use super::super::range_space::RangeSpace;
@@ -7,10 +7,10 @@ use crate::graph::Signed;
 use crate::term::{KernelEquations, Symbol};
 
 impl Builder<'_> {
-    /// Binds the symbols of normal forces, and gives the values on the way there with their names.
+    /// Binds the symbols of normal forces; returns the named intermediate values.
     ///
-    /// `Mbar` is completed by `C_q' W C_q`, with weights `W` that give both parts the same size: it is regular where
-    /// the motion is determined, and the solution is the same.
+    /// `Mbar` is completed by `C_q' W C_q`, with weights `W` that give both parts the same size. The result is regular
+    /// wherever the motion is determined, and the solution does not change.
     pub(in crate::kernel) fn bind_normal_forces(mut self, e: &KernelEquations) -> Vec<(String, Signed)> {
         let jacobian = self.jacobian(e);
         let mass = self.mass_matrix(e);
@@ -32,7 +32,7 @@ impl Builder<'_> {
             };
             self.with_friction(&e.normal_forces, &forces, &solve);
         } else {
-            // A coordinate that moves nothing has no acceleration: there is no motion, and no force.
+            // If some coordinate has no inertia at all, there is no motion, and normal forces are set to zero.
             e.normal_forces.iter().for_each(|own| self.bind(Symbol::NormalForce(own.output), None));
         }
         self.locals.into_iter().map(|local| (local.name, local.value)).collect()

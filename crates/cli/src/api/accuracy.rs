@@ -13,15 +13,15 @@ use crate::reference::ReferenceKind;
 /// The options of a measurement of accuracy.
 #[derive(Clone, Debug, Default)]
 pub struct AccuracyOptions {
-    /// The options of each run but its method.
+    /// The options of each run, except its method.
     pub run: RunOptions,
-    /// The times at which runs are compared, in s; eight up to the end if there are none.
+    /// The times at which runs are compared, in s; if empty, eight times up to the end.
     pub at: Vec<String>,
-    /// The column whose error counts; the coordinates if `None`.
+    /// The column whose error is measured; the coordinates if `None`.
     pub of: Option<String>,
-    /// The reference that runs are compared with: `energy`, `scene` or `run`.
+    /// The reference for the comparison: `energy`, `scene` or `run`.
     pub reference: Option<String>,
-    /// The time that may be taken, such as `30s`.
+    /// The time limit, such as `30s`.
     pub budget: String,
 }
 
@@ -32,13 +32,13 @@ pub struct Accuracy {
     pub table: Vec<u8>,
     /// The report of the command.
     pub text: String,
-    /// The origin of the exact values.
+    /// The source of the exact values.
     pub reference: String,
-    /// Each goal with the cheapest method for it, in a sentence.
+    /// The accuracy goals, each with a sentence about the cheapest method.
     pub recommendations: Vec<(String, String)>,
-    /// `accuracy.svg`; the reason if there is no picture.
+    /// `accuracy.svg`, or the reason why there is no picture.
     pub figure: Result<String, String>,
-    /// Doubts that the measurements leave.
+    /// Warnings about the measurements.
     pub warnings: Vec<String>,
 }
 
@@ -46,7 +46,7 @@ impl LoadedScene {
     /// Measures run time and error of every method: `qrm accuracy`.
     ///
     /// # Errors
-    /// An option is wrong, or no method gets to the end.
+    /// An option is invalid, or no method reaches the end.
     pub fn accuracy(&self, options: &AccuracyOptions) -> Result<Accuracy, Error> {
         let begun = Instant::now();
         let setup = self.setup(&options.run)?;
@@ -65,7 +65,7 @@ impl LoadedScene {
     }
 }
 
-/// The reference of this name.
+/// Finds a reference by its name.
 fn reference(name: &str) -> Result<ReferenceKind, Error> {
     ReferenceKind::from_str(name, false).map_err(|_| {
         let kinds = ReferenceKind::value_variants().iter().filter_map(ValueEnum::to_possible_value);

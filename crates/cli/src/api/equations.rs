@@ -9,7 +9,7 @@ use super::scene::LoadedScene;
 use crate::error::Error;
 
 /// The terms of `Mbar qdd + C_q' lambda = fbar`, `C_q qdd + bias = 0` and of the constraints `C = 0` at a state, and
-/// their solution. Matrices are stored row after row.
+/// their solution. Matrices are stored row by row.
 #[derive(Clone, Debug)]
 pub struct EquationsOfMotion {
     /// Mbar, `n` by `n`.
@@ -30,16 +30,15 @@ pub struct EquationsOfMotion {
     pub multipliers: Vec<f64>,
     /// The outputs.
     pub outputs: Vec<f64>,
-    /// The kinetic energy, and the potential of the conservative loads, in J.
+    /// The kinetic energy and the potential of the conservative loads, in J.
     pub energy: [f64; 2],
 }
 
 impl LoadedScene {
-    /// The equations of motion at a time, at coordinates and rates that need not meet the constraints.
+    /// Computes the equations of motion at a time; coordinates and rates need not satisfy the constraints.
     ///
     /// # Errors
-    /// An option is wrong, a vector has another length than there are coordinates, or the accelerations are not
-    /// determined.
+    /// An option is invalid, a vector has the wrong length, or the accelerations are not determined.
     pub fn equations(&self, options: &RunOptions, t: f64, q: &[f64], qd: &[f64]) -> Result<EquationsOfMotion, Error> {
         let setup = self.setup(options)?;
         if !t.is_finite() {
@@ -80,10 +79,10 @@ impl LoadedScene {
         })
     }
 
-    /// Coordinates and rates at the start of the motion, which meet the constraints.
+    /// Computes coordinates and rates at the start of the motion, which satisfy the constraints.
     ///
     /// # Errors
-    /// An option is wrong, or the mechanism cannot be assembled.
+    /// An option is invalid, or the mechanism cannot be assembled.
     pub fn start(&self, options: &RunOptions) -> Result<[Vec<f64>; 2], Error> {
         let setup = self.setup(options)?;
         setup.first_state()

@@ -7,7 +7,7 @@ use qrm_sim::solve::Projection;
 use crate::error::Error;
 use crate::options::{MethodOptions, SceneName, SceneOptions, StartOptions};
 
-/// The options of a run, as the command has them. Values are numbers, or formulae of numbers such as `3*pi`.
+/// The options of a run, as in the command. Values are numbers, or formulae of numbers such as `3*pi`.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
     /// New values of parameters: `--set`.
@@ -28,14 +28,14 @@ pub struct RunOptions {
     pub max_step: Option<String>,
     /// The projection after each step, by its name.
     pub projection: Option<String>,
-    /// Largest residual of a constraint that needs no correction.
+    /// Largest residual of a constraint that is not corrected.
     pub closure_tolerance: Option<String>,
-    /// Most corrections of position after a step.
+    /// Largest number of corrections of the position after a step.
     pub closure_iterations: Option<u32>,
 }
 
 impl RunOptions {
-    /// The options of the command that these are.
+    /// Converts the options to those of the command.
     pub(super) fn parsed(&self) -> Result<(SceneOptions, StartOptions, MethodOptions), Error> {
         if self.end_time.is_some() && self.until.is_some() {
             return Err(Error::usage("`--end-time` and `--until` are both given").help("keep one of the two"));
@@ -62,12 +62,12 @@ impl RunOptions {
     }
 }
 
-/// The method of this name.
+/// Finds a method by its name.
 fn method(name: &str) -> Result<&'static Method, Error> {
     method_named(name).ok_or_else(|| unknown("method", name, METHODS.iter().map(|method| method.name).collect()))
 }
 
-/// The projection of this name.
+/// Finds a projection by its name.
 fn projection(name: &str) -> Result<Projection, Error> {
     let names = || Projection::ALL.iter().map(|(name, _)| *name).collect();
     Projection::named(name).ok_or_else(|| unknown("projection", name, names()))

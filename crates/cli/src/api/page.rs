@@ -6,18 +6,18 @@ use crate::commands::{animate, page};
 use crate::error::Error;
 
 impl LoadedScene {
-    /// A page that simulates the scene in any browser, with a slider for each parameter: `qrm page`.
+    /// Creates a page that simulates the scene in any browser, with a slider for each parameter: `qrm page`.
     ///
     /// # Errors
-    /// A part of the page cannot be made.
+    /// A part of the page cannot be created.
     pub fn page(&self) -> Result<String, Error> {
         page::page(&self.found(), &self.path().display().to_string())
     }
 
-    /// A page that plays a run: `qrm animate`.
+    /// Creates a page that plays a run: `qrm animate`.
     ///
     /// # Errors
-    /// The run cannot begin, did not do what was asked, or cannot be drawn.
+    /// The run cannot begin, fails, or cannot be drawn.
     pub fn animation(&self, options: &RunOptions) -> Result<String, Error> {
         let setup = self.setup(options)?;
         let (motion, report) = animate::animation(&setup)?;

@@ -13,18 +13,18 @@ use crate::memory::has_room;
 use crate::progress::interrupted;
 use crate::run_report::RunReport;
 
-/// A run that began, however it ended.
+/// The result of a run that began.
 #[derive(Debug)]
 pub struct Run {
     /// The columns of its rows.
     pub columns: Vec<Column>,
-    /// The numbers, row after row.
+    /// The numbers, row by row.
     pub values: Vec<f64>,
     /// The text of `summary.json`.
     pub summary: String,
-    /// The warnings about it, with their hints.
+    /// The warnings about the run, with their hints.
     pub warnings: Vec<String>,
-    /// The reason why it did not do what was asked.
+    /// The reason why it failed or cannot be trusted.
     pub problem: Option<Error>,
 }
 
@@ -32,10 +32,10 @@ impl LoadedScene {
     /// Runs the scene: `qrm run`.
     ///
     /// # Errors
-    /// The run cannot begin. A run that began is returned with its problem, if it has one.
+    /// The run cannot begin. A run that began is returned, with its problem if there is one.
     pub fn run(&self, options: &RunOptions, every: u64, estimate_error: bool) -> Result<Run, Error> {
         let setup = self.setup(options)?;
-        // Warnings about joints that open take the series of their multipliers.
+        // Warnings about joints that open need the multipliers over time.
         let has_one_sided = setup.scene.constraints.iter().any(|joint| joint.one_sided.is_some());
         let recording = if has_one_sided { Recording::new } else { Recording::for_extremes };
         let mut observer = (Table::new(every), recording(setup.description));
@@ -54,7 +54,7 @@ impl LoadedScene {
     }
 }
 
-/// The number of rows for which there is room at first.
+/// The initial capacity in rows.
 const ROWS: usize = 2048;
 
 /// An observer that keeps rows.
@@ -98,7 +98,7 @@ impl Observer for Table {
     }
 
     fn finish(&mut self, last: &[f64]) -> io::Result<()> {
-        // The last row is kept even if it is not its turn.
+        // The last row is always kept.
         if self.is_behind {
             self.push(last)?;
         }

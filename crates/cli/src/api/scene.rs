@@ -1,4 +1,4 @@
-//! A scene that is loaded.
+//! A loaded scene.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -12,17 +12,17 @@ use crate::options::SceneName;
 use crate::scenes::{FoundScene, SceneSource, model_of_file_now, model_of_source, path_of};
 use crate::setup::Setup;
 
-/// A scene of the program, or one that was read from a file.
+/// A scene of the program, or one read from a file.
 #[derive(Clone, Debug)]
 pub struct LoadedScene {
     found: FoundScene,
 }
 
 impl LoadedScene {
-    /// The scene of this name, or that of the file with this path as it is now.
+    /// Loads the scene with this name, or the present content of the file with this path.
     ///
     /// # Errors
-    /// There is no such scene or file, or its scene is wrong or cannot be derived.
+    /// There is no such scene or file, or the scene has errors or cannot be derived.
     pub fn load(models: &'static [Model], name: &str) -> Result<Self, Error> {
         let (model, path) = match (SceneName { scene: name.to_owned() }).source(models)? {
             SceneSource::Model(model) => (model, path_of(model.description)),
@@ -31,10 +31,10 @@ impl LoadedScene {
         Self::new(model, path)
     }
 
-    /// The scene with this text, which was read from the file with this path, whatever is there now.
+    /// Loads a scene from its text. The text belongs to the file with this path, whose present content does not matter.
     ///
     /// # Errors
-    /// The scene is wrong or cannot be derived.
+    /// The scene has errors or cannot be derived.
     pub fn from_source(models: &'static [Model], path: &str, source: &str) -> Result<Self, Error> {
         Self::new(model_of_source(models, Path::new(path), source.to_owned())?, path.to_owned())
     }
@@ -44,7 +44,7 @@ impl LoadedScene {
         Ok(Self { found: FoundScene { model, path, scene: Some(Arc::new(scene)) } })
     }
 
-    /// Names, units and meanings.
+    /// Names, units and descriptions.
     pub fn description(&self) -> &'static Description {
         self.found.model.description
     }
@@ -54,7 +54,7 @@ impl LoadedScene {
         self.found.model
     }
 
-    /// The path of the scene file, as the user knows it.
+    /// The path of the scene file, as the user typed it.
     pub fn path(&self) -> &Path {
         Path::new(&self.found.path)
     }
@@ -62,7 +62,7 @@ impl LoadedScene {
     /// The values of its parameters, in the order of the description.
     ///
     /// # Errors
-    /// An option is wrong.
+    /// An option is invalid.
     pub fn parameters(&self, options: &RunOptions) -> Result<Vec<f64>, Error> {
         let setup = self.setup(options)?;
         let mut values = self.found.model.parameter_values(&setup.replace());
@@ -70,7 +70,7 @@ impl LoadedScene {
         Ok(values)
     }
 
-    /// The scene as commands find it.
+    /// The scene in the form that commands use.
     pub(super) fn found(&self) -> FoundScene {
         self.found.clone()
     }

@@ -5,23 +5,23 @@ use super::scene::LoadedScene;
 use crate::commands::sensitivity::{Asked, Quantity};
 use crate::error::Error;
 
-/// The derivatives that are asked for.
+/// The options of a sensitivity analysis.
 #[derive(Clone, Debug, Default)]
 pub struct SensitivityOptions {
     /// The options of the run.
     pub run: RunOptions,
-    /// The parameters; all if there are none.
+    /// The parameters; all if empty.
     pub by: Vec<String>,
-    /// The outputs, and `end` for the state at the end; all if there are none.
+    /// The outputs, and `end` for the state at the end; all if empty.
     pub of: Vec<String>,
-    /// The vector that Hessians are multiplied by: entries by parameters.
+    /// The vector for Hessian products: entries by parameter.
     pub hessian_vector: Vec<(String, f64)>,
     /// Whether errors are estimated and derivatives compared with difference quotients.
     pub check: bool,
 }
 
-/// Derivatives of quantities of a motion by parameters. Matrices have a row for each quantity and a column for each
-/// parameter, and are stored row after row.
+/// Derivatives of quantities of a motion with respect to parameters. Matrices have a row for each quantity and a column
+/// for each parameter, and are stored row by row.
 #[derive(Debug)]
 pub struct Derivatives {
     /// Kind (`end`, `minimum`, `time_of_minimum`, ...), name and unit of each quantity.
@@ -32,19 +32,19 @@ pub struct Derivatives {
     pub values: Vec<f64>,
     /// The derivatives.
     pub jacobian: Vec<f64>,
-    /// The products of the Hessian of each quantity with the vector, where there is one.
+    /// The products of the Hessian of each quantity with the vector, if one is given.
     pub hessian_vector: Option<Vec<f64>>,
-    /// The estimated errors of values, derivatives and products, if they are checked.
+    /// The estimated errors of values, derivatives and products, if requested.
     pub errors: Option<[Vec<f64>; 3]>,
-    /// The reason not to rely on them.
+    /// The reason not to trust the derivatives.
     pub problem: Option<Error>,
 }
 
 impl LoadedScene {
-    /// Derivatives of a motion by parameters: `qrm sensitivity`.
+    /// Computes derivatives of a motion with respect to parameters: `qrm sensitivity`.
     ///
     /// # Errors
-    /// An option is wrong, or the motion has no derivatives.
+    /// An option is invalid, or the motion has no derivatives.
     pub fn sensitivity(&self, options: &SensitivityOptions) -> Result<Derivatives, Error> {
         let setup = self.setup(&options.run)?;
         if setup.has_own_start() {

@@ -14,13 +14,13 @@ use crate::setup::Setup;
 pub struct SweepOptions {
     /// The options of each run.
     pub run: RunOptions,
-    /// The values of the parameters that are varied.
+    /// The values of the varied parameters.
     pub vary: Vec<(String, Vec<f64>)>,
-    /// Whether a design takes the values at the same place of every parameter, instead of a combination.
+    /// Whether design `k` takes value `k` of every parameter, instead of a combination.
     pub is_paired: bool,
-    /// Whether the extremes of the outputs are left out.
+    /// Whether the extremes of the outputs are omitted.
     pub no_extremes: bool,
-    /// Whether the estimates of the errors are left out.
+    /// Whether error estimates are omitted.
     pub no_error_estimate: bool,
     /// The number of cores; all if `None`.
     pub threads: Option<u32>,
@@ -31,16 +31,16 @@ pub struct SweepOptions {
 pub struct Sweep {
     /// The columns with their numbers or texts, a value for each design.
     pub columns: Vec<(Column<()>, Values)>,
-    /// The problems of the table that separate runs of some designs show.
+    /// The problems of the table found by separate runs of some designs.
     pub warnings: Vec<String>,
 }
 
 /// The values of a column.
 #[derive(Clone, Debug)]
 pub enum Values {
-    /// Whole numbers; zero where nothing is known.
+    /// Integers; zero if unknown.
     Whole(Vec<u64>),
-    /// Numbers; not a number where nothing is known.
+    /// Numbers; not a number if unknown.
     Number(Vec<f64>),
     /// Texts.
     Text(Vec<String>),
@@ -50,7 +50,7 @@ impl LoadedScene {
     /// Runs many designs: `qrm sweep`. An interrupted sweep has fewer rows.
     ///
     /// # Errors
-    /// An option is wrong. Designs that fail are rows with a reason.
+    /// An option is invalid. Designs that fail are rows with a reason.
     pub fn sweep(&self, options: &SweepOptions) -> Result<Sweep, Error> {
         let (scene, start, how) = options.run.parsed()?;
         if !start.start.is_empty() {
@@ -96,9 +96,9 @@ impl LoadedScene {
     }
 }
 
-/// Refuses a table that does not fit into the memory of the machine.
+/// Refuses a table that exceeds the memory of the machine.
 fn check_memory(rows: usize, columns: usize) -> Result<(), Error> {
-    // A value takes 8 bytes here and 8 in what users make of it; texts take no more than a few of them.
+    // A value takes 8 bytes here and 8 in copies made by callers; texts take at most a few times that.
     let bytes = rows.saturating_mul(columns + 4).saturating_mul(16);
     if has_room(bytes) {
         return Ok(());
@@ -108,7 +108,7 @@ fn check_memory(rows: usize, columns: usize) -> Result<(), Error> {
 }
 
 impl Values {
-    /// Room for the values of a column.
+    /// Creates an empty column.
     fn new(field: Field, count: usize) -> Self {
         match field {
             Field::Design | Field::Steps => Self::Whole(Vec::with_capacity(count)),

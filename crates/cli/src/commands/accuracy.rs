@@ -73,7 +73,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     if study.is_interrupted() { Err(Error::run("interrupted: what was measured is written")) } else { Ok(()) }
 }
 
-/// The column of this name that a reference has.
+/// Finds a column of the reference by its name.
 pub(crate) fn column(setup: &Setup, name: &str) -> Result<Column, Error> {
     let is_known = |column: &Column| !matches!(column.kind, Kind::Time | Kind::Residual | Kind::ResidualRate);
     let known: Vec<Column> = columns(setup.description).into_iter().filter(is_known).collect();
@@ -85,7 +85,7 @@ pub(crate) fn column(setup: &Setup, name: &str) -> Result<Column, Error> {
     Err(Error::usage(format!("`--of {name}`: there is no such column")).help(help))
 }
 
-/// A budget beyond this is no limit.
+/// Longer budgets count as unlimited.
 const LONGEST: Duration = Duration::from_secs(100 * 365 * 86_400);
 
 /// Reads `30s`, `500ms`, `2min` or a number of seconds.

@@ -59,7 +59,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     problem.map_or(Ok(()), |reason| Err(not_enclosed(&setup, &reason, t)))
 }
 
-/// Where the motion ends.
+/// The end of the motion.
 fn end(setup: &Setup) -> EnclosureEnd {
     let before = setup.end_time.unwrap_or_else(|| constant(&setup.scene.run.end_time, &setup.parameters()));
     let start = setup.start();
@@ -72,7 +72,7 @@ fn end(setup: &Setup) -> EnclosureEnd {
     }
 }
 
-/// An error that says how far a motion was enclosed, and why no further.
+/// Creates an error with the time up to which a motion was enclosed, and the reason.
 fn not_enclosed(setup: &Setup, reason: &Reason, t: Option<f64>) -> Error {
     let (text, help) = match reason {
         Reason::NotAssembled(reason) => return setup.not_assembled(reason),

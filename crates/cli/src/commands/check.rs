@@ -31,10 +31,10 @@ pub(crate) struct Options {
     branches: bool,
 }
 
-/// Prints what can be known of a mechanism beyond one run of it.
+/// Prints properties of a mechanism beyond those of a single run.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::from_found(options.scene.name.find(models)?, &options.scene, &options.method)?;
-    // The whole check has topics for them.
+    // The full check includes both as topics.
     if !options.at_rest.is_empty() || options.branches {
         setup.print_notes();
     }
@@ -63,7 +63,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     problem.map_or(Ok(()), Err)
 }
 
-/// Lines about one topic.
+/// Lines about a topic.
 pub(crate) struct Topic {
     pub(crate) name: String,
     pub(crate) lines: Vec<String>,
@@ -75,8 +75,7 @@ impl Topic {
     }
 }
 
-/// The lines about mobility, about a revolution and about the scene's own motion, with an error if its run did not do
-/// what was asked.
+/// The lines about mobility, a revolution and the scene's own motion, and an error if its run failed.
 pub(crate) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>), Error> {
     let mut topics = mobility::report_lines(setup)?;
     topics.extend(revolution::report_lines(setup)?);
@@ -85,7 +84,7 @@ pub(crate) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>),
     Ok((topics, problem))
 }
 
-/// The mechanism with some of its drives released.
+/// Creates the mechanism with some of its drives released.
 fn released(setup: &Setup, drives: &[usize]) -> Result<Box<dyn Mechanism>, Error> {
     let release =
         |mechanism, drive: &usize| MechanismWithoutDrive::new(mechanism, *drive).map(|own| Box::new(own) as Box<_>);
@@ -93,7 +92,7 @@ fn released(setup: &Setup, drives: &[usize]) -> Result<Box<dyn Mechanism>, Error
     released.map_err(|reason| setup.not_assembled(&reason))
 }
 
-/// The names of coordinates that the scene gives at its start, or drives prescribe.
+/// The coordinates that the scene gives at its start, or that drives prescribe.
 fn inputs(setup: &Setup) -> Result<Vec<QuantityDescription>, Error> {
     let mechanism = released(setup, &setup.scene.drives())?;
     let coordinates = mechanism.description().coordinates.iter().zip(Start::new(&*mechanism).given);

@@ -83,7 +83,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     Ok(())
 }
 
-/// All files in one text, each behind a line with its name if there are several.
+/// All files in one text, each after a line with its name if there are several.
 fn listing(language: &Language, files: &[File]) -> String {
     let file = |file: &File| match files.len() {
         1 => file.text.clone(),
@@ -92,7 +92,7 @@ fn listing(language: &Language, files: &[File]) -> String {
     files.iter().map(file).collect::<Vec<_>>().join("\n")
 }
 
-/// A warning if some constraints repeat others.
+/// A warning if some constraints are redundant.
 fn repeated(model: &Model) -> Option<Message> {
     let mechanism = model.mechanism(&|_| None);
     let (q, _) = assemble(&*mechanism, Start::new(&*mechanism)).ok()?;
@@ -113,7 +113,7 @@ fn not_by_itself(scene: &str, name: &str, language: &Language) -> Error {
     Error::usage(text).help(format!("`qrm code {scene} --language {}` prints all of it", language.name))
 }
 
-/// Prints code, in colours where a terminal shows Rust.
+/// Prints code, with colours if it is Rust on a terminal.
 fn show(language: &Language, code: &str) {
     let code = code.trim_end();
     print(&match anstream::AutoStream::choice(&std::io::stdout()) {
@@ -127,7 +127,7 @@ fn show(language: &Language, code: &str) {
 fn unknown(code: &Code, scene: &str, name: &str) -> Error {
     let [names, symbols] = rust::names(code);
     let all = names.iter().chain(&symbols).map(String::as_str);
-    // A name may be remembered by its beginning.
+    // A name may be abbreviated to its beginning.
     let begins = names.iter().find(|other| name.len() > 2 && other.starts_with(name));
     let help = match begins {
         Some(other) => format!("did you mean `{other}`?"),

@@ -13,7 +13,7 @@ pub(crate) struct Options {
     scene: SceneName,
 }
 
-/// Prints the cost of a scene's generated code, and what it does without.
+/// Prints the cost of a scene's generated code, and the parts that it omits.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let model = options.scene.find(models)?.model;
     let (description, notes) = (model.description, &model.named_tape().notes);

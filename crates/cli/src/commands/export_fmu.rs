@@ -22,7 +22,7 @@ use crate::run_report::RunReport;
 use crate::setup::Setup;
 use qrm_pictures::Recording;
 
-/// The licences of what the library of a unit contains.
+/// The licences of the code in the library of an FMU.
 const THIRD_PARTY: &str = include_str!("../../THIRD-PARTY.txt");
 
 #[derive(Args)]
@@ -38,16 +38,16 @@ pub(crate) struct Options {
     out: OutFolder,
 }
 
-/// Packs a scene as a unit of FMI 3.0.
+/// Packs a scene as an FMU for FMI 3.0.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?;
-    // The library of a unit holds the scenes of the program.
+    // The library of an FMU contains the scenes of the program.
     if !models.iter().any(|model| std::ptr::eq(model.description, setup.model.description)) {
         return Err(Error::usage("units of FMI hold compiled code, and a scene file is interpreted")
             .help("put the file into `scenes` of a clone of qrm, build, and export the scene by its name"));
     }
     let roles = roles::roles(&setup, &options.input)?;
-    // What does not run here would not run elsewhere.
+    // A scene that fails here would also fail elsewhere.
     let mut observer = (Progress::new(), Recording::new(setup.description));
     let outcome = setup.simulate(true, &mut observer)?;
     RunReport::new(&setup, &outcome, &observer.1).problem().map_or(Ok(()), Err)?;
@@ -90,14 +90,14 @@ fn text(setup: &Setup, roles: &roles::Roles, path: &Path, end: f64) -> String {
     )
 }
 
-/// The library that was built beside this command.
+/// Reads the library that was built with this command.
 fn library(setup: &Setup) -> Result<Vec<u8>, Error> {
     use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
     let command = std::env::current_exe().unwrap_or_default();
     let stem = command.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let file = format!("{DLL_PREFIX}{stem}{DLL_SUFFIX}");
     let beside: PathBuf = command.with_file_name(&file);
-    // Where cargo builds the command alone, it leaves the library in a folder.
+    // If cargo builds the command alone, it leaves the library in a subfolder.
     let places = [beside.with_file_name("deps").join(&file), beside.clone()];
     let modified = |path: &PathBuf| std::fs::metadata(path).and_then(|m| m.modified()).ok();
     let newest = places.into_iter().filter(|path| path.is_file()).max_by_key(modified);
@@ -116,7 +116,7 @@ fn library(setup: &Setup) -> Result<Vec<u8>, Error> {
     Err(wrong(format!("does not hold scene `{}` as this command does", setup.description.name)))
 }
 
-/// The folder of a unit in which the library of this system stands.
+/// The folder for this system's library in an FMU.
 fn platform() -> String {
     let system = match std::env::consts::OS {
         "macos" => "darwin",

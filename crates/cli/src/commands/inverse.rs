@@ -54,7 +54,7 @@ pub(crate) struct Options {
     out: OutFolder,
 }
 
-/// Finds the forces and torques that a prescribed motion takes, prints what matters of them, and writes them.
+/// Computes the forces and torques for a prescribed motion, prints a summary, and writes them.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let scene =
         SceneOptions { name: options.name.clone(), set: options.set.clone(), step: None, end_time: None, until: None };
@@ -84,7 +84,7 @@ struct Motion {
     time: f64,
 }
 
-/// The motions that the command line asks for.
+/// The motions requested on the command line.
 fn motions(setup: &Setup, options: &Options, start: &Start) -> Result<Vec<Motion>, Error> {
     let coordinates = setup.description.coordinates;
     let given: Vec<usize> = (0..coordinates.len()).filter(|&i| start.given[i]).collect();
@@ -217,7 +217,7 @@ fn motion(setup: &Setup, options: &Options, start: &Start, coordinate: usize, te
     Ok(Motion { coordinate, profile, words, time })
 }
 
-/// The motions in words.
+/// Describes the motions in words.
 fn said(motions: &[Motion], setup: &Setup) -> String {
     let words: Vec<&str> = motions.iter().map(|motion| motion.words.as_str()).collect();
     let name = setup.description.name;
@@ -227,7 +227,7 @@ fn said(motions: &[Motion], setup: &Setup) -> String {
     }
 }
 
-/// The mechanism at the rows of a motion; where the acceleration jumps, before and after it.
+/// The states of the mechanism at the rows of a motion; where the acceleration jumps, before and after the jump.
 fn states(setup: &Setup, start: &Start, motions: &[Motion], rows: u32) -> Result<Vec<PrescribedState>, Error> {
     let mechanism = setup.mechanism();
     let end_time = || constant(&setup.scene.run.end_time, &setup.parameters());

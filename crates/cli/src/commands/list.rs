@@ -9,14 +9,14 @@ use crate::output::print;
 #[derive(Args)]
 pub(crate) struct Options {}
 
-/// Prints every scene with what can be set and what it gives.
+/// Prints every scene with its parameters and outputs.
 pub(crate) fn run(models: &'static [Model], _options: &Options) -> Result<(), Error> {
     let entries = models.iter().map(entry).chain(compiled(models));
     print(&entries.collect::<Vec<_>>().join("\n\n"));
     Ok(())
 }
 
-/// A line that tells which scenes are compiled; `None` if all are.
+/// A line with the compiled scenes; `None` if all are compiled.
 fn compiled(models: &[Model]) -> Option<String> {
     let names = |is_interpreted: bool| {
         let chosen = models.iter().filter(|model| model.is_interpreted() == is_interpreted);

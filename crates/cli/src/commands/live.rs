@@ -73,7 +73,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     if serving.is_finished() { Err(Error::run("the server accepts no more connections")) } else { Ok(()) }
 }
 
-/// The source that is followed: for a scene of the program its file, if that is here.
+/// The source to follow: for a scene of the program, its file if present.
 fn followed(source: SceneSource) -> SceneSource {
     match source {
         SceneSource::Model(model) if Path::new(&path_of(model.description)).is_file() => {

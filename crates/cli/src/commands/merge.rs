@@ -20,7 +20,7 @@ pub(crate) struct Options {
     parts: Vec<PathBuf>,
 }
 
-/// Joins the parts of a sweep that were computed apart.
+/// Joins the parts of a sweep that were computed separately.
 pub(crate) fn run(_models: &'static [Model], options: &Options) -> Result<(), Error> {
     let (rows, units) = join(&options.parts, &options.out)?;
     let units = units.file_name().unwrap_or_default().display();

@@ -25,7 +25,7 @@ pub(crate) struct Options {
 
 const EMPTY: &str = "empty";
 
-/// Writes a scene to begin with.
+/// Writes a new scene as a starting point.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let Options { name, from, out } = options;
     let is_name = name.starts_with(|c: char| c.is_ascii_lowercase())
@@ -48,7 +48,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     }
     let (text, own) = template(models, from)?;
     let text = renamed(&text, &own, name);
-    // A mistake in the new text is reported instead of written.
+    // An error in the new text is reported, and nothing written.
     resolve::read(&path.display().to_string(), &text)?;
     save(&path, text.as_bytes())?;
     print(&format!(
@@ -59,7 +59,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     Ok(())
 }
 
-/// The text that a new scene begins with, and the name in it.
+/// The template of a new scene, and its name in it.
 fn template(models: &'static [Model], from: &str) -> Result<(String, String), Error> {
     if from == EMPTY {
         return Ok((include_str!("new/empty.toml").to_owned(), EMPTY.to_owned()));
@@ -72,7 +72,7 @@ fn template(models: &'static [Model], from: &str) -> Result<(String, String), Er
     Ok((model_named(models, from, &[EMPTY])?.description.source.to_owned(), from.to_owned()))
 }
 
-/// A scene under another name, without the values and cases that belong to the first one alone.
+/// Renames a scene, and removes the values and cases that are specific to the original.
 fn renamed(text: &str, from: &str, name: &str) -> String {
     let text = text.replacen(&format!("name = \"{from}\""), &format!("name = \"{name}\""), 1);
     let mut lines: Vec<String> = Vec::new();
@@ -80,7 +80,7 @@ fn renamed(text: &str, from: &str, name: &str) -> String {
     for line in text.lines() {
         if line.starts_with('[') {
             is_kept = !line.starts_with("[reference") && !line.starts_with("[[extreme");
-            // Comments before a table belong to it.
+            // Comments directly before a table belong to it.
             while !is_kept && lines.last().is_some_and(|line| line.is_empty() || line.starts_with('#')) {
                 lines.pop();
             }

@@ -31,7 +31,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     save_and_print(&out, page(&found, &options.scene.scene)?.as_bytes())
 }
 
-/// The page of a scene, which the command line calls `name`.
+/// Creates the page of a scene; `name` is its name on the command line.
 pub(crate) fn page(found: &FoundScene, name: &str) -> Result<String, Error> {
     let FoundScene { model, path, .. } = found;
     let description = model.description;
@@ -47,7 +47,7 @@ pub(crate) fn page(found: &FoundScene, name: &str) -> Result<String, Error> {
     simulator_page(&page, packing::compressed)
 }
 
-/// An error if a page would replace a file of another kind.
+/// Returns an error if a page would overwrite a file of another kind.
 fn check_place(out: &Path) -> Result<(), Error> {
     let shown = out.display();
     if out.is_dir() {

@@ -36,7 +36,7 @@ pub(crate) struct Options {
     out: OutFolder,
 }
 
-/// Runs a scene and writes everything that is known of it on one page.
+/// Runs a scene and writes a page with all results.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?;
     let path = options.out.folder(&setup.path).join("report.html");
@@ -116,7 +116,7 @@ fn accuracy(setup: &Setup) -> Vec<Content<'static>> {
     vec![picture, Content::Facts(lines)]
 }
 
-/// The time that a report has for its measurements.
+/// The time limit for the measurements of a report.
 const BUDGET: Duration = Duration::from_secs(10);
 
 fn parameters(setup: &Setup, report: &RunReport) -> Content<'static> {

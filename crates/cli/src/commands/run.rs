@@ -73,7 +73,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         Ok(rows) => report.rows = rows,
         Err(e) => problems.push(e),
     }
-    // A curve takes two rows.
+    // A curve needs two rows.
     if !options.no_figures && report.rows > 1 {
         let mut figures = figures(&setup, &outcome, &recording);
         figures.extend(plots.figures(&recording));
@@ -90,7 +90,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     Error::all(problems)
 }
 
-/// Writes the units of the columns and, if asked for, the trajectory in Parquet; returns the tables.
+/// Writes the units of the columns and, if requested, the trajectory in Parquet; returns the tables.
 fn write_tables(options: &Options, recording: &Recording, out: &Path) -> Result<Vec<String>, Error> {
     let table = out.join("trajectory.csv");
     let columns: Vec<_> = recording.columns().cloned().collect();

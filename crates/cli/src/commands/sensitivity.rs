@@ -46,14 +46,14 @@ pub(crate) struct Options {
     out: OutFolder,
 }
 
-/// Takes derivatives of a motion by parameters, checks them, prints and writes them.
+/// Computes derivatives of a motion with respect to parameters, checks them, prints and writes them.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.how)?;
     let vector = assignments("--hessian-vector", &options.hessian_vector)?;
     let asked = Asked::new(&setup, &options.by, &options.of, vector, !options.no_check)?;
     let path = options.out.folder(&setup.path).join("sensitivity.csv");
     check_target(&path)?;
-    // An earlier table would pass for this one's. If it cannot be removed, writing will fail too.
+    // An old table could be mistaken for the new one. If it cannot be removed, writing will fail too.
     let _ = std::fs::remove_file(&path);
     let found = asked.find(&setup)?;
     let rows = found.quantities(&setup);
@@ -66,17 +66,17 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     found.verdict()
 }
 
-/// Derivatives that are asked for.
+/// The requested derivatives.
 pub(crate) struct Asked {
     by: Vec<&'static str>,
     of: Vec<String>,
-    /// The entries of the vector that Hessians are multiplied by.
+    /// The entries of the vector for Hessian products.
     vector: BTreeMap<String, f64>,
     /// Whether errors are estimated and derivatives compared with difference quotients.
     is_checked: bool,
 }
 
-/// Derivatives of a motion, with what checks them.
+/// Derivatives of a motion, and their checks.
 pub(crate) struct Found {
     /// The parameters, in the order of the derivatives.
     pub(crate) by: Vec<&'static str>,
@@ -86,7 +86,7 @@ pub(crate) struct Found {
 }
 
 impl Asked {
-    /// By all parameters where `by` is empty, and of everything where `of` is.
+    /// Creates the request; an empty `by` means all parameters, an empty `of` all quantities.
     pub(crate) fn new(
         setup: &Setup,
         by: &[String],
@@ -102,7 +102,7 @@ impl Asked {
         Ok(Self { by, of: of.to_vec(), vector, is_checked })
     }
 
-    /// Takes the derivatives and checks them.
+    /// Computes the derivatives and checks them.
     pub(crate) fn find(self, setup: &Setup) -> Result<Found, Error> {
         let Self { by, of, vector, is_checked } = self;
         let direction: Vec<(&str, f64)> = vector.iter().map(|(name, entry)| (name.as_str(), *entry)).collect();
@@ -131,13 +131,13 @@ impl Found {
         quantities(setup, &self.derivatives, &self.of)
     }
 
-    /// Whether the derivatives can be relied on, as far as they were checked.
+    /// Returns an error if the checks show that the derivatives are unreliable.
     pub(crate) fn verdict(&self) -> Result<(), Error> {
         check::verdict(&self.checks)
     }
 }
 
-/// The parameters that are asked for, in the order in which they are, or all.
+/// The requested parameters in the order of the request, or all.
 fn parameters(setup: &Setup, asked: &[String]) -> Result<Vec<&'static str>, Error> {
     asked.iter().try_for_each(|name| check_parameter(setup.description, name))?;
     if let Some((_, twice)) = asked.iter().enumerate().find(|(i, name)| asked[..*i].contains(name)) {
@@ -155,7 +155,7 @@ fn parameters(setup: &Setup, asked: &[String]) -> Result<Vec<&'static str>, Erro
     Ok(by)
 }
 
-/// An error if the scene has not all outputs that are asked for.
+/// Returns an error if the scene lacks a requested output.
 fn check_outputs(setup: &Setup, asked: &[String]) -> Result<(), Error> {
     let outputs = || setup.description.outputs.iter().map(|output| output.name).chain(["end"]);
     let Some(unknown) = asked.iter().find(|asked| !outputs().any(|output| output == asked.as_str())) else {
@@ -166,7 +166,7 @@ fn check_outputs(setup: &Setup, asked: &[String]) -> Result<(), Error> {
     Err(Error::usage(format!("`--of {unknown}`: scene `{name}` has no output of this name")).help(help))
 }
 
-/// The derivatives that are asked for, at other values of parameters.
+/// Computes the requested derivatives at other parameter values.
 fn derive(
     (setup, progress): (&Setup, &Progress),
     replace: ParameterOverrides,

@@ -31,11 +31,11 @@ pub(crate) struct Options {
     out: OutFolder,
 }
 
-/// The tolerance with which the motion is followed, and variants are tried.
+/// The tolerance for the motion and its variants.
 const TOLERANCE: &str = "1e-9";
 
-/// Prints how fast a mechanism reacts along its motion, what that asks of methods, and what becomes of them in extreme
-/// cases.
+/// Prints the eigenvalues of a mechanism along its motion, the resulting limits for methods, and the results of all
+/// methods in extreme cases.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let how = MethodOptions { method: Some(AUTO), tolerance: Some(TOLERANCE.to_owned()), ..MethodOptions::default() };
     let setup = Setup::new(models, &options.scene, &how)?;

@@ -120,11 +120,11 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     Ok(())
 }
 
-/// A sweep that is to be made.
+/// A planned sweep.
 struct Plan<'s> {
     options: &'s Options,
     designs: Designs,
-    /// The first design of this part, and the first beyond it.
+    /// The first design of this part, and the first one after it.
     range: (usize, usize),
     threads: usize,
     out: PathBuf,
@@ -156,10 +156,10 @@ impl<'s> Plan<'s> {
         Ok(Self { options, designs, range, threads: threads(options.threads), out })
     }
 
-    /// A line that differs between sweeps, and is the same for the parts of one.
+    /// A line that identifies a sweep; its parts share it.
     fn identity(&self) -> String {
         let Options { scene, how, vary, no_extremes, no_error_estimate, lanes, .. } = self.options;
-        // Four lanes and eight give the same digits.
+        // Four lanes and eight give identical results.
         let is_single = *lanes == Lanes::One;
         let MethodOptions { method: _, tolerance, max_step, projection, closure_tolerance, closure_iterations } = how;
         let name = self.designs.setup.settings.method.name;
@@ -169,13 +169,13 @@ impl<'s> Plan<'s> {
         format!("{name} {} {:016x}", env!("CARGO_PKG_VERSION"), digest(source.bytes().chain(asked.bytes())))
     }
 
-    /// A line that differs between tables of sweeps.
+    /// A line that identifies the table of a sweep.
     fn title(&self) -> String {
         let (begin, end) = self.range;
         format!("{}, designs {begin} to {end}", self.identity())
     }
 
-    /// Runs all designs but those that are done; returns the first that was not written.
+    /// Runs all remaining designs; returns the first that was not written.
     fn run(&self, journal: &mut Journal, done: usize) -> Result<usize, Error> {
         let (begin, end) = self.range;
         let progress = Progress::designs(end - begin, done);

@@ -31,16 +31,16 @@ use slope::Slope;
 use statistics::Statistics;
 use worst_case::Probes;
 
-/// Differences of values are known to this part of their size, or to the tolerance of the method.
+/// The relative resolution of differences of values, unless the tolerance of the method is larger.
 const RESOLUTION: f64 = 1e-9;
 
-/// Propagates tolerances of parameters to quantities of a motion: by linearization, at worst, and by Monte Carlo.
+/// Propagates tolerances of parameters to quantities of a motion: by linearization, worst case and Monte Carlo.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let mut parameters =
         options.vary.iter().map(|text| TolerancedParameter::new(text)).collect::<Result<Vec<_>, _>>()?;
     let how = by_lanes(&options.how);
     let setup = Setup::new(models, &options.scene, &how)?;
-    // The parameters that have tolerances are set where derivatives are taken, and varied in the samples.
+    // Parameters with tolerances are set for the derivatives, and varied in the samples.
     let mut scene = options.scene.clone();
     scene.set.extend(parameters.iter().filter_map(TolerancedParameter::assignment));
     parameter::check(&parameters, &setup)?;
@@ -74,7 +74,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     save_json(&json, &report.summary())?;
     let mut written = vec![json];
     let figure = report.figure();
-    // Quantities that no tolerance changes have no histogram.
+    // Quantities that do not depend on the tolerances have no histogram.
     if !figure.panels.is_empty() {
         save(&picture, figure.svg().map_err(|reason| Error::run(reason.to_string()))?.as_bytes())?;
         written.push(picture);

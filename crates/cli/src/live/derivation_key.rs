@@ -1,12 +1,12 @@
-//! Whether two texts of a scene have the same functions.
+//! Decides whether two texts of a scene have the same functions.
 
 use qrm_scene::layout::{is_parameter_value, without_layout};
 use qrm_scene::scene::Scene;
 
-/// The data that determine the functions of a scene: its text without comments and without the values of parameters,
-/// and which of the parameters are zero.
+/// The data that determine the functions of a scene: its text without comments and parameter values, and the set of
+/// parameters that are zero.
 ///
-/// Values also decide the order of elimination in the kernel. The order of the first derivation stays, so that numbers
+/// Values also determine the order of elimination in the kernel. The order of the first derivation is kept, so results
 /// may differ from those of a new derivation in the last digit.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct DerivationKey {
@@ -15,7 +15,7 @@ pub(super) struct DerivationKey {
 }
 
 impl DerivationKey {
-    /// The key of a scene without mistakes.
+    /// Computes the key of a valid scene.
     pub(super) fn new(source: &str, scene: &Scene) -> Self {
         let left_out = scene.parameters.iter().map(|parameter| parameter.left_out).collect();
         let text = without_layout(source, |keys, _| is_parameter_value(keys));

@@ -1,11 +1,11 @@
-//! The feed of the content that pages show.
+//! The feed of content for pages.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use serde::Serialize;
 
-/// The feed of the content that pages show. Only the latest state is kept: a slow page skips those in between.
+/// The feed of content for pages. It keeps only the latest state: a slow page skips intermediate ones.
 #[derive(Default)]
 pub(crate) struct Feed {
     latest: Mutex<Latest>,
@@ -19,19 +19,19 @@ struct Latest {
     shown: Shown,
 }
 
-/// The content that a page shows.
+/// The content of a page.
 #[derive(Default, Serialize)]
 struct Shown {
-    /// The scene as the simulator takes it, in base 85.
+    /// The scene in the simulator's format, in base 85.
     #[serde(skip)]
     scene: String,
-    /// The mistake in the text of the scene, if there is one.
+    /// The error in the text of the scene, if there is one.
     problem: Option<String>,
     /// A message about the progress of a derivation, if there is one.
     note: Option<String>,
 }
 
-/// The answer to a page that has older versions.
+/// The answer to a page with older versions.
 #[derive(Serialize)]
 struct News<'a> {
     version: u64,
@@ -43,7 +43,7 @@ struct News<'a> {
 }
 
 impl Feed {
-    /// Shows another scene.
+    /// Replaces the scene.
     pub(super) fn show_scene(&self, scene: String, note: Option<String>) {
         let mut latest = self.lock();
         latest.scene_version += 1;
@@ -51,7 +51,7 @@ impl Feed {
         self.announce(latest);
     }
 
-    /// Shows a problem or a note beside the scene, which stays.
+    /// Shows a problem or a note together with the unchanged scene.
     pub(super) fn show_status(&self, problem: Option<String>, note: Option<String>) {
         let mut latest = self.lock();
         (latest.shown.problem, latest.shown.note) = (problem, note);
@@ -63,7 +63,7 @@ impl Feed {
         self.is_new.notify_all();
     }
 
-    /// Waits until there is something newer than these versions; that as JSON, or `None` after the timeout.
+    /// Waits for content that is newer than these versions; returns it as JSON, or `None` after the timeout.
     pub(super) fn after(&self, version: u64, scene_version: u64, timeout: Duration) -> Option<String> {
         let is_known = |latest: &mut Latest| latest.version == version;
         let waited = self.is_new.wait_timeout_while(self.lock(), timeout, is_known);

@@ -1,4 +1,4 @@
-//! Changes of a file.
+//! Detection of changes of a file.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -6,7 +6,7 @@ use std::time::{Duration, SystemTime};
 
 use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};
 
-/// Time between two looks at the date of the file, for systems and folders without events.
+/// The interval between two checks of the file's date, for systems and folders without events.
 const DATE_INTERVAL: Duration = Duration::from_millis(250);
 
 /// Watches a file.
@@ -14,17 +14,17 @@ pub(super) struct FileWatcher {
     path: PathBuf,
     events: Receiver<()>,
     seen: Option<(SystemTime, u64)>,
-    /// Sends events while it lives; `None` where the system has none.
+    /// Sends events while it exists; `None` if the system has none.
     _watcher: Option<RecommendedWatcher>,
 }
 
 impl FileWatcher {
     pub(super) fn new(path: &Path) -> Self {
         let (sender, events) = channel();
-        // The folder is watched: editors replace the file by a new one.
+        // The folder is watched, since editors replace the file by a new one.
         let name = path.file_name().map(ToOwned::to_owned);
         let send = move |event: notify::Result<Event>| {
-            // Reading the file is an event too, and must not lead to the next reading.
+            // Reading the file is also an event, and must not trigger another reading.
             let is_change = |event: Event| {
                 !event.kind.is_access() && event.paths.iter().any(|path| path.file_name() == name.as_deref())
             };
@@ -39,7 +39,7 @@ impl FileWatcher {
         Self { path: path.to_owned(), events, seen: None, _watcher: watcher }
     }
 
-    /// Waits for a change, not longer than that and a quarter of a second; whether the file may have changed.
+    /// Waits for a change, at most `max_wait` plus a quarter of a second; returns whether the file may have changed.
     pub(super) fn wait(&mut self, max_wait: Duration) -> bool {
         let has_event = match self.events.recv_timeout(max_wait.min(DATE_INTERVAL)) {
             Ok(()) => true,
@@ -51,7 +51,7 @@ impl FileWatcher {
         };
         let mut seen = self.look();
         if seen != self.seen && seen.is_some_and(|(_, length)| length == 0) {
-            // Editors that write in place empty the file first.
+            // Editors that write in place truncate the file first.
             let _ = self.events.recv_timeout(DATE_INTERVAL);
             seen = self.look();
         }
@@ -60,7 +60,7 @@ impl FileWatcher {
         has_event || has_other_date
     }
 
-    /// Date and length of the file, with all earlier events taken.
+    /// The date and length of the file; discards all earlier events.
     fn look(&self) -> Option<(SystemTime, u64)> {
         while self.events.try_recv().is_ok() {}
         let data = std::fs::metadata(&self.path).ok()?;

@@ -1,4 +1,4 @@
-//! The pages of a scene, for browsers on this machine alone.
+//! The pages of a scene, for browsers on this machine only.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -15,32 +15,32 @@ use super::feed::Feed;
 use super::write_back::write_back;
 use crate::error::Error;
 
-/// Longest time that a request for news waits.
+/// The longest time that a request for news waits.
 const POLL_TIMEOUT: Duration = Duration::from_secs(20);
-/// Most bytes that a page sends.
+/// The largest accepted body, in bytes.
 const MAX_BYTES: u64 = 1 << 16;
-/// A request that announces more bytes is not answered.
+/// The announced body size, in bytes, above which a request is not answered.
 const MAX_BODY: u64 = 1 << 24;
-/// The page runs what it holds, and connects to this server alone.
+/// The page runs only its own scripts, and connects to this server only.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; \
                       connect-src 'self'; img-src data: blob:; frame-ancestors 'none'; base-uri 'none'; \
                       form-action 'none'";
 
-/// Serves a page on the loopback interface, to whoever knows its address.
+/// Serves a page on the loopback interface, to clients that know its address.
 pub(crate) struct Server {
     http: tiny_http::Server,
     port: u16,
     token: String,
-    /// The path that is given to the browser and works once: other users of this machine can see command lines.
+    /// The path that is passed to the browser and works once, since other users of this machine can see command lines.
     launch_path: Mutex<Option<String>>,
     page: String,
     feed: Arc<Feed>,
-    /// The file that values are written to, by one request at a time.
+    /// The file for values, written by one request at a time.
     file: Mutex<Option<PathBuf>>,
 }
 
 impl Server {
-    /// A server at a port: the given one, or any that is free.
+    /// Creates a server at the given port, or at any free one.
     pub(crate) fn new(port: Option<u16>, page: String, feed: Arc<Feed>, file: Option<PathBuf>) -> Result<Self, Error> {
         let cannot_bind = |reason: String| {
             let asked = port.map_or_else(|| "a port".to_owned(), |port| format!("port {port}"));
@@ -50,14 +50,14 @@ impl Server {
         let listener =
             TcpListener::bind((Ipv4Addr::LOCALHOST, port.unwrap_or(0))).map_err(|e| cannot_bind(e.to_string()))?;
         let port = listener.local_addr().map_err(|e| cannot_bind(e.to_string()))?.port();
-        // Connections take this over. Otherwise the end of an answer waits for 40 ms to be sent.
+        // Connections inherit this option. Without it the end of an answer is delayed by 40 ms.
         let _ = SockRef::from(&listener).set_tcp_nodelay(true);
         let http = tiny_http::Server::from_listener(listener, None).map_err(|e| cannot_bind(e.to_string()))?;
         let (token, launch_path) = (random_name()?, Mutex::new(None));
         Ok(Self { http, port, token, launch_path, page, feed, file: Mutex::new(file) })
     }
 
-    /// The address of the page. Nobody can guess it.
+    /// The address of the page, which cannot be guessed.
     pub(crate) fn address(&self) -> String {
         format!("http://{}:{}/{}/", Ipv4Addr::LOCALHOST, self.port, self.token)
     }
@@ -70,19 +70,19 @@ impl Server {
         Ok(address)
     }
 
-    /// Answers requests until no more can be accepted.
+    /// Answers requests until the listener fails.
     pub(crate) fn serve(self) {
         let server = Arc::new(self);
         for request in server.http.incoming_requests() {
             let own = Arc::clone(&server);
-            // Pages wait for news. A request without a thread is dropped, and its page asks again.
+            // Pages wait for news. If no thread is available, the request is dropped, and its page asks again.
             let _ = thread::Builder::new().spawn(move || own.answer(request));
         }
     }
 
     fn answer(&self, mut request: Request) {
         if request.body_length().is_some_and(|length| length as u64 > MAX_BODY) {
-            // An answer would read the whole body into memory first. No page sends such a request.
+            // Answering would first read the whole body into memory. No page sends such a request.
             std::mem::forget(request);
             return;
         }
@@ -100,7 +100,7 @@ impl Server {
                 response.add_header(header);
             }
         }
-        // The browser may have gone away.
+        // The browser may have closed the connection.
         let _ = request.respond(response);
     }
 
@@ -123,7 +123,7 @@ impl Server {
         }
     }
 
-    /// Whether a request comes from a page of this server: other sites may have names that lead to this machine.
+    /// Whether a request comes from a page of this server: names of other sites may resolve to this machine.
     fn is_same_origin(&self, request: &Request) -> bool {
         let value = |name: &'static str| {
             let header = request.headers().iter().find(|header| header.field.equiv(name));
@@ -135,7 +135,7 @@ impl Server {
             && value("Origin").is_none_or(|origin| hosts.iter().any(|host| origin == format!("http://{host}")))
     }
 
-    /// The content that is newer than the versions that the page has.
+    /// The content that is newer than the versions of the page.
     fn news(&self, query: &str) -> Answer {
         let known = |name: &str| {
             let pairs = query.split('&').filter_map(|pair| pair.split_once('='));
@@ -178,7 +178,7 @@ struct Answer {
     status: u16,
     kind: &'static str,
     body: Vec<u8>,
-    /// Where the browser goes instead.
+    /// The address of a redirection.
     location: Option<String>,
 }
 
@@ -196,7 +196,7 @@ impl Answer {
     }
 }
 
-/// A name that nobody can guess.
+/// A name that cannot be guessed.
 fn random_name() -> Result<String, Error> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes).map_err(|e| Error::run(format!("the system has no random numbers: {e}")))?;

@@ -1,4 +1,4 @@
-//! From the text of a scene file to what pages show.
+//! Turns the text of a scene file into the content of pages.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -19,11 +19,11 @@ use crate::scenes::cache::Entry;
 use crate::scenes::engine::{Derivation, Engine, POLL_INTERVAL, build_if_missing};
 use crate::scenes::model_of_text;
 
-/// A mistake that lasts for a shorter time is not shown: editors write a file in pieces.
+/// The time for which an error must persist before it is shown: editors write a file in pieces.
 const DEBOUNCE: Duration = Duration::from_millis(100);
-/// A derivation that takes longer is announced.
+/// The time after which a derivation is announced.
 const NOTICE_DELAY: Duration = Duration::from_millis(500);
-/// Most scenes that one session keeps in the cache.
+/// The largest number of scenes that one session keeps in the cache.
 const MAX_STORED: usize = 16;
 
 /// Follows a scene file.
@@ -31,22 +31,22 @@ pub(crate) struct Session {
     models: &'static [Model],
     path: PathBuf,
     feed: Arc<Feed>,
-    /// The text of the file at the last reading, or why there was none.
+    /// The text of the file at the last reading, or the error of that.
     text: Result<String, String>,
-    /// The last scene that was derived.
+    /// The last derived scene.
     derived: Option<(DerivationKey, DerivedScene)>,
-    /// An engine that was started before it is needed.
+    /// An engine started in advance.
     engine: Option<Engine>,
     pending: Option<PendingDerivation>,
-    /// A mistake that is not shown yet, and when it was read.
+    /// An error that is not shown yet, and the time at which it was read.
     mistake: Option<(Instant, String)>,
     /// The next message to the pages about a derivation.
     note: Option<String>,
-    /// The scenes that this session has put into the cache, oldest first.
+    /// The scenes that this session stored in the cache, oldest first.
     stored: VecDeque<Entry>,
 }
 
-/// A derivation whose result is awaited.
+/// A derivation in progress.
 struct PendingDerivation {
     derivation: Derivation,
     key: DerivationKey,
@@ -59,19 +59,19 @@ struct PendingDerivation {
 }
 
 impl Session {
-    /// A session for a scene file.
+    /// Creates a session for a scene file.
     pub(crate) fn new(models: &'static [Model], path: PathBuf, feed: Arc<Feed>) -> Self {
         let text = Err(String::new());
         let (derived, engine, pending, mistake, note) = (None, None, None, None, None);
         Self { models, path, feed, text, derived, engine, pending, mistake, note, stored: VecDeque::new() }
     }
 
-    /// Shows a text that is in no file.
+    /// Shows a text that is not in a file.
     pub(crate) fn show_text(&mut self, text: &str) {
         self.show_or_derive(text);
     }
 
-    /// Follows the file until the user ends the program, or something else does.
+    /// Follows the file until the user ends the program, or `is_over` returns true.
     pub(crate) fn follow(&mut self, is_over: impl Fn() -> bool) {
         let mut watch = FileWatcher::new(&self.path);
         self.engine = Engine::start(&self.path).ok();
@@ -85,7 +85,7 @@ impl Session {
         }
     }
 
-    /// The time until something other than a change of the file must be looked at.
+    /// The time until the next action other than a change of the file.
     fn max_wait(&self) -> Duration {
         match (&self.pending, &self.mistake) {
             (Some(_), _) => POLL_INTERVAL,
@@ -161,15 +161,15 @@ impl Session {
         }
     }
 
-    /// The derived scene of a text, if no derivation is needed: the last one with other values of its parameters, one
-    /// of the program, or one of the cache.
+    /// The derived scene of a text, if it is known: the last scene with other parameter values, a scene of the program,
+    /// or one of the cache.
     fn known_scene(&self, text: &str, key: &DerivationKey) -> Option<DerivedScene> {
         let last = self.derived.as_ref().filter(|(own, _)| own == key).map(|(_, derived)| derived.clone());
         let built_in = || model_of_text(self.models, text).map(DerivedScene::from_model);
         last.or_else(built_in).or_else(|| Entry::new(text).read(text))
     }
 
-    /// Cancels the pending derivation. Pages that show it as going on are told.
+    /// Cancels the derivation in progress, and updates pages that show it.
     fn cancel(&mut self) {
         let Some(pending) = self.pending.take() else { return };
         if pending.is_announced {
@@ -179,14 +179,14 @@ impl Session {
         self.engine = Engine::start(&self.path).ok();
     }
 
-    /// Shows the mistake in the file, if it has lasted.
+    /// Shows the error in the file, if it has persisted.
     fn show_mistake(&mut self) {
         if let Some((_, mistake)) = self.mistake.take_if(|(read, _)| read.elapsed() >= DEBOUNCE) {
             self.show_status(Some(mistake));
         }
     }
 
-    /// Shows the result of the pending derivation, or announces that it takes long.
+    /// Shows the result of the derivation in progress, or announces that it takes long.
     fn poll_derivation(&mut self) {
         let Some(mut pending) = self.pending.take() else { return };
         if !pending.is_shown
@@ -221,7 +221,7 @@ impl Session {
         self.engine = Engine::start(&self.path).ok();
     }
 
-    /// Keeps a scene in the cache in place of the oldest one of this session.
+    /// Keeps a scene in the cache; removes the oldest one of this session if there are too many.
     fn keep(&mut self, entry: Entry) {
         self.stored.push_back(entry);
         if self.stored.len() > MAX_STORED

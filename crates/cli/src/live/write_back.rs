@@ -10,14 +10,15 @@ use qrm_scene::resolve;
 use qrm_scene::source::read_text;
 use toml_edit::{Document, Item};
 
-/// Writes values of parameters, and of coordinates and rates at the start, to a scene file. The rest of the file stays.
+/// Writes values of parameters, and of coordinates and rates at the start, to a scene file. The rest of the file is
+/// unchanged.
 pub(super) fn write_back(path: &Path, values: &BTreeMap<String, f64>) -> Result<(), String> {
     let name = path.display().to_string();
     let failed = |e: Error| format!("{name} cannot be written: {e}");
     let text = read_text(path).map_err(|report| report.render(false))?;
     let changed = with_values(&text, values).map_err(|reason| format!("{name}: {reason}"))?;
     resolve::read(&name, &changed).map_err(|report| report.render(false))?;
-    // Where the path is a link, the file behind it is written.
+    // If the path is a link, its target is written.
     let file = path.canonicalize().map_err(failed)?;
     let permissions = std::fs::metadata(&file).map_err(failed)?.permissions();
     if permissions.readonly() {
@@ -48,26 +49,26 @@ fn with_values(text: &str, values: &BTreeMap<String, f64>) -> Result<String, Str
     Ok(changed)
 }
 
-/// The place of the value of a parameter, a coordinate or a rate.
+/// The location of the value of a parameter, a coordinate or a rate.
 fn span(document: &Document<&str>, name: &str) -> Option<Range<usize>> {
     let parameter = document.get("parameters").and_then(|table| table.get(name));
     parameter.map_or_else(|| document.get("initial")?.get("given")?.get(name)?.span(), value_span)
 }
 
-/// The place of the angle or rate of a link, or of the place or rate along a slider.
+/// The location of the angle or rate of a link, or of the position or rate along a slider.
 fn span_in_links(document: &Document<&str>, name: &str) -> Option<Range<usize>> {
     let (section, own, key) = start_key(document, name)?;
     document.get(section)?.get(&own)?.get(key)?.span()
 }
 
-/// A hint that names the key of the link or joint for a value; empty if no key takes it.
+/// A hint with the key of the link or joint for a value; empty if there is no such key.
 fn where_to_add(document: &Document<&str>, name: &str) -> String {
     start_key(document, name).map_or_else(String::new, |(section, own, key)| {
         format!(": add `{key} = ...` to `{own}` under [{section}], and it can be written")
     })
 }
 
-/// The section, the name in it and the key that give a coordinate or a rate of links and joints.
+/// The section, the name in it and the key for the start value of a coordinate or a rate of links and joints.
 fn start_key(document: &Document<&str>, name: &str) -> Option<(&'static str, String, &'static str)> {
     let (coordinate, is_rate) = match name.strip_suffix("_dot") {
         Some(coordinate) => (coordinate, true),
@@ -88,7 +89,7 @@ fn start_key(document: &Document<&str>, name: &str) -> Option<(&'static str, Str
     Some(("joints", joint, if is_rate { "rate" } else { "start" }))
 }
 
-/// The place of the value of a parameter, which stands alone or in a table.
+/// The location of a parameter's value, which is written directly or in a table.
 pub(super) fn value_span(parameter: &Item) -> Option<Range<usize>> {
     parameter.as_table_like().map_or_else(|| parameter.span(), |table| table.get("value")?.span())
 }
@@ -106,7 +107,7 @@ mod tests {
         let expected =
             text.replace("0.2,", "0.25,").replace("b = 3", "b = 4.0").replace("'2*pi'", "1e-7").replace("'w'", "-2.5");
         assert_eq!(with_values(text, &values), Ok(expected.clone()));
-        // Lines may end in two ways, also within one file.
+        // One file may contain both kinds of line ends.
         let ends = |text: &str| text.replace("\n", "\r\n").replacen("\r\n", "\n", 3);
         assert_eq!(with_values(&ends(text), &values), Ok(ends(&expected)));
         let unknown = with_values(text, &BTreeMap::from([("d".to_owned(), 1.0)]));

@@ -1,4 +1,4 @@
-//! Rows as a Parquet file.
+//! Writes rows to a Parquet file.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -12,10 +12,10 @@ use parquet::schema::types::Type;
 
 use super::Kind;
 
-/// Rows that are written together.
+/// The number of rows written together.
 const GROUP: usize = 1 << 16;
 
-/// Writes a table that begins with its header, and returns how many rows it has.
+/// Writes a table with its header in the first line; returns the number of rows.
 pub(super) fn write(rows: &mut impl Read, file: &mut File, kind: impl Fn(&str) -> Kind) -> io::Result<usize> {
     let mut reader = csv::Reader::from_reader(rows);
     let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
@@ -63,7 +63,7 @@ fn schema(names: &[String], kind: impl Fn(&str) -> Kind) -> parquet::errors::Res
     Type::group_type_builder("table").with_fields(fields).build()
 }
 
-/// One column of a group; fields without a value are left open.
+/// Writes one column of a group; empty fields are null.
 fn column<'r>(
     rows: &mut SerializedRowGroupWriter<&mut File>,
     kind: Kind,

@@ -1,18 +1,18 @@
 //! The path of a curve in bounded memory.
 
-/// More points than this are not kept.
+/// The largest number of points.
 const MOST: usize = 40_000;
 
-/// How far a path may stray from what was drawn, in parts of its width and height, as long as there is memory.
+/// The largest deviation of the simplified path, relative to its width and height, unless memory is exhausted.
 const TOLERANCE: f64 = 1e-4;
 
-/// More points than this are not left out one after the other.
+/// The largest number of consecutive points that are omitted.
 const MOST_PENDING: usize = 64;
 
-/// The corners of a path: points on the way between their neighbours are left out.
+/// The corners of a path: points on the line between their neighbours are omitted.
 pub(super) struct Path {
     kept: Vec<(f64, f64)>,
-    /// The points since the last one that is kept.
+    /// The points since the last stored one.
     pending: Vec<(f64, f64)>,
     low: (f64, f64),
     high: (f64, f64),
@@ -27,7 +27,7 @@ impl Default for Path {
 }
 
 impl Path {
-    /// Goes on to a point.
+    /// Extends the path to a point.
     pub(super) fn push(&mut self, point: (f64, f64)) {
         self.low = (self.low.0.min(point.0), self.low.1.min(point.1));
         self.high = (self.high.0.max(point.0), self.high.1.max(point.1));
@@ -56,7 +56,7 @@ impl Path {
         self.pending.push(point);
     }
 
-    /// The distance of a point from the way between two others, in parts of the width and height.
+    /// The distance of a point from the segment between two others, relative to the width and height.
     fn distance(&self, point: (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
         let size = (self.high.0 - self.low.0, self.high.1 - self.low.1);
         let part = |length: f64, size: f64| if size > 0.0 { length / size } else { 0.0 };
@@ -73,7 +73,7 @@ mod tests {
 
     use super::*;
 
-    /// A path of so many turns around a circle, with so many points in each.
+    /// A path of `turns` turns around a circle, with `each` points in each.
     fn turns(turns: usize, each: usize) -> Path {
         let mut path = Path::default();
         let angles = (0..=turns * each).map(|i| i as f64 * TAU / each as f64);
@@ -81,7 +81,7 @@ mod tests {
         path
     }
 
-    /// The largest distance of a way between two corners from the circle.
+    /// The largest distance of a segment between two corners from the circle.
     fn off(points: &[(f64, f64)]) -> f64 {
         let middles = points.windows(2).map(|pair| ((pair[0].0 + pair[1].0) / 2.0, (pair[0].1 + pair[1].1) / 2.0));
         middles.map(|(x, y)| 1.0 - x.hypot(y - 3.0)).fold(0.0, f64::max)

@@ -14,19 +14,19 @@ pub(super) struct Quantity {
     pub(super) source: Source,
 }
 
-/// The advice for a user who asks to plot a formula.
+/// The hint for a user who tries to plot a formula.
 const FORMULA: &str = "write a formula as an output under [outputs], and plot that";
 
-/// Where its numbers come from.
+/// The source of its numbers.
 pub(super) enum Source {
-    /// A column: its place in a row, and what it holds.
+    /// A column: its index in a row, and its kind.
     Column(usize, Kind),
     /// The x (0) or y (1) component of a point.
     Point(usize, usize),
 }
 
 impl Quantity {
-    /// The quantity of this name: `x6`, `phi2_dot`, `C.y`.
+    /// Finds a quantity by its name: `x6`, `phi2_dot`, `C.y`.
     pub(super) fn new(setup: &Setup, columns: &[Column], name: &str) -> Result<Self, Error> {
         if let Some((point, component)) = name.split_once('.') {
             return Self::from_point(setup, point, component);

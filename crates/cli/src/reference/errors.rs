@@ -1,4 +1,4 @@
-//! How far states are from others.
+//! Differences between states.
 
 use qrm_scene::scene::Scene;
 use qrm_sim::analysis::StateAt;
@@ -11,14 +11,14 @@ pub(crate) struct Errors {
     pub(crate) position: f64,
     /// The largest difference of a rate.
     pub(crate) rate: f64,
-    /// The largest difference of a reaction that the scene defines as an output.
+    /// The largest difference of a reaction output.
     pub(crate) force: f64,
-    /// The largest difference of the column that is asked for.
+    /// The largest difference of the requested column.
     pub(crate) asked: Option<f64>,
 }
 
 impl Errors {
-    /// Compares states at the same times, also in one column; what is not known is not a number, and not compared.
+    /// Compares states at the same times, also in one column; values that are not numbers are unknown and skipped.
     pub(crate) fn between(scene: &Scene, of: Option<Kind>, states: &[StateAt], others: &[StateAt]) -> Self {
         let forces: Vec<usize> =
             scene.outputs.iter().enumerate().filter(|(_, output)| output.kind.is_reaction()).map(|(i, _)| i).collect();
@@ -33,7 +33,7 @@ impl Errors {
         errors
     }
 
-    /// The error that methods are judged by: of the column that is asked for, or of the coordinates.
+    /// The error by which methods are compared: that of the requested column, or of the coordinates.
     pub(crate) fn judged(self) -> f64 {
         self.asked.unwrap_or(self.position)
     }
@@ -48,7 +48,7 @@ impl Errors {
         }
     }
 
-    /// The larger of each kind.
+    /// The larger error of each kind.
     pub(crate) fn max(self, other: Self) -> Self {
         Self {
             position: self.position.max(other.position),
@@ -60,6 +60,6 @@ impl Errors {
 }
 
 fn largest<'n>(pairs: impl Iterator<Item = (&'n f64, &'n f64)>) -> f64 {
-    // `max` passes over what is not a number.
+    // `max` skips values that are not numbers.
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }

@@ -1,4 +1,4 @@
-//! The judgement on the numbers of a run.
+//! The judgement on the results of a run.
 
 use qrm_core::Description;
 use qrm_scene::document::Side;
@@ -10,14 +10,14 @@ use crate::format::{counted, seconds};
 use crate::setup::Setup;
 use qrm_pictures::Recording;
 
-/// A smallest singular value that falls below this fraction of its largest explains what else is wrong.
+/// The ratio of the smallest singular value to its largest value below which it explains other problems.
 pub(super) const SUSPECT: f64 = 0.1;
-/// One that falls below this fraction is worth a warning by itself.
+/// The ratio of the smallest singular value to its largest value below which it deserves a warning.
 const SINGULAR: f64 = 1e-2;
-/// Parts of the largest multiplier that are rounding errors.
+/// The reaction, relative to the largest multiplier, up to which it is a rounding error.
 const ROUNDING: f64 = 1e-9;
 
-/// The reasons not to trust the numbers of a run that came to its end.
+/// The reasons not to trust the results of a completed run.
 pub(crate) fn distrust(outcome: &Outcome, description: &Description) -> Vec<String> {
     let rejection_reasons = outcome.rejection_reasons(description);
     let mut reasons: Vec<String> =
@@ -28,8 +28,8 @@ pub(crate) fn distrust(outcome: &Outcome, description: &Description) -> Vec<Stri
     reasons
 }
 
-/// The place where the constraints were nearest to singular, if their smallest singular value fell below a fraction of
-/// its largest.
+/// The position at which the constraints were nearest to singular, if the ratio of their smallest singular value to its
+/// largest value fell below a limit.
 fn near_singular(outcome: &Outcome, description: &Description, below: f64) -> Option<Message> {
     let nearest = outcome.nearest_singular.filter(|nearest| nearest.fraction() < below)?;
     let name = description.constraints[nearest.constraint].name;
@@ -43,7 +43,7 @@ fn near_singular(outcome: &Outcome, description: &Description, below: f64) -> Op
     Some(if nearest.is_alone { message.help(help) } else { message })
 }
 
-/// The warnings about a run, beside the reasons to distrust it.
+/// The warnings about a run, in addition to the reasons to distrust it.
 pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &[String]) -> Vec<Message> {
     let stats = &outcome.stats;
     let mut warnings = Vec::new();
@@ -59,7 +59,7 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
             ),
         );
     }
-    // A few positions that do not suit a kernel are no reason for another method.
+    // A few positions at which a kernel is not valid do not call for another method.
     if outcome.counts.fallback > outcome.counts.accepted / 50 {
         let (fallback, steps) = (outcome.counts.fallback, counted(outcome.counts.accepted, "step"));
         warnings.push(
@@ -111,12 +111,12 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
     warnings
 }
 
-/// A warning for each joint that the scene calls one-sided and that would have opened.
+/// A warning for each one-sided joint that would have opened.
 pub(super) fn open_joints(setup: &Setup, recording: &Recording) -> Vec<Message> {
     let joints = setup.scene.constraints.iter().enumerate().filter_map(|(i, joint)| Some((i, joint, joint.one_sided?)));
     let open = joints.filter_map(|(i, joint, side)| {
         let mut series = recording.series(Kind::Multiplier(i));
-        // The extremes are also those between rows.
+        // The extremes include those between rows.
         let extremes = recording.extremes(Kind::Multiplier(i));
         series.extend(extremes.iter().flat_map(|found| [found.minimum, found.maximum]).map(|(value, t)| (t, value)));
         series.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -132,11 +132,11 @@ pub(super) fn open_joints(setup: &Setup, recording: &Recording) -> Vec<Message> 
     open.collect()
 }
 
-/// The first time at which a joint that is one-sided would have to act on the other side.
+/// The first time at which a one-sided joint would have to act in the other direction.
 fn opening(side: Side, multipliers: &[(f64, f64)]) -> Option<f64> {
     let sign = if side == Side::Below { 1.0 } else { -1.0 };
     let largest = multipliers.iter().fold(0.0_f64, |most, (_, value)| most.max(value.abs()));
-    // Rounding errors are no reaction.
+    // Rounding errors do not count.
     multipliers.iter().find(|(_, value)| sign * value < -ROUNDING * largest).map(|(t, _)| *t)
 }
 

@@ -1,4 +1,4 @@
-//! The report of a run as text.
+//! The report of a run in words.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use crate::format::{counted, decimals, seconds, with_error};
 use crate::output::written;
 
 impl RunReport {
-    /// The run in a few lines, each with its topic.
+    /// The run in a few lines with headings.
     pub(crate) fn report_lines(&self) -> [(&'static str, String); 6] {
         [
             ("end", self.message.to_string()),
@@ -37,7 +37,7 @@ impl RunReport {
         !self.redundancy.as_ref().is_some_and(|redundancy| redundancy.outputs.contains(&output))
     }
 
-    /// The text that a run prints, with the tables that were written beside its own files.
+    /// The text printed by a run; `tables` are additional files.
     pub(crate) fn text(&self, out: &Path, tables: &[String], has_summary: bool) -> String {
         let mut text = format!("{}: {}\n\n", self.scene, self.description.doc);
         for (topic, line) in self.report_lines() {
@@ -125,8 +125,8 @@ impl RunReport {
     }
 }
 
-/// How many times as fast compiled functions are as interpreted ones: `cargo bench --bench interpreted`.
+/// The ratio of the speeds of compiled and interpreted functions, from `cargo bench --bench interpreted`.
 fn compiled_speed(method: &str) -> u32 {
-    // Steps of a fixed length compute little else than the functions.
+    // Fixed steps compute little apart from the functions.
     if method == "rk4" { 6 } else { 3 }
 }

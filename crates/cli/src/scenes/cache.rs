@@ -1,4 +1,4 @@
-//! Derived scenes in the cache folder of the user, by what they follow from.
+//! Derived scenes in the user's cache folder, by a hash of their sources.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -8,34 +8,34 @@ use etcetera::BaseStrategy;
 use qrm_core::{DerivedScene, digest};
 use qrm_scene::files::read_at_most;
 
-/// The largest file that is read.
+/// The size of the largest file that is read.
 const MAX_BYTES: u64 = 1 << 28;
-/// Most scenes that are kept.
+/// The largest number of scenes in the cache.
 const MAX_SCENES: usize = 256;
-/// Files of commands that were killed are removed after this time.
+/// The age at which temporary files of killed commands are removed.
 const LEFTOVER_AGE: Duration = Duration::from_secs(24 * 3600);
 
-/// The place of a derived scene.
+/// The file of a derived scene.
 pub(crate) struct Entry {
     pub(super) path: PathBuf,
 }
 
 impl Entry {
-    /// The place for the scene of a text, by a hash of the text and of the version of this program.
+    /// The file for the scene of a text, by a hash of the text and of the version of this program.
     pub(crate) fn new(source: &str) -> Self {
         let version = env!("CARGO_PKG_VERSION").bytes();
         let hash = digest(version.chain([0]).chain(source.bytes()));
         Self { path: folder().join(format!("{hash:016x}.scene")) }
     }
 
-    /// The scene, if it is there, whole, that of the text, and not older than the engine.
+    /// Reads the scene if it exists, is complete, matches the text, and is not older than the engine.
     pub(crate) fn read(&self, source: &str) -> Option<DerivedScene> {
         let engine = super::engine::program().and_then(|program| modified(&program));
         if modified(&self.path) < engine {
             return None;
         }
         let derived = read(&self.path).filter(|derived| derived.description.source == source)?;
-        // Scenes that are used stay longest.
+        // Recently used scenes are kept longest.
         let _ = File::options().append(true).open(&self.path).and_then(|file| file.set_modified(SystemTime::now()));
         Some(derived)
     }
@@ -46,7 +46,7 @@ impl Entry {
     }
 }
 
-/// Removes the scenes that were not used for longest, and what commands that were killed have left.
+/// Removes the least recently used scenes, and the temporary files of killed commands.
 pub(super) fn prune() {
     let files = std::fs::read_dir(folder()).into_iter().flatten().flatten().map(|entry| entry.path());
     let files = files.filter_map(|path| Some((modified(&path)?, path)));
@@ -56,7 +56,7 @@ pub(super) fn prune() {
     let is_leftover =
         |(time, path): &(_, PathBuf)| *time < oldest && has_extension(path, &["under-way", "unverified", "part"]);
     for (_, path) in scenes.into_iter().skip(MAX_SCENES).chain(others.into_iter().filter(is_leftover)) {
-        // Another command may have removed it.
+        // Another command may have removed the file already.
         let _ = std::fs::remove_file(path);
     }
 }
@@ -65,19 +65,19 @@ fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     path.extension().is_some_and(|own| extensions.iter().any(|extension| own == *extension))
 }
 
-/// When a file was written.
+/// The time at which a file was written.
 pub(super) fn modified(path: &Path) -> Option<SystemTime> {
     std::fs::metadata(path).and_then(|data| data.modified()).ok()
 }
 
-/// A derived scene; `None` if it is not there or was cut off.
+/// Reads a derived scene; `None` if it is missing or truncated.
 pub(super) fn read(path: &Path) -> Option<DerivedScene> {
     let bytes = read_at_most(path, MAX_BYTES).ok()?;
     DerivedScene::from_bytes(&bytes)
 }
 
-/// The folder of derived scenes: `QRM_CACHE`, or else the folder of the user for such files; the temporary one if that
-/// cannot be made.
+/// The folder of derived scenes: `QRM_CACHE`, or the user's cache folder, or the temporary folder if that cannot be
+/// created.
 pub(super) fn folder() -> PathBuf {
     let own = std::env::var_os("QRM_CACHE").filter(|folder| !folder.is_empty()).map(PathBuf::from);
     let of_user = || etcetera::choose_base_strategy().ok().map(|folders| folders.cache_dir().join("qrm"));

@@ -1,5 +1,5 @@
-//! The program `qrm-engine`, which derives scenes. A process derives one scene and ends, and so frees the lock of the
-//! symbolic engine, which one process per machine can hold.
+//! The program `qrm-engine`, which derives scenes. A process derives one scene and ends, to release the lock of the
+//! symbolic engine; only one process per machine can hold it.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
@@ -16,21 +16,21 @@ use super::cache::{self, Entry};
 use crate::error::Error;
 use crate::progress::{Progress, interrupted, watch_interrupts};
 
-/// Time between two looks at the engine.
+/// The interval between two checks of the engine.
 pub(crate) const POLL_INTERVAL: Duration = Duration::from_millis(1);
-/// A derivation that takes longer shows that it goes on.
+/// The time after which a derivation shows its progress.
 const NOTICE_DELAY: Duration = Duration::from_secs(2);
 
-/// The engine of a program that embeds the command, and does not lie beside it.
+/// The engine chosen by a program that embeds the command.
 static EMBEDDED: OnceLock<PathBuf> = OnceLock::new();
 
-/// Makes a file the engine of this program, unless one is chosen already.
+/// Chooses a file as the engine of this program, unless one is chosen already.
 pub(crate) fn choose(program: PathBuf) {
     let _ = EMBEDDED.set(program);
 }
 
-/// The engine: the one that was chosen, or that `QRM_ENGINE` names; or else the one beside this program, the one that
-/// was built in the clone that this program lies in, or one on the `PATH`.
+/// The path of the engine: the chosen one, or that of `QRM_ENGINE`; otherwise the one next to this program, the one
+/// built in the clone that contains this program, or one on the `PATH`.
 pub(crate) fn program() -> Option<PathBuf> {
     let chosen = EMBEDDED.get().cloned().filter(|program| program.is_file());
     if let Some(program) = chosen.or_else(qrm_build::engine::named) {
@@ -42,12 +42,12 @@ pub(crate) fn program() -> Option<PathBuf> {
     [Some(beside), built].into_iter().flatten().find(|program| program.is_file()).or_else(qrm_build::engine::on_path)
 }
 
-/// The sources of the engine in the clone that this program lies in.
+/// The sources of the engine in the clone that contains this program.
 fn sources() -> Option<Sources> {
     Sources::around(&std::env::current_exe().ok()?)
 }
 
-/// Builds the engine where it is missing and its sources are there; a program that embeds the command chooses its own.
+/// Builds the engine if it is missing and its sources exist; a program that embeds the command chooses its own.
 pub(crate) fn build_if_missing(said: impl FnOnce(&str)) -> Result<(), Error> {
     let Some(sources) = sources().filter(|_| program().is_none() && EMBEDDED.get().is_none()) else { return Ok(()) };
     watch_interrupts();
@@ -60,7 +60,7 @@ pub(crate) fn build_if_missing(said: impl FnOnce(&str)) -> Result<(), Error> {
     sources.build(keep_running).map_err(Error::run)
 }
 
-/// Derives a scene and keeps it in the cache.
+/// Derives a scene and stores it in the cache.
 pub(super) fn derive(path: &Path, source: &str) -> Result<DerivedScene, Error> {
     watch_interrupts();
     build_if_missing(|text| drop(writeln!(std::io::stderr(), "note: {text}")))?;
@@ -84,7 +84,7 @@ pub(super) fn derive(path: &Path, source: &str) -> Result<DerivedScene, Error> {
     }
 }
 
-/// The error where a scene of this path has to be derived and there is no engine.
+/// The error if a scene must be derived and there is no engine.
 fn missing(path: &Path) -> Error {
     let missing = match EMBEDDED.get() {
         Some(chosen) => format!("there is no symbolic engine {}", chosen.display()),
@@ -97,17 +97,17 @@ fn missing(path: &Path) -> Error {
     ))
 }
 
-/// An engine that waits for a scene. Dropped, it ends.
+/// An engine that waits for a scene. Dropping it ends the process.
 pub(crate) struct Engine {
     child: Child,
-    /// When its program was built.
+    /// The time at which its program was built.
     built: Option<SystemTime>,
-    /// The file that it writes.
+    /// The output file of the engine.
     file: PathBuf,
 }
 
 impl Engine {
-    /// Starts the engine for a scene of this path.
+    /// Starts the engine for a scene with this path.
     pub(crate) fn start(path: &Path) -> Result<Self, Error> {
         static COUNTER: AtomicU64 = AtomicU64::new(0);
         let program = program().ok_or_else(|| missing(path))?;
@@ -128,7 +128,7 @@ impl Engine {
         Ok(Self { child, built: cache::modified(&program), file })
     }
 
-    /// The engine, if its process still waits and its program was not built anew since it started.
+    /// Returns the engine if its process still waits and its program was not rebuilt since.
     pub(crate) fn usable(mut self) -> Option<Self> {
         (matches!(self.child.try_wait(), Ok(None)) && self.is_current()).then_some(self)
     }
@@ -138,14 +138,15 @@ impl Engine {
         program().and_then(|program| cache::modified(&program)) == self.built
     }
 
-    /// Gives the engine its scene.
+    /// Sends the scene to the engine.
     pub(crate) fn derive(mut self, source: &str) -> Derivation {
         if let Some(stdin) = &mut self.child.stdin {
-            // An engine that ended has written its reason to stderr. The pipe stays open: without it the engine ends.
+            // If the engine ended early, its reason is in stderr. The pipe stays open, since the engine ends when it is
+            // closed.
             let _ =
                 stdin.write_all(source.as_bytes()).and_then(|()| stdin.write_all(&[0])).and_then(|()| stdin.flush());
         }
-        // Read while it runs: an engine whose pipe is full would wait.
+        // Read during the derivation: an engine whose pipe is full would block.
         let stderr = self.child.stderr.take();
         let is_waiting = Arc::new(AtomicBool::new(false));
         let own = Arc::clone(&is_waiting);
@@ -162,7 +163,7 @@ impl Drop for Engine {
     }
 }
 
-/// A running derivation. Dropped, it is cancelled.
+/// A derivation in progress. Dropping it cancels the derivation.
 pub(crate) struct Derivation {
     engine: Engine,
     source: String,
@@ -171,17 +172,17 @@ pub(crate) struct Derivation {
 }
 
 impl Derivation {
-    /// The derived scene, before its functions are compared with its formulae.
+    /// The derived scene, before its functions are verified against its formulae.
     pub(crate) fn unverified(&self) -> Option<DerivedScene> {
         self.read(&unverified(&self.engine.file))
     }
 
-    /// Whether another derivation on this machine goes first.
+    /// Whether the derivation waits for another derivation on this machine.
     pub(crate) fn is_waiting(&self) -> bool {
         self.is_waiting.load(Ordering::Relaxed)
     }
 
-    /// The verified scene, which is then in the cache, or the error of the engine; `None` while it works.
+    /// The verified scene, then also in the cache, or the error of the engine; `None` while it works.
     pub(crate) fn result(&mut self) -> Option<Result<DerivedScene, Error>> {
         match self.engine.child.try_wait() {
             Ok(None) => None,
@@ -194,37 +195,37 @@ impl Derivation {
         }
     }
 
-    /// The verified scene, which is moved to the cache.
+    /// Moves the verified scene to the cache and returns it.
     fn store(&self) -> Result<DerivedScene, Error> {
         let file = &self.engine.file;
         let derived = self.read(file).ok_or_else(|| Error::run("the engine has written no derived scene"))?;
         if self.engine.is_current() {
-            // Without room in the cache it is derived again next time.
+            // If the cache has no room, the scene is derived again next time.
             let _ = std::fs::rename(file, &Entry::new(&self.source).path);
             cache::prune();
         }
         Ok(derived)
     }
 
-    /// The derived scene in a file, if it is that of the source.
+    /// Reads the derived scene from a file, if it matches the source.
     fn read(&self, file: &Path) -> Option<DerivedScene> {
         cache::read(file).filter(|derived| derived.description.source == self.source)
     }
 }
 
-/// The file of the scene before its functions are compared with its formulae.
+/// The file of the scene before verification.
 fn unverified(file: &Path) -> PathBuf {
     file.with_extension("unverified")
 }
 
-/// Removes what an engine left, also one that had the same number and was killed.
+/// Removes the files of an engine, including those of a killed engine with the same process id.
 fn remove(file: &Path) {
     for file in [file, &unverified(file)] {
         let _ = std::fs::remove_file(file);
     }
 }
 
-/// Whether the user interrupted the engine, as a terminal does to all programs in it.
+/// Whether the user interrupted the engine: a terminal interrupts all programs in it.
 fn is_interrupted(status: ExitStatus) -> bool {
     #[cfg(unix)]
     return std::os::unix::process::ExitStatusExt::signal(&status) == Some(2);
@@ -236,7 +237,7 @@ fn interruption() -> Error {
     Error::run("the derivation was interrupted")
 }
 
-/// The messages of an engine, without the lines that tell whether it waits.
+/// Reads the messages of an engine, without the lines about waiting.
 fn read_messages(pipe: impl Read, is_waiting: &AtomicBool) -> String {
     let mut text = String::new();
     for line in BufReader::new(pipe).split(b'\n').map_while(Result::ok) {

@@ -1,4 +1,4 @@
-//! A compiled mechanism by plain functions over slices.
+//! A compiled mechanism as plain functions over slices.
 
 #[cfg(feature = "std")]
 extern crate alloc;
@@ -142,7 +142,8 @@ where
 
     #[inline]
     fn row_quantities(&self, at: &StateRef, outputs: &mut [f64], constraints: LoopConstraintsMut) -> RowQuantities {
-        // Where sines and cosines of these are shared, the compiler must see that what is written leaves them alone.
+        // Local copies: where sines and cosines are shared, the compiler must see that the writes below do not change
+        // the state.
         let (q, qd): ([f64; N], [f64; N]) = (*array(at.q), *array(at.qd));
         let (qdd, multipliers): ([f64; N], [f64; M]) = (*array(at.qdd), *array(at.multipliers));
         let at = StateRef { t: at.t, q: &q, qd: &qd, qdd: &qdd, multipliers: &multipliers };
@@ -199,7 +200,7 @@ where
 
     #[inline]
     fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult {
-        // Straight-line steps of a large kernel would be compiled twice.
+        // Straight-line steps of a large kernel are not compiled a second time.
         #[cfg(feature = "simd")]
         if const { X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT }
             && let Some(result) = Fused::vectorize_widest(
@@ -221,7 +222,7 @@ fn gauss_steps<X: Generated<N, M>, const N: usize, const M: usize>(
     values: &[f64],
     width: Width,
 ) -> Option<Box<dyn GaussSteps>> {
-    // Constants, so that what is not used is not compiled.
+    // Constants, so that unused code is not compiled.
     type Make = fn(&[f64]) -> Option<Box<dyn GaussSteps>>;
     let four: Option<Make> =
         const { if suits(Width::Four, X::Kernel::<f64>::OPERATIONS) { Some(make_four::<X, N, M>) } else { None } };

@@ -3,7 +3,7 @@
 //! E. Hairer, S. P. Nørsett and G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, II.5 and
 //! II.6 (their code DOP853).
 
-/// Stages and their coefficients, zeros left out.
+/// Stages and their coefficients, without zeros.
 pub type Row = &'static [(usize, f64)];
 
 /// The fraction of the step at which each stage is evaluated.
@@ -26,8 +26,8 @@ pub const NODES: [f64; 16] = [
     0.7777777777777778,
 ];
 
-/// The pairs of `j` and `a_ij` of each stage, zeros left out. Row 12 holds the weights of the step's end; the rows
-/// after it serve the dense output.
+/// The pairs of `j` and `a_ij` of each stage, without zeros. Row 12 holds the weights of the step's end; the rows after
+/// it serve the dense output.
 #[rustfmt::skip]
 pub const ROWS: [Row; 16] = [
     &[],
@@ -84,7 +84,7 @@ pub const ERROR_5: Row = &[
     (8, -0.35032884874997366), (9, 0.3341791187130175), (10, 0.08192320648511571), (11, -0.022355307863886294),
 ];
 
-/// The end of order 3: that of order 8 less this one is the error estimate of order 3.
+/// The end of order 3. The difference between the end of order 8 and this one is the error estimate of order 3.
 pub const END_3: Row = &[(0, 0.244_094_488_188_976_4), (8, 0.733_846_688_281_611_8), (11, 0.022_058_823_529_411_766)];
 
 /// The error estimate of order 3.

@@ -1,19 +1,19 @@
-//! Functions of double-double numbers: by series after a reduction of the argument, inverse functions by one step of
-//! Newton's method from the function of the double.
+//! Functions of double-double numbers. They use series after a reduction of the argument; inverse functions take one
+//! step of Newton's method from the double-precision value.
 
 use super::DoubleDouble;
 use crate::{Scalar, math};
 
-/// Added to a number below 2^51 this leaves a whole number in the last bits.
+/// Adding this to a number below 2^51 leaves its nearest integer in the last bits.
 const WHOLE: f64 = 6_755_399_441_055_744.0;
-/// Angles beyond this have no whole number of quarter turns that a double holds.
+/// The largest angle whose number of quarter turns is an exact double.
 const FAR: f64 = 1e15;
 /// A quarter turn, in four parts.
 const QUARTER: [f64; 4] =
     [core::f64::consts::FRAC_PI_2, 6.123_233_995_736_766e-17, -1.497_384_904_859_169_8e-33, 5.562_271_104_316_826e-50];
 /// The logarithm of 2, in three parts.
 const LN_2: [f64; 3] = [core::f64::consts::LN_2, 2.319_046_813_846_299_6e-17, 5.707_708_438_416_212e-34];
-/// How often the argument of the exponential series is halved.
+/// The number of times that the argument of the exponential series is halved.
 const HALVINGS: i32 = 4;
 
 /// `1/k!` from `k = 2` on.
@@ -60,7 +60,7 @@ fn nearest(x: f64) -> f64 {
 }
 
 impl DoubleDouble {
-    /// The number without a multiple of one in several parts.
+    /// Subtracts a multiple of a constant that is given in several parts.
     fn without(self, times: f64, parts: &[f64]) -> Self {
         parts.iter().fold(self, |rest, part| rest - Self::product(times, *part))
     }
@@ -82,7 +82,7 @@ impl DoubleDouble {
         let turns = nearest(self.hi * core::f64::consts::FRAC_2_PI);
         let angle = self.without(turns, &QUARTER);
         let square = -(angle * angle);
-        // Degrees 29 and 28, where the angle is at most an eighth of a turn.
+        // The terms of degree 29 and 28 suffice for angles up to an eighth of a turn.
         let (mut sine, mut cosine) = (inverse_factorial(29), inverse_factorial(28));
         for k in (1..14).rev() {
             sine = sine * square + inverse_factorial(2 * k + 1);
@@ -130,7 +130,7 @@ impl DoubleDouble {
             return (series * ratio).scaled(2.0);
         }
         let guess = Self::from(math::ln(self.hi));
-        // In two halves: the second part of a very small exponential would lose digits.
+        // In two halves, because the second part of a very small exponential would lose digits.
         let half = guess.scaled(-0.5).exponential();
         let quotient = self * half * half;
         guess + ((quotient - Self::ONE) / (quotient + Self::ONE)).scaled(2.0)
@@ -146,7 +146,7 @@ impl DoubleDouble {
     }
 
     pub(super) fn hyperbolic_tangent(self) -> Self {
-        // Not as sinh over cosh, which overflow.
+        // sinh over cosh would overflow.
         let twice = self.abs().scaled(-2.0);
         let less_one =
             if twice.hi > -0.5 { twice.small_exponential_less_one() } else { twice.exponential() - Self::ONE };
@@ -154,7 +154,7 @@ impl DoubleDouble {
         if self.is_negative() { -size } else { size }
     }
 
-    /// The angle of the vector with this ordinate and that abscissa.
+    /// The angle of the vector with ordinate `self` and this abscissa.
     pub(super) fn angle_from(self, abscissa: Self) -> Self {
         let guess = math::atan2(self.hi, abscissa.hi);
         if !(self.is_finite() && abscissa.is_finite()) || self.hi == 0.0 && abscissa.hi == 0.0 {
@@ -164,7 +164,7 @@ impl DoubleDouble {
         Self::from(guess) + (self * cosine - abscissa * sine) / (abscissa * cosine + self * sine)
     }
 
-    /// A whole power, by squaring.
+    /// An integer power, by repeated squaring.
     pub(super) fn whole_power(self, exponent: i32) -> Self {
         let (mut power, mut square, mut rest) = (Self::ONE, self, exponent.unsigned_abs());
         while rest > 0 {

@@ -49,7 +49,7 @@ impl Scalar for DoubleDouble {
     }
     fn floor(self) -> Self {
         let whole = Scalar::floor(self.hi);
-        // A whole double may lack something below it.
+        // The double is an integer, so the second part may still reduce it.
         if whole == self.hi { Self::from(whole) + Scalar::floor(self.lo).into() } else { whole.into() }
     }
     fn sign(self) -> Self {

@@ -1,4 +1,4 @@
-//! Numbers at the nodes of the Gauss method in vectors: their products with matrices.
+//! Numbers at the nodes of the Gauss method, in vectors, and their products with matrices.
 
 use super::GAUSS_NODES;
 use super::coefficients::{BARYCENTRIC, Column, Columns, NODES};
@@ -23,7 +23,7 @@ pub(super) fn column<S: Token>(column: &Column) -> AtNodes<S> {
     at
 }
 
-/// The product of a matrix and numbers at the nodes.
+/// The product of a matrix and the numbers at the nodes.
 #[inline(always)]
 pub(super) fn sums<S: Token>(columns: &Columns, values: &AtNodes<S>) -> AtNodes<S> {
     let mut vectors = [[Lanes::zero(); 2]; GAUSS_NODES];
@@ -33,12 +33,12 @@ pub(super) fn sums<S: Token>(columns: &Columns, values: &AtNodes<S>) -> AtNodes<
     sums_by(&vectors, values)
 }
 
-/// The product of a matrix, its columns vectors, and numbers at the nodes.
+/// The product of a matrix, whose columns are vectors, and the numbers at the nodes.
 #[inline(always)]
 pub(super) fn sums_by<S: Token>(columns: &[AtNodes<S>; GAUSS_NODES], values: &AtNodes<S>) -> AtNodes<S> {
     let mut sums = [Lanes::zero(); 2];
     for g in 0..groups::<S>() {
-        // Two sums, so that fewer products wait for each other.
+        // Two independent sums shorten the chain of dependent products.
         let mut parts = [Lanes::zero(); 2];
         for j in 0..GAUSS_NODES {
             let value = Lanes::from_f64(values[j / S::F64_LANES].get(j % S::F64_LANES));
@@ -49,8 +49,8 @@ pub(super) fn sums_by<S: Token>(columns: &[AtNodes<S>; GAUSS_NODES], values: &At
     sums
 }
 
-/// The Lagrange polynomials of the nodes at the nodes of another step, which begins after a part of the step and is
-/// `ratio` times as long; a polynomial after another.
+/// The Lagrange polynomials of the nodes, one after another, at the nodes of another step. That step begins at the
+/// fraction `part` of this one and is `ratio` times as long.
 #[inline(always)]
 pub(super) fn lagrange_polynomials<S: Token>(part: f64, ratio: f64) -> [AtNodes<S>; GAUSS_NODES] {
     let nodes = column::<S>(&NODES);

@@ -5,11 +5,11 @@
 /// A number for each node.
 pub(super) type Column = [f64; 8];
 
-/// Columns of a matrix, each in one line of the cache.
+/// Columns of a matrix; each fills one cache line.
 #[repr(align(64))]
 pub(super) struct Columns(pub(super) [Column; 8]);
 
-/// The part of the step at which each node lies, `c_i`.
+/// The fraction of the step at which each node lies, `c_i`.
 pub(super) const NODES: Column = [
     0.019855071751231884,
     0.10166676129318664,
@@ -33,8 +33,8 @@ pub(super) const BARYCENTRIC: Column = [
     403.92051052855294,
 ];
 
-/// The matrix `a_ij`, column after column: what the values at the nodes contribute to integrals from the beginning of
-/// the step up to each node.
+/// The matrix `a_ij`, column by column: the weights of the values at the nodes in the integral from the beginning of
+/// the step to each node.
 pub(super) static A: Columns = Columns([
     [
         0.025307134072594065,
@@ -118,7 +118,7 @@ pub(super) static A: Columns = Columns([
     ],
 ]);
 
-/// The square of that matrix, column after column: their contributions to integrals of integrals.
+/// The square of that matrix, column by column: the weights in the double integral.
 pub(super) static A_SQUARED: Columns = Columns([
     [
         0.0003040757480778956,
@@ -202,9 +202,9 @@ pub(super) static A_SQUARED: Columns = Columns([
     ],
 ]);
 
-/// The contributions of the value at each node to the integral over the step, `b_j`; to the integral of the integral,
-/// `b_j (1 - c_j)`; to the coefficients of the Legendre polynomials of degree 7 and 6; and to the values at the
-/// beginning and at the end of the step.
+/// The weights of the value at each node in the integral over the step, `b_j`; in the double integral, `b_j (1 - c_j)`;
+/// in the coefficients of the Legendre polynomials of degree 7 and 6; and in the values at the beginning and at the end
+/// of the step.
 pub(super) static END_AND_MODES: Columns = Columns([
     [
         0.05061426814518813,

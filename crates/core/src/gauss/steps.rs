@@ -14,43 +14,43 @@ use crate::lanes::{Lanes, Token};
 use crate::projection::padded;
 use crate::scalar::Scalar;
 
-/// The largest coefficient of P7 in the Legendre expansion of a step, against the root of the tolerance: what the
-/// method leaves out at the end of a step is about the square of what the polynomial leaves out inside.
+/// The largest accepted coefficient of P7 in the Legendre expansion of a step, over the root of the tolerance: the
+/// error at the end of a step is about the square of the error of the polynomial inside.
 const HIGHEST_MODE: f64 = 4.0;
-/// The weight of the coefficient of P6 against that of P7.
+/// The weight of the coefficient of P6 relative to that of P7.
 const WEIGHT_OF_P6: f64 = 0.3;
-/// Tolerances above this one are taken for it: iterations in longer steps often do not converge.
+/// Larger tolerances are reduced to this one: iterations in longer steps often do not converge.
 const LOOSEST: f64 = 1e-6;
-/// The change that is expected of the next iteration, against the tolerance, below which an iteration is the last one.
+/// The iteration ends when the expected change in the next iteration, relative to the tolerance, falls below this.
 const CONVERGED: f64 = 0.3;
-/// The contraction, the part of a change that is left after the next iteration, is expected to be at least this.
+/// The smallest contraction that is expected. The contraction is the ratio of successive changes.
 const FASTEST: f64 = 0.1;
-/// An iteration with a larger contraction does not converge.
+/// The largest contraction of an iteration that counts as convergent.
 const SLOWEST: f64 = 0.5;
-/// The contraction of a step that is just accepted. Fast oscillations are within the order of the method up to there,
-/// however small they are against the rest of the motion.
+/// The largest contraction of an accepted step. Up to it the method resolves fast oscillations to its full order,
+/// however small their amplitude.
 const RESOLVED: f64 = 0.15;
-/// Most iterations of a step.
+/// The largest number of iterations of a step.
 const MOST_ITERATIONS: u32 = 20;
-/// Iterations after which a step is given up that is far too long.
+/// The number of iterations after which a far too long step is given up.
 const EARLY: u32 = 2;
-/// The error then.
+/// The error reported for such a step.
 const FAR_TOO_LONG: f64 = 30.0;
-/// The polynomials of a step are not extrapolated further than to so many times its length.
+/// The largest distance to which the polynomials of a step are extrapolated, in lengths of that step.
 const FURTHEST: f64 = 4.0;
-/// Changes of this size, against all of the increment, are rounding errors.
+/// Changes up to this size, relative to the increment, are rounding errors.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Steps by one kind of vector.
+/// Steps with one kind of vector.
 pub(crate) struct Steps<K, S: Token, const N: usize, const M: usize> {
     token: S,
     kernel: K,
-    /// The accelerations of the last step whose iteration converged, and of the one that it went on from.
+    /// The accelerations of the last converged step, and of the step from which it continued.
     last: Polynomials<S, N>,
     before: Polynomials<S, N>,
 }
 
-/// Polynomials of degree 7 in a step, by their values at the nodes.
+/// Polynomials of degree 7 over a step, given by their values at the nodes.
 #[derive(Clone, Copy)]
 struct Polynomials<S: Token, const N: usize> {
     t: f64,
@@ -66,8 +66,8 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> Steps<
         Self { token, kernel, last: none, before: none }
     }
 
-    /// Accelerations at the nodes to begin with: those of the polynomials, or those at the beginning where these lie
-    /// elsewhere.
+    /// The initial accelerations at the nodes: those of the polynomials if the state lies inside their step and the new
+    /// step ends near it, otherwise those at the beginning.
     #[inline(always)]
     fn first_values(known: &Polynomials<S, N>, (t, h): (f64, f64), qdd: &[f64; N]) -> [AtNodes<S>; N] {
         let mut values = [[Lanes::zero(); 2]; N];
@@ -85,7 +85,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> Steps<
         values
     }
 
-    /// Solves for the accelerations at the nodes; coordinates, rates and the estimate at the end.
+    /// Solves for the accelerations at the nodes; returns coordinates, rates and the estimate at the end.
     #[inline(always)]
     fn solve(
         &self,
@@ -108,7 +108,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> Steps<
             let of_q = if is_length[i] { 1.0 / (1.0 + q[i].abs()) } else { 1.0 };
             let of_qd = 1.0 / (1.0 + qd[i].abs());
             scales[i] = [of_q, of_qd];
-            // An error of the rates is one of the coordinates too.
+            // An error of the rates becomes an error of the coordinates too.
             of_change[i] = number(Scalar::max(0.5 * h * of_q, of_qd));
         }
         let tolerance = Scalar::min(tolerance, LOOSEST);
@@ -118,7 +118,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> Steps<
         let mut change_before = f64::INFINITY;
         let (mut rates, mut power) = (*values, [number(0.0); 2]);
         let slowness = loop {
-            // Coordinates and rates at the nodes, accelerations there, and how far they differ from those before.
+            // Coordinates, rates and accelerations at the nodes, and the change of the accelerations in this iteration.
             let mut coordinates = rates;
             for i in 0..rolled(n) {
                 let (once, twice) = (sums(&A, &values[i]), sums(&A_SQUARED, &values[i]));
@@ -152,7 +152,8 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> Steps<
             }
             estimate.iterations += 1;
             let (change, size) = (h * largest(change), h * largest(size));
-            // A maximum may pass over what is not a number. Zero times a number that is not finite is not a number.
+            // A maximum may skip values that are not numbers, so the sum is tested: zero times a non-finite number is
+            // not a number.
             if !(growth.is_within(MAX_GROWTH) && (sum * number(0.0)).is_within(0.0)) {
                 return None;
             }
@@ -170,7 +171,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> Steps<
             if change <= goal || !is_first && contraction < SLOWEST && expected <= goal {
                 estimate.convergence = Convergence::Converged;
                 let is_measured = !is_first && change > 4.0 * rounding;
-                // The contraction goes with the square of the length, the error with its eighth power.
+                // The contraction grows with the square of the step's length, the error with its eighth power.
                 break if is_measured { (contraction / RESOLVED).powi(4) } else { 0.0 };
             }
             if estimate.iterations == MOST_ITERATIONS || estimate.iterations > EARLY && contraction > SLOWEST {
@@ -210,14 +211,13 @@ fn error<S: Token, const N: usize>(
     h * largest
 }
 
-/// A number of passes that the compiler does not know: a loop whose body stands once compiles in a fraction of the
-/// time.
+/// Hides a loop count from the compiler: a loop that is not unrolled compiles in a fraction of the time.
 #[inline(always)]
 fn rolled(count: usize) -> usize {
     core::hint::black_box(count).min(count)
 }
 
-/// Solves with the instructions of the token.
+/// Runs `solve` with the target features of the token.
 struct Solve<'a, K, S: Token, const N: usize, const M: usize> {
     steps: &'a mut Steps<K, S, N, M>,
     request: &'a GaussRequest,

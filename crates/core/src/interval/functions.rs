@@ -1,4 +1,4 @@
-//! Exponential function, logarithm and inverse functions of angles, of intervals.
+//! Exponential function, logarithm and inverse trigonometric functions of intervals.
 
 use core::f64::consts::LN_2;
 
@@ -6,13 +6,13 @@ use super::Interval;
 
 /// Terms of the series of the exponential function.
 const TERMS: u32 = 18;
-/// More doublings are beyond the range of doubles.
+/// The largest number of doublings within the range of doubles.
 const MOST_DOUBLINGS: i32 = 1000;
 
-/// All of these functions grow, so that their values at the ends are enough.
+/// All of these functions are monotonic, so their values at the ends suffice.
 ///
-/// The inverse functions begin with the double that the standard library has for them, whatever its error is. Their
-/// distance from it follows from the function itself.
+/// The inverse functions begin with the double of the standard library, without an assumption about its error. The
+/// distance from the exact value follows from the function itself.
 impl Interval {
     /// Exponential function.
     #[must_use]
@@ -20,7 +20,7 @@ impl Interval {
         self.by_ends(exp)
     }
 
-    /// Natural logarithm; all real numbers where some number has none.
+    /// Natural logarithm; all real numbers if the interval contains one that is not positive.
     #[must_use]
     pub fn ln(self) -> Self {
         if self.lo <= 0.0 { Self::ENTIRE } else { self.by_ends(ln) }
@@ -32,7 +32,7 @@ impl Interval {
         self.by_ends(|end| atan(Self::point(end)))
     }
 
-    /// Inverse sine; all real numbers where some number has none, or no slope there.
+    /// Inverse sine; all real numbers unless the interval lies inside (-1, 1).
     #[must_use]
     pub fn asin(self) -> Self {
         self.by_ends(|end| {
@@ -41,7 +41,7 @@ impl Interval {
         })
     }
 
-    /// Angle of the vectors with this ordinate and that abscissa; all real numbers where they surround zero, or lie on
+    /// Angle of the vectors with ordinate `self` and this abscissa; all real numbers if they enclose zero or lie on
     /// both sides of the negative half-axis.
     #[must_use]
     pub fn atan2(self, abscissa: Self) -> Self {
@@ -69,12 +69,12 @@ fn exp(x: f64) -> Interval {
     if doublings.abs() > f64::from(MOST_DOUBLINGS) {
         return if x < 0.0 { Interval::new(0.0, 2.0_f64.powi(-MOST_DOUBLINGS)) } else { Interval::ENTIRE };
     }
-    // The logarithm of two is within a unit in the last place of its double.
+    // The logarithm of 2 lies within one unit in the last place of its double.
     let rest = Interval::point(x) - Interval::point(doublings) * Interval::outward(LN_2, LN_2);
     if rest.magnitude() > 0.5 {
         return Interval::ENTIRE;
     }
-    // The remainder by Lagrange is the next term times a number below the root of e.
+    // Lagrange's remainder is the next term times a number below the square root of e.
     let mut sum = Interval::new(0.6, 1.65);
     for k in (1..=TERMS).rev() {
         sum = Interval::ONE + rest / Interval::point(f64::from(k)) * sum;
@@ -95,7 +95,7 @@ fn atan(x: Interval) -> Interval {
     }
     let near = Interval::point(x.mid().atan());
     let (sine, cosine) = near.sin_cos();
-    // The tangent of the distance; its inverse tangent is this times a number between `1 - w^2` and one.
+    // The tangent `w` of the distance; its inverse tangent is `w` times a number between `1 - w^2` and one.
     let w = (x * cosine - sine) / (cosine + x * sine);
     if w.magnitude() > 0.1 {
         Interval::ENTIRE

@@ -4,11 +4,11 @@ use core::f64::consts::FRAC_PI_2;
 
 use super::Interval;
 
-/// The leading 33 bits of a quarter turn: products with whole numbers below 2^20 are exact.
+/// The leading 33 bits of a quarter turn; its products with integers below 2^20 are exact.
 const QUARTER: f64 = f64::from_bits(FRAC_PI_2.to_bits() & !((1 << 20) - 1));
-/// The rest of the double nearest to a quarter turn, exactly.
+/// The difference between the double nearest to a quarter turn and `QUARTER`, exactly.
 const REST: f64 = FRAC_PI_2 - QUARTER;
-/// A quarter turn minus the double nearest to it, 6.1232339957367658...e-17.
+/// Bounds of a quarter turn minus the nearest double, 6.1232339957367658...e-17.
 const TAIL: [f64; 2] = [6.123_233_995_736_76e-17, 6.123_233_995_736_77e-17];
 /// Terms of the series.
 const TERMS: u32 = 13;
@@ -16,17 +16,16 @@ const TERMS: u32 = 13;
 impl Interval {
     /// Sine and cosine.
     ///
-    /// Whole quarter turns are subtracted by parts of the quarter turn that bound it. The rest is at most 1.5 in size,
-    /// or nothing is known but that both lie between -1 and 1. There the sine grows, and the cosine has its maximum at
-    /// zero, so that the ends are enough. Their values are those of Taylor's polynomials with the remainder by
-    /// Lagrange.
+    /// Whole quarter turns are subtracted in parts that bound the quarter turn. If the remaining angle exceeds 1.5 in
+    /// size, both results are [-1, 1]. Otherwise the sine is monotonic and the cosine has its maximum at zero, so the
+    /// ends suffice. They are evaluated by Taylor polynomials with Lagrange's remainder.
     #[must_use]
     pub fn sin_cos(self) -> (Self, Self) {
         let any = Self::new(-1.0, 1.0);
         if !self.is_finite() || self.lo < -1e6 || self.hi > 1e6 {
             return (any, any);
         }
-        // Whole numbers of quarter turns: any choice is right, the nearest one is best.
+        // Any number of quarter turns is valid; the nearest one gives the tightest result.
         let turns = whole((0.5 * self.lo + 0.5 * self.hi) / FRAC_PI_2);
         let count = Self::point(turns as f64);
         let rest = self
@@ -51,7 +50,7 @@ impl Interval {
     }
 }
 
-/// The whole number nearest to a number below 2^53 in size.
+/// The nearest integer of a number below 2^53 in size.
 fn whole(value: f64) -> i64 {
     (if value < 0.0 { value - 0.5 } else { value + 0.5 }) as i64
 }
@@ -61,7 +60,7 @@ fn series(y: f64) -> (Interval, Interval) {
     let y = Interval::point(y);
     let square = y * y;
     let one = Interval::point(1.0);
-    // The remainder is the next term, with a factor between -1 and 1.
+    // The remainder is the next term times a factor between -1 and 1.
     let mut sine = Interval::new(-1.0, 1.0);
     let mut cosine = sine;
     for k in (1..=TERMS).rev() {
@@ -77,7 +76,7 @@ mod tests {
     use super::*;
     use crate::{DoubleDouble, Scalar};
 
-    /// Whether an interval contains a number of 32 digits.
+    /// Whether an interval contains a double-double number.
     fn holds(interval: Interval, value: DoubleDouble) -> bool {
         let above = (value - interval.lo.into()).to_f64();
         above >= 0.0 && (DoubleDouble::from(interval.hi) - value).to_f64() >= 0.0

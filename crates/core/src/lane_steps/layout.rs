@@ -1,4 +1,4 @@
-//! The places of the numbers of a batch, and its options.
+//! The memory layout of a batch, and its options.
 
 use crate::description::Description;
 
@@ -7,15 +7,15 @@ use crate::description::Description;
 pub struct BatchRequest {
     /// Whether the scene's event ends a motion.
     pub watches_event: bool,
-    /// Whether each step is looked at from outside: the caller has a stop condition of its own.
+    /// Whether the caller inspects each step, for a stop condition of its own.
     pub waits_each_step: bool,
-    /// Whether the ranges of outputs are wanted.
+    /// Whether the ranges of outputs are recorded.
     pub ranges: bool,
-    /// Whether the state is kept after each number of steps that is a power of two.
+    /// Whether the state is kept whenever the number of steps is a power of two.
     pub checkpoints: bool,
 }
 
-/// The places of the numbers of a batch; at each place stands one number of every lane.
+/// The memory layout of a batch. A place is an index; it holds one number of every lane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BatchLayout {
     /// Number of coordinates.
@@ -24,36 +24,36 @@ pub(crate) struct BatchLayout {
     pub(crate) m: usize,
     /// Number of parameters.
     pub(crate) parameter_count: usize,
-    /// Number of outputs whose ranges are wanted.
+    /// Number of outputs whose ranges are recorded.
     pub(crate) output_count: usize,
 }
 
-/// The steps that were made.
+/// The place of the number of steps made.
 pub(crate) const MADE: usize = 0;
-/// A lane's [`LaneSchedule`].
+/// The first place of a lane's [`LaneSchedule`].
 pub(crate) const STEP: usize = 1;
 pub(crate) const END_TIME: usize = 2;
 pub(crate) const TOLERANCE: usize = 3;
 pub(crate) const LONGEST: usize = 4;
 pub(crate) const MOST_STEPS: usize = 5;
-/// The value of the scene's event after the step that is waited for.
+/// The place of the scene's event value after the last step.
 pub(crate) const EVENT: usize = 6;
-/// Growth factor, residual and check for finite numbers of that step.
+/// The first place of growth factor, residual and finiteness check of the last step.
 pub(crate) const QUALITY: usize = 7;
-/// Zero, or not a number once an output was not finite.
+/// The place of a number that is zero until an output is not finite, and not a number from then on.
 pub(crate) const DEFINED: usize = 10;
-/// The number of the step after which the state is kept next.
+/// The place of the number of steps at which the next checkpoint is taken.
 pub(crate) const CHECKPOINT_STEP: usize = 11;
-/// The smallest, then the largest value of each coordinate.
+/// The first place of the coordinates' ranges: all smallest values, then all largest ones.
 pub(crate) const COORDINATE_RANGES: usize = 12;
 
 /// The number of checkpoints that a lane keeps.
 pub const CHECKPOINTS: usize = 2;
 
-/// A lane waits when the steps that it chooses become shorter than this part of its end time.
+/// A lane waits when its steps become shorter than this fraction of its end time.
 pub(crate) const SHORTEST: f64 = 1e-12;
 
-/// Outputs are computed at the end of each of so many equal parts of a step.
+/// The number of equal parts of a step; outputs are computed at the end of each.
 pub(crate) const PARTS: usize = 4;
 
 impl BatchLayout {
@@ -74,61 +74,61 @@ impl BatchLayout {
         1 + 3 * self.n + self.m
     }
 
-    /// The row of the motion.
+    /// The first place of the current row.
     #[inline(always)]
     pub(crate) const fn row(self) -> usize {
         COORDINATE_RANGES + 2 * self.n
     }
 
-    /// The row of the motion at its last checkpoint (0), or at the one before (1).
+    /// The first place of the row at the last checkpoint (0), or at the one before (1).
     #[inline(always)]
     pub(crate) const fn checkpoint(self, age: usize) -> usize {
         self.row() + (1 + age) * self.width()
     }
 
-    /// The row before the step that is waited for.
+    /// The first place of the row before the last step.
     #[inline(always)]
     pub(crate) const fn row_before(self) -> usize {
         self.row() + (1 + CHECKPOINTS) * self.width()
     }
 
-    /// The outputs of the last row.
+    /// The first place of the outputs of the last row.
     #[inline(always)]
     pub(crate) const fn outputs(self) -> usize {
         self.row() + (2 + CHECKPOINTS) * self.width()
     }
 
-    /// The smallest values of the outputs.
+    /// The first place of the smallest values of the outputs.
     #[inline(always)]
     pub(crate) const fn lowest(self) -> usize {
         self.outputs() + self.output_count
     }
 
-    /// The largest values of the outputs.
+    /// The first place of the largest values of the outputs.
     #[inline(always)]
     pub(crate) const fn highest(self) -> usize {
         self.lowest() + self.output_count
     }
 
-    /// The smallest values of the outputs in the last step.
+    /// The first place of the smallest values of the outputs in the last step.
     #[inline(always)]
     pub(crate) const fn step_lowest(self) -> usize {
         self.highest() + self.output_count
     }
 
-    /// The largest values of the outputs in that step.
+    /// The first place of the largest values of the outputs in the last step.
     #[inline(always)]
     pub(crate) const fn step_highest(self) -> usize {
         self.step_lowest() + self.output_count
     }
 
-    /// The outputs at the end of a part of that step; `part` counts from 1.
+    /// The first place of the outputs at the end of a part of the last step; `part` counts from 1.
     #[inline(always)]
     pub(crate) const fn sample(self, part: usize) -> usize {
         self.step_highest() + part * self.output_count
     }
 
-    /// The parameters.
+    /// The first place of the parameters.
     #[inline(always)]
     pub(crate) const fn parameters(self) -> usize {
         self.sample(1 + PARTS)

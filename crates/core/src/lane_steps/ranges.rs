@@ -1,4 +1,4 @@
-//! The smallest and the largest values of outputs, inside steps too.
+//! The smallest and the largest values of outputs, including those inside steps.
 
 use super::StepsBy;
 use super::layout::{DEFINED, PARTS};
@@ -9,12 +9,12 @@ use crate::kernel_state::KernelState;
 use crate::lanes::{Lanes, Token};
 use crate::scalar::Scalar;
 
-/// Fourth differences of a smooth output are at most this part of the second ones.
+/// The largest ratio of fourth to second differences of a smooth output.
 const SMOOTH: f64 = 0.5;
 
 impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsBy<K, S, N, M> {
-    /// Merges the ranges of outputs in the step before into those of the motion. They stand apart for one step, so that
-    /// it can be taken back.
+    /// Merges the ranges of the previous step into those of the motion. They stay separate for one step, so that the
+    /// step can be undone.
     #[inline(always)]
     pub(super) fn accept_ranges(&mut self) {
         let layout = self.layout();
@@ -26,10 +26,10 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
         }
     }
 
-    /// Finds the ranges of outputs in a step, in lanes with an error that is accepted.
+    /// Finds the ranges of outputs in a step, in lanes whose error is accepted.
     ///
-    /// Outputs are computed at the end of each part of the step; the polynomial through them tells an extreme between
-    /// them.
+    /// Outputs are computed at the end of each part of the step; the polynomial through them gives the extremes
+    /// between.
     #[inline(always)]
     pub(super) fn find_ranges(
         &mut self,
@@ -95,17 +95,17 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
     }
 }
 
-/// The smallest and the largest value over the span of five values at equal distances, by the polynomial through them.
-/// It is searched for an extreme up to one distance from each inner value.
+/// The smallest and the largest value over the span of five equidistant values, from the polynomial through them.
+/// Extremes are searched for up to one distance from each inner value.
 ///
-/// Where fourth differences are not small against second ones, the output has a corner or jumps, and values are taken
-/// as they are.
+/// If fourth differences are not small against second ones, the output has a corner or jumps, and only the five values
+/// themselves count.
 #[inline(always)]
 fn range<S: Token>(values: &[Lanes<S>; PARTS + 1]) -> [Lanes<S>; 2] {
     let number = Lanes::<S>::from_f64;
     let [v0, v1, v2, v3, v4] = *values;
     let [before, at, after] = [(v0 - v1) + (v2 - v1), (v1 - v2) + (v3 - v2), (v2 - v3) + (v4 - v3)];
-    // The derivatives in the middle, by Stirling's formula.
+    // The derivatives in the middle by Stirling's formula.
     let d4 = (before - at) + (after - at);
     let d3 = (after - before) * number(0.5);
     let d2 = d4.mul_add(number(-1.0 / 12.0), at);
@@ -120,13 +120,13 @@ fn range<S: Token>(values: &[Lanes<S>; PARTS + 1]) -> [Lanes<S>; 2] {
     let (mut low, mut high) = (v0.min(v4), v0.max(v4));
     for (value, place) in [(v1, -1.0), (v2, 0.0), (v3, 1.0)] {
         let here = taylor(number(place), [d1, d2, d3]);
-        // Newton's method, from here on, for the place where the polynomial is stationary.
+        // One step of Newton's method towards the place where the polynomial is stationary.
         let near = Lanes::zero() - here[0] / here[1];
         let [slope, bend, _] = taylor(near, here);
         let s = near - slope / bend;
         let cubic = (d4 * number(0.25)).mul_add(s, here[2]) * number(1.0 / 3.0);
         let stationary = cubic.mul_add(s, here[1]).mul_add(s * number(0.5), here[0]).mul_add(s, value);
-        // Quotients that are not numbers are within no bound.
+        // A quotient that is not a number is within no bound.
         let extreme = s.choose(1.0, roughness.choose(SMOOTH, stationary, value), value);
         low = low.min(extreme);
         high = high.max(extreme);

@@ -1,4 +1,4 @@
-//! Steps of order 8, each lane with a length of its own, chosen by a tolerance of its own.
+//! Steps of order 8: each lane chooses its own length by its own tolerance.
 
 use super::layout::{
     CHECKPOINT_STEP, COORDINATE_RANGES, END_TIME, EVENT, LONGEST, MADE, MOST_STEPS, QUALITY, SHORTEST, STEP, TOLERANCE,
@@ -9,15 +9,15 @@ use crate::kernel::{Kernel, MAX_GROWTH};
 use crate::lanes::{Lanes, Token};
 use crate::scalar::Scalar;
 
-/// Steps with an error above this multiple of the tolerance are made again: a lower limit costs more than it gains.
+/// Steps with an error above this multiple of the tolerance are repeated. A lower limit costs more than it gains.
 pub(super) const REJECTED: f64 = 4.0;
-/// Steps have this part of the length at which their error would be the tolerance.
+/// The length of a step, relative to the length at which its error would equal the tolerance.
 const SAFETY: f64 = 0.8;
-/// The smallest and the largest ratio of a step's length to that of the step before.
+/// The smallest and the largest ratio of a step's length to the previous one.
 const CHANGES: [f64; 2] = [0.3, 3.0];
 
 impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsBy<K, S, N, M> {
-    /// Makes steps until some lane cannot simply go on: see [`LaneSteps::advance`](super::LaneSteps::advance).
+    /// Makes steps until some lane needs its caller: see [`LaneSteps::advance`](super::LaneSteps::advance).
     #[inline(always)]
     pub(super) fn make_steps(&mut self) {
         let number = Lanes::from_f64;
@@ -89,7 +89,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
         }
     }
 
-    /// Keeps the motion in lanes whose number of steps is the next power of two.
+    /// Stores the motion of the lanes that have reached their next checkpoint.
     #[inline(always)]
     fn keep(&mut self, made: Lanes<S>, motion: &LaneMotion<S, N, M>) {
         let next = self.number(CHECKPOINT_STEP);

@@ -91,7 +91,7 @@ pub struct Part {
 /// A value that gets a name.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Statement {
-    /// A line of comment before it.
+    /// A comment line before it.
     pub comment: Option<String>,
     /// The value.
     pub value: u32,
@@ -129,7 +129,7 @@ impl Function {
         self.parts.iter().flat_map(|part| part.values.values()).copied()
     }
 
-    /// The operations that it takes beside those whose values it is given.
+    /// Counts the operations of the function, without those for values that are given.
     pub fn operations(&self, tape: &NamedTape, is_given: impl Fn(u32) -> bool) -> Operations {
         let mut operations = Operations::default();
         let mut named: Vec<u32> = Vec::new();
@@ -147,7 +147,7 @@ impl Function {
 /// The operations of each kind that a function takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Operations {
-    /// Additions, subtractions and changes of sign that stand by themselves.
+    /// Additions, subtractions and separate changes of sign.
     pub additions: usize,
     /// Multiplications.
     pub multiplications: usize,
@@ -162,7 +162,7 @@ pub struct Operations {
 }
 
 impl Operations {
-    /// All of them but sines and cosines.
+    /// The sum of all operations except sines and cosines.
     pub fn sum(&self) -> usize {
         self.additions + self.multiplications + self.divisions + self.roots + self.others
     }

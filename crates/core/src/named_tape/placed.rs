@@ -1,4 +1,4 @@
-//! A tape for evaluators: each function with the operations that it needs, in an order that is interpreted fast.
+//! A tape for evaluators: each function has its own operations, in an order that runs fast.
 
 use std::vec::Vec;
 
@@ -15,7 +15,7 @@ const LINEARIZATION: [&str; 6] =
     ["stiffness", "damping", "constraint_stiffness", "constraint_damping", "forcing", "constraint_forcing"];
 
 impl NamedTape {
-    /// The tape for evaluators.
+    /// Converts the tape into one for evaluators.
     pub fn placed(&self) -> Tape {
         let results = |name: &str| self.function(name).map(|own| own.results().collect()).unwrap_or_default();
         let optional = |name: &str| self.function(name).map(|own| own.results().collect());

@@ -17,44 +17,45 @@ pub(super) struct Places<'t> {
 }
 
 impl<'t> Places<'t> {
-    /// The places of the inputs.
+    /// Assigns places to the inputs.
     pub(super) fn new(tape: &'t NamedTape) -> Self {
         let known = (0..tape.values.len()).map(|value| (value < tape.inputs()).then(|| place(value))).collect();
         Self { tape, known, next: place(tape.inputs()) }
     }
 
-    /// Gives places to all that follows from parameters alone on the way to these values.
+    /// Assigns places to all constants on the way to these values, that is, to values that follow from parameters
+    /// alone.
     pub(super) fn constants(&mut self, roots: impl Iterator<Item = u32>) -> Vec<Operation> {
         let is_constant = self.tape.are_constant();
         let constants: Vec<u32> = self.needed(roots).into_iter().filter(|value| is_constant[*value as usize]).collect();
         self.operations(constants.into_iter())
     }
 
-    /// The values of parameters, each after what it follows from.
+    /// The function that computes the parameters, each after its operands.
     pub(super) fn parameters(&self, roots: &[u32]) -> TapeFunction {
-        // Constants follow from parameters, so none of them is known.
+        // Constants follow from parameters, so none is known yet.
         let mut own = Self { next: self.next, ..Self::new(self.tape) };
         let values = own.needed(roots.iter().copied());
         TapeFunction { operations: own.place_all(values).into(), results: own.results(roots).into() }
     }
 
-    /// A function; its values have no place afterwards.
+    /// A function whose values keep no places.
     pub(super) fn function(&self, roots: &[u32]) -> TapeFunction {
         self.clone().first_part(&[], roots)
     }
 
-    /// A function whose values, and others, keep their places for those that follow.
+    /// A function whose values, and `others`, keep their places for the functions that follow.
     pub(super) fn first_part(&mut self, others: &[u32], roots: &[u32]) -> TapeFunction {
         let operations = self.operations(others.iter().chain(roots).copied());
         TapeFunction { operations: operations.into(), results: self.results(roots).into() }
     }
 
-    /// A function whose places are not used by those that follow.
+    /// A function whose places the functions that follow do not use.
     pub(super) fn part(&mut self, roots: &[u32]) -> TapeFunction {
         self.part_after(&[], roots)
     }
 
-    /// A function that is executed after one with these results.
+    /// A function that runs after one with the results `before`.
     pub(super) fn part_after(&mut self, before: &[u32], roots: &[u32]) -> TapeFunction {
         let mut own = self.clone();
         own.operations(before.iter().copied());
@@ -63,7 +64,7 @@ impl<'t> Places<'t> {
         part
     }
 
-    /// Gives places to all that is needed for some values.
+    /// Assigns places to all values that the roots need.
     fn operations(&mut self, roots: impl Iterator<Item = u32>) -> Vec<Operation> {
         let needed = self.needed(roots);
         self.place_all(scheduled(self.tape, &needed))
@@ -89,7 +90,7 @@ impl<'t> Places<'t> {
         self.known[value as usize].unwrap_or_else(|| unreachable!("operands come first"))
     }
 
-    /// Values without a place that are needed for others, in their order; sine and cosine come together.
+    /// The values that the roots need and that have no place yet, in their order; a cosine follows its sine.
     pub(super) fn needed(&self, roots: impl Iterator<Item = u32>) -> Vec<u32> {
         let mut is_needed = vec![false; self.known.len()];
         let mut pending: Vec<u32> = roots.collect();

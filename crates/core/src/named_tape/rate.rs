@@ -1,4 +1,4 @@
-//! Derivatives of a tape's values by time along a motion.
+//! Derivatives of a tape's values with respect to time along a motion.
 
 use std::collections::HashMap;
 use std::vec::Vec;
@@ -7,8 +7,8 @@ use super::{Argument, NamedTape, Value, place};
 use crate::tape::Operation as Op;
 
 impl NamedTape {
-    /// The derivative of a value by time, which the rates and accelerations of the coordinates give; `None` if the
-    /// value depends on accelerations or multipliers.
+    /// The derivative of a value with respect to time, in terms of the rates and accelerations of the coordinates;
+    /// `None` if the value depends on accelerations or multipliers.
     pub fn rate(&mut self, value: u32) -> Option<u32> {
         let mut rates: HashMap<u32, u32> = HashMap::new();
         for each in self.needed(std::iter::once(value)) {
@@ -121,7 +121,7 @@ impl NamedTape {
                 self.product(sign, rate(a))
             }
             Op::Min(a, b) | Op::Max(a, b) => {
-                // Half the sum, and half the distance with its sign.
+                // Half the sum, and half the signed difference.
                 let (sum, apart) = (self.sum(rate(a), rate(b)), self.difference(rate(a), rate(b)));
                 let difference = self.difference(a, b);
                 let sign = self.operation(Op::Sign(difference));

@@ -1,4 +1,4 @@
-//! An order of operations in which those of one kind stand together: they are interpreted faster.
+//! An order of operations that groups operations of one kind: such tapes run faster.
 
 use std::collections::{BTreeSet, HashMap};
 use std::vec::Vec;
@@ -6,9 +6,10 @@ use std::vec::Vec;
 use super::{NamedTape, Value};
 use crate::tape::OperationKind;
 
-/// Values in an order in which operands come first.
+/// Orders values so that operands come first.
 ///
-/// Of one kind as many follow each other as have their operands; then comes the kind that most are ready of.
+/// Operations of one kind follow each other as long as their operands are available; then the kind with the most
+/// available operations comes next.
 pub(super) fn scheduled(tape: &NamedTape, needed: &[u32]) -> Vec<u32> {
     let mut waiting: HashMap<u32, usize> = HashMap::with_capacity(needed.len());
     let mut uses: HashMap<u32, Vec<u32>> = HashMap::new();
@@ -18,7 +19,7 @@ pub(super) fn scheduled(tape: &NamedTape, needed: &[u32]) -> Vec<u32> {
         let Value::Operation(operation) = tape.values[value as usize] else { continue };
         let mut operands = 0;
         operation.for_each_operand(|operand| {
-            // A cosine is there with its sine.
+            // A cosine is computed with its sine.
             let source = if matches!(tape.values[operand as usize], Value::Cosine) { operand - 1 } else { operand };
             if waiting.contains_key(&source) {
                 uses.entry(source).or_default().push(value);

@@ -11,7 +11,7 @@ macro_rules! forward {
 }
 
 impl Scalar for f64 {
-    // Processors that have no fused products have small caches too.
+    // Processors without fused products also have small caches.
     const INLINE_LIMIT: usize = 0;
 
     #[inline(always)]
@@ -32,7 +32,7 @@ impl Scalar for f64 {
     }
     #[inline(always)]
     fn sign(self) -> Self {
-        // Zero, and what is not a number, stay what they are.
+        // Zero and NaN stay unchanged.
         if self == 0.0 || self.is_nan() { self } else { f64::signum(self) }
     }
     forward!(recip, floor, sqrt, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);

@@ -6,7 +6,7 @@ use super::Scalar;
 use crate::math;
 use crate::sine::sin_cos;
 
-/// A double whose products and sums are rounded together, for processors that do so.
+/// A double whose products and sums are rounded together, for processors with such an instruction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(transparent)]
 pub struct Fused(pub f64);
@@ -39,8 +39,8 @@ impl Neg for Fused {
 
 #[cfg(feature = "simd")]
 impl Fused {
-    /// Calls a function with all registers of the processor for fused products; `None` where it has none. The function
-    /// is compiled once for each number of registers.
+    /// Calls a function with all fused-product registers of the processor; `None` if it has none. The function is
+    /// compiled once for each number of registers.
     #[inline(always)]
     pub(crate) fn vectorize_widest<T>(f: impl FnOnce() -> T) -> Option<T> {
         #[cfg(target_arch = "x86_64")]
@@ -50,7 +50,7 @@ impl Fused {
         Self::vectorize(f)
     }
 
-    /// Calls a function with the instructions of fused products; `None` where the processor has none.
+    /// Calls a function with fused-product instructions; `None` if the processor has none.
     #[inline(always)]
     pub(crate) fn vectorize<T>(f: impl FnOnce() -> T) -> Option<T> {
         #[cfg(target_arch = "x86_64")]
@@ -135,7 +135,7 @@ impl Scalar for Fused {
     #[cfg(all(feature = "simd", target_arch = "x86_64"))]
     #[inline(always)]
     fn vectorized<T>(f: impl FnOnce() -> T) -> T {
-        // A function out of line has the processor's own instructions only if it says so.
+        // A function that is not inlined has the target features only if it declares them.
         match pulp::x86::V3::try_new() {
             Some(simd) => simd.vectorize(f),
             None => f(),

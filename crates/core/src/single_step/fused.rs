@@ -71,7 +71,7 @@ fn state<K: Kernel<Fused, N, M>, const N: usize, const M: usize>(
     Some(KernelState { q, qd, qdd, multipliers, angles })
 }
 
-/// Fills room with the first of some numbers.
+/// Fills a buffer with the first of some numbers.
 #[inline(always)]
 fn write(room: &mut [f64], numbers: &[Fused], count: usize) -> Option<()> {
     if room.len() != count || numbers.len() < count {

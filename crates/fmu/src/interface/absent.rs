@@ -1,5 +1,5 @@
-//! The functions of FMI 3.0 for what these units do not have: other types than doubles, clocks, derivatives of their
-//! own, files of states. An importer may look for each of them.
+//! The functions of FMI 3.0 for features that these FMUs lack: types other than doubles, clocks, derivatives,
+//! serialized states. An importer may look up any of them.
 
 use std::ffi::{c_char, c_int, c_void};
 
@@ -95,7 +95,7 @@ interface! {
     }
 }
 
-/// Functions for types that no variable has: nothing can be asked of them.
+/// Defines functions for types that no variable has; they refuse every request.
 macro_rules! no_variables {
     ($($get:ident, $set:ident: $type:ty;)*) => {
         interface! {

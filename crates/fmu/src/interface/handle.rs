@@ -1,4 +1,4 @@
-//! The handle of an importer, and what it is told by: statuses and messages.
+//! The handle of an importer, and the statuses and messages that it receives.
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -24,7 +24,7 @@ unsafe extern "Rust" {
     fn qrm_fmu_models() -> &'static [Model];
 }
 
-/// The handle that an importer holds: an instance, and the callback that receives its messages.
+/// The handle of an importer: an instance, and the callback for its messages.
 pub(super) struct Handle {
     instance: Instance,
     environment: *mut c_void,
@@ -41,14 +41,14 @@ pub(super) fn report(log_message: Option<LogMessage>, environment: *mut c_void, 
     let Some(log_message) = log_message else { return };
     let Ok(message) = CString::new(message.replace('\0', "")) else { return };
     let category = if status == FATAL { c"fatal" } else { c"error" };
-    // SAFETY: the importer gave this function with this environment, and both strings end with zero and outlive the
+    // SAFETY: the importer passed this function with this environment, and both strings end with zero and outlive the
     // call.
     unsafe { log_message(environment, status, category.as_ptr(), message.as_ptr()) }
 }
 
-/// Does something with an instance.
+/// Calls `work` with an instance.
 pub(super) fn with(handle: *mut c_void, work: impl FnOnce(&mut Instance) -> Result<(), Failure>) -> Status {
-    // SAFETY: the interface hands back what `instantiate` gave, from one thread at a time, until `fmi3FreeInstance`.
+    // SAFETY: the importer passes the handle from `instantiate`, from one thread at a time, until `fmi3FreeInstance`.
     let Some(handle) = (unsafe { handle.cast::<Handle>().as_mut() }) else { return ERROR };
     match catch_unwind(AssertUnwindSafe(|| work(&mut handle.instance))) {
         Ok(Ok(())) => OK,
@@ -67,7 +67,7 @@ pub(super) fn with(handle: *mut c_void, work: impl FnOnce(&mut Instance) -> Resu
     }
 }
 
-/// Does something with an instance that is in one of the given phases.
+/// Calls `work` with an instance that is in one of the given phases.
 pub(super) fn in_phase(
     handle: *mut c_void,
     phases: &[Phase],
@@ -91,7 +91,7 @@ pub(super) fn instantiate(
         if token.is_null() {
             return Err("there is no instantiation token".to_owned());
         }
-        // SAFETY: the importer gives a text that ends with zero.
+        // SAFETY: the importer passes a text that ends with zero.
         let token = unsafe { CStr::from_ptr(token) }.to_string_lossy();
         // SAFETY: `export` defines it with this signature.
         let models = unsafe { qrm_fmu_models() };

@@ -1,4 +1,4 @@
-//! The functions of FMI 3.0 for importers that integrate by themselves.
+//! The functions of FMI 3.0 for importers that integrate.
 
 use std::ffi::c_void;
 
@@ -34,7 +34,7 @@ interface! {
             if is_open {
                 instance.close()?;
             }
-            // SAFETY: they point to places of the importer, or to nothing.
+            // SAFETY: the pointers refer to places of the importer, or are null.
             unsafe {
                 put(needs_update, false);
                 put(terminate, false);
@@ -62,7 +62,7 @@ interface! {
     ) -> Status {
         in_phase(handle, &[Integrating], |instance| {
             let is_open = instance.is_open()?;
-            // SAFETY: they point to places of the importer, or to nothing.
+            // SAFETY: the pointers refer to places of the importer, or are null.
             unsafe {
                 put(enter_event_mode, is_open);
                 put(terminate, false);
@@ -76,7 +76,7 @@ interface! {
     }
 
     fn fmi3SetContinuousStates(handle: *mut c_void, states: *const f64, count: usize) -> Status {
-        // SAFETY: the importer says how long its array is.
+        // SAFETY: the importer passes the length of its array.
         let states = unsafe { read(states, count) };
         in_phase(handle, &[Integrating], |instance| {
             same_count(states.len(), instance.states())?;
@@ -85,7 +85,7 @@ interface! {
     }
 
     fn fmi3GetContinuousStates(handle: *mut c_void, states: *mut f64, count: usize) -> Status {
-        // SAFETY: the importer says how long its array is.
+        // SAFETY: the importer passes the length of its array.
         let states = unsafe { room(states, count) };
         in_phase(handle, &[Initializing, Event, Integrating, Terminated], |instance| {
             instance.is_for(Interface::ModelExchange)?;
@@ -96,7 +96,7 @@ interface! {
     }
 
     fn fmi3GetContinuousStateDerivatives(handle: *mut c_void, derivatives: *mut f64, count: usize) -> Status {
-        // SAFETY: the importer says how long its array is.
+        // SAFETY: the importer passes the length of its array.
         let derivatives = unsafe { room(derivatives, count) };
         in_phase(handle, &[Initializing, Event, Integrating, Terminated], |instance| {
             instance.is_for(Interface::ModelExchange)?;
@@ -107,7 +107,7 @@ interface! {
     }
 
     fn fmi3GetNominalsOfContinuousStates(handle: *mut c_void, nominals: *mut f64, count: usize) -> Status {
-        // SAFETY: the importer says how long its array is.
+        // SAFETY: the importer passes the length of its array.
         let nominals = unsafe { room(nominals, count) };
         with(handle, |instance| {
             instance.is_for(Interface::ModelExchange)?;
@@ -124,7 +124,7 @@ interface! {
     fn fmi3GetNumberOfEventIndicators(handle: *mut c_void, count: *mut usize) -> Status {
         with(handle, |_| {
             is_there(count)?;
-            // SAFETY: it points to a place of the importer.
+            // SAFETY: the pointer refers to a place of the importer.
             unsafe { put(count, 0) };
             Ok(())
         })
@@ -133,7 +133,7 @@ interface! {
     fn fmi3GetNumberOfContinuousStates(handle: *mut c_void, count: *mut usize) -> Status {
         with(handle, |instance| {
             is_there(count)?;
-            // SAFETY: it points to a place of the importer.
+            // SAFETY: the pointer refers to a place of the importer.
             unsafe { put(count, instance.states()) };
             Ok(())
         })

@@ -1,8 +1,8 @@
-//! States that an importer keeps and puts back.
+//! States that an importer saves and restores.
 //!
-//! The importer holds a pointer, but it is never followed: it is the address under which the state is found here. So a
-//! pointer to anything else, to a state that was freed, or to one of another library in the same process is refused
-//! like a state of another mechanism.
+//! The importer holds a pointer that is never dereferenced: it is only the key of the state in a register. Pointers to
+//! anything else, to freed states, and to states of another library in the same process are therefore refused, like
+//! states of another mechanism.
 
 use std::collections::BTreeMap;
 use std::ffi::c_void;
@@ -12,23 +12,23 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use crate::failure::Failure;
 use crate::instance::{Instance, State};
 
-/// A state, and what it is of.
+/// A saved state, and the identity of its instance.
 struct Kept {
     identity: String,
     state: State,
 }
 
-/// All states that are kept, by their addresses, which nothing else in the process has.
+/// All saved states by their addresses, which are unique in the process.
 type Register = BTreeMap<usize, Box<Kept>>;
 
 static REGISTER: Mutex<Register> = Mutex::new(Register::new());
 
 fn register() -> MutexGuard<'static, Register> {
-    // Nothing in here can be half done.
+    // No operation leaves the register half-changed.
     REGISTER.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Keeps the state of an instance in a place that is null, or that holds a state to be overwritten.
+/// Saves the state of an instance in `place`, which is null or contains a state to be overwritten.
 ///
 /// # Safety
 /// `place` is null or points to a pointer.
@@ -49,13 +49,13 @@ pub(super) unsafe fn keep(instance: &Instance, place: *mut *mut c_void) -> Resul
     Ok(())
 }
 
-/// Puts a kept state back into an instance.
+/// Restores a saved state in an instance.
 pub(super) fn put_back(instance: &mut Instance, state: *mut c_void) -> Result<(), Failure> {
     instance.state = find(&register(), instance, state)?;
     Ok(())
 }
 
-/// Frees a kept state, if there is one.
+/// Frees a saved state, if there is one.
 ///
 /// # Safety
 /// `place` is null or points to a pointer.
@@ -71,7 +71,7 @@ pub(super) unsafe fn free(place: *mut *mut c_void) -> Result<(), Failure> {
 
 const UNKNOWN: &str = "the state is none that this library gave, or it was freed";
 
-/// A copy of the state with this address, if it is one of the same mechanism, settings and interface.
+/// Copies the state with this address, if it belongs to the same mechanism, settings and interface.
 fn find(register: &Register, instance: &Instance, state: *mut c_void) -> Result<State, Failure> {
     if state.is_null() {
         return Err("there is no state".into());

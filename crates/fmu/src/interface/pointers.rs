@@ -1,31 +1,31 @@
-//! Pointers of an importer: to arrays, and to places for results.
+//! Pointers of an importer to arrays and to places for results.
 
 use std::slice;
 
 use crate::failure::Failure;
 
-/// An array of the importer's; empty where there is none.
+/// Borrows an array of the importer; empty for null.
 ///
 /// # Safety
-/// `values` points to `count` values, or to nothing.
+/// `values` points to `count` values, or is null.
 pub(super) unsafe fn read<'a, T>(values: *const T, count: usize) -> &'a [T] {
-    // SAFETY: the caller's contract; an array of no elements may be a null pointer in C, not in Rust.
+    // SAFETY: the caller's contract; an empty array may be a null pointer in C, but not in Rust.
     if values.is_null() || count == 0 { &[] } else { unsafe { slice::from_raw_parts(values, count) } }
 }
 
-/// An array of the importer's to write into; empty where there is none.
+/// Borrows an array of the importer for writing; empty for null.
 ///
 /// # Safety
-/// `values` points to `count` values that nobody else uses, or to nothing.
+/// `values` points to `count` values that nobody else uses, or is null.
 pub(super) unsafe fn room<'a, T>(values: *mut T, count: usize) -> &'a mut [T] {
     // SAFETY: as above.
     if values.is_null() || count == 0 { &mut [] } else { unsafe { slice::from_raw_parts_mut(values, count) } }
 }
 
-/// Writes a result, where the importer wants it.
+/// Writes a result, unless the pointer is null.
 ///
 /// # Safety
-/// `place` points to a value, or to nothing.
+/// `place` points to a value, or is null.
 pub(super) unsafe fn put<T>(place: *mut T, value: T) {
     if !place.is_null() {
         // SAFETY: the caller's contract.
@@ -33,7 +33,7 @@ pub(super) unsafe fn put<T>(place: *mut T, value: T) {
     }
 }
 
-/// Refuses a null pointer to where the one result of a function belongs.
+/// Refuses null as the place for the result of a function.
 pub(super) fn is_there<T>(place: *mut T) -> Result<(), Failure> {
     if place.is_null() { Err("there is no place for the result".into()) } else { Ok(()) }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::ir::{Builtin, Function, Program};
 
-/// The function that is called for a builtin.
+/// The C function for a builtin.
 pub(super) fn function(builtin: Builtin) -> &'static str {
     match builtin {
         Builtin::Sin => "sin",
@@ -31,7 +31,7 @@ pub(super) fn function(builtin: Builtin) -> &'static str {
     }
 }
 
-/// The functions that a program needs and the library does not have.
+/// The functions that a program needs and the C library lacks.
 pub(super) fn helpers(program: &Program) -> String {
     let used: BTreeSet<Builtin> = program.functions.iter().flat_map(Function::builtins).collect();
     used.into_iter().filter_map(helper).map(|text| format!("\n{text}\n")).collect()

@@ -6,7 +6,7 @@ use crate::names::Names;
 use crate::precedence;
 
 impl Writer<'_> {
-    /// The text of an expression; `names` are those of its function.
+    /// Formats an expression; `names` are those of its function.
     pub(super) fn expression(&self, names: &Names, value: &Expression) -> String {
         let write = |value: &Expression| self.expression(names, value);
         match value {

@@ -41,7 +41,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The source of a function.
+    /// Writes the source of a function.
     pub(super) fn function(&self, function: &Function, is_inline: bool) -> Result<String, Untranslated> {
         let names = self.local_names(function)?;
         let inline = if is_inline { "INLINE " } else { "" };
@@ -82,14 +82,14 @@ impl Writer<'_> {
     }
 }
 
-/// Arguments and results that no statement mentions.
+/// Arguments and results that no statement uses.
 fn unused(function: &Function) -> impl Iterator<Item = &str> {
     let arguments = function.arguments.iter().map(|argument| argument.name.as_str());
     let results = function.results.iter().map(|result| result.name.as_str()).filter(|_| !function.returns_scalar());
     arguments.chain(results).filter(|name| !function.mentions(name))
 }
 
-/// Zeros in all places.
+/// Sets all elements to zero.
 fn clear(place: &str, shape: Shape) -> String {
     match shape {
         Shape::Vector(count) => {

@@ -1,6 +1,6 @@
 //! The reserved words of C and its library.
 
-/// Whether no value can be called so: a keyword, or what generated functions call.
+/// Whether a value cannot have this name: a keyword, or the name of a function that generated code calls.
 pub(super) fn is_reserved(name: &str) -> bool {
     is_keyword(name) || FUNCTIONS.contains(&name)
 }
@@ -8,7 +8,7 @@ pub(super) fn is_reserved(name: &str) -> bool {
 /// Whether a name is a keyword of C99 or C++, or a macro of the C library.
 pub(super) fn is_keyword(name: &str) -> bool {
     let is_constant = |name: &str| CONSTANTS.contains(&name);
-    // No macro ends with an underscore.
+    // No such macro ends with an underscore.
     let is_macro = |prefix: &str| name.starts_with(prefix) && !name.ends_with('_');
     KEYWORDS.contains(&name)
         || MACROS.into_iter().any(is_macro)
@@ -172,7 +172,7 @@ const KEYWORDS: [&str; 148] = [
     "WEOF",
 ];
 
-/// Beginnings of the names of macros of the C library.
+/// Prefixes of macro names in the C library.
 const MACROS: [&str; 13] =
     ["FP_", "MATH_", "DBL_", "FLT_", "LDBL_", "INT_", "UINT_", "LONG_", "ULONG_", "EXIT_", "SEEK_", "LC_", "SIG_"];
 
@@ -208,7 +208,8 @@ const HEADERS: [&str; 29] = [
     "wctype",
 ];
 
-/// Constants that `math.h` has beside those of C99; the GNU compilers have them in `long double` too, as `M_PIl`.
+/// Constants of `math.h` in addition to those of C99; the GNU compilers also have them as `long double`, such as
+/// `M_PIl`.
 const CONSTANTS: [&str; 13] = [
     "M_E",
     "M_LOG2E",

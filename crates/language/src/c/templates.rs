@@ -1,4 +1,4 @@
-//! Templates of the steps of a motion: the same for all mechanisms but for names and sizes.
+//! Templates of the steps of a motion, identical for all mechanisms except for names and sizes.
 
 use qrm_core::dop853::{ERROR_3, ERROR_5, NODES, ROWS, Row};
 
@@ -12,17 +12,17 @@ const HEADER: &str = include_str!("templates/steps.h");
 const SIZES: &str = "\nenum { N = SCENE_COORDINATES, M = SCENE_CONSTRAINTS };\n";
 /// States and their projection.
 const PROJECTION: &str = include_str!("templates/projection.c");
-/// Sines and cosines that follow turns.
+/// Sines and cosines that are updated by turns.
 const ANGLES: &str = include_str!("templates/angles.c");
-/// The equations of motion where the kernel does not suit a position.
+/// The equations of motion where the kernel is not valid.
 const SADDLE_POINT: &str = include_str!("templates/saddle_point.c");
-/// The state at the beginning of a motion.
+/// The state at the start of a motion.
 const INITIAL: &str = include_str!("templates/initial.c");
 /// The step of the Runge-Kutta method of order 4.
 const RK4: &str = include_str!("templates/rk4.c");
 /// The step of order 8.
 const DOP853: &str = include_str!("templates/dop853.c");
-/// Stages of the step of order 8.
+/// The number of stages of the step of order 8.
 const STAGES: usize = 12;
 
 impl Writer<'_> {
@@ -44,7 +44,7 @@ impl Writer<'_> {
         self.named(&[SIZES, &angles, SADDLE_POINT, PROJECTION, INITIAL, RK4, &dop853].concat())
     }
 
-    /// A template with the constants of the projection and the names of the program.
+    /// Fills in the constants of the projection and the names of the program.
     pub(super) fn named(&self, template: &str) -> String {
         let name = &self.program.name;
         substitute(template)

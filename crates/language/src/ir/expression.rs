@@ -1,6 +1,6 @@
-//! Numbers, and how they are computed.
+//! Expressions for numbers.
 
-/// A number, and how it is computed.
+/// An expression with a numerical value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Expression {
     /// A decimal.
@@ -11,13 +11,13 @@ pub enum Expression {
     Pi,
     /// Positive infinity.
     Infinity,
-    /// A name that the function defines or is given.
+    /// A name that is defined in the function, or is an argument.
     Name(String),
     /// A number in a struct.
     Field(Box<Expression>, String),
-    /// The element at a place that is counted from zero.
+    /// The element at an index, counted from zero.
     Element(Box<Expression>, usize),
-    /// A number with the other sign.
+    /// The negative of a number.
     Negative(Box<Expression>),
     /// A sum, difference, product or quotient.
     Binary(Operator, Box<Expression>, Box<Expression>),
@@ -91,12 +91,12 @@ pub enum Builtin {
     Power,
     Hypot,
     Atan2,
-    /// -1, 0 or 1; what is not a number stays what it is.
+    /// -1, 0 or 1; NaN stays NaN.
     Sign,
-    /// The first number if it is smaller, else the second.
+    /// The first number if it is smaller, otherwise the second.
     Min,
-    /// The first number if it is larger, else the second.
+    /// The first number if it is larger, otherwise the second.
     Max,
-    /// The second number where the first one is not a number, else the first.
+    /// The second number if the first one is NaN, otherwise the first.
     ValueOr,
 }

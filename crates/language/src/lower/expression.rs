@@ -1,10 +1,10 @@
-//! Operations as expressions.
+//! Converts operations into expressions.
 
 use qrm_core::Operation;
 
 use crate::ir::{Builtin, Expression, Operator};
 
-/// The expression of an operation, whose operands are given; of a sine with its cosine, both.
+/// The expression of an operation with given operands; two expressions for a sine with its cosine.
 pub(super) fn expressions(operation: Operation, mut at: impl FnMut(u32) -> Expression) -> Vec<Expression> {
     use Operation as Op;
     use Operator::{Add, Divide, Multiply, Subtract};
@@ -20,7 +20,7 @@ pub(super) fn expressions(operation: Operation, mut at: impl FnMut(u32) -> Expre
         Op::Mul(a, b) => return vec![Expression::binary(Multiply, at(a), at(b))],
         Op::Div(a, b) => return vec![Expression::binary(Divide, at(a), at(b))],
         Op::Recip(a) => return vec![Expression::binary(Divide, number(1.0), at(a))],
-        // Whether product and sum are rounded together is left to the compiler, as it is in Rust.
+        // The compiler decides whether product and sum are fused, as in Rust.
         Op::MulAdd(a, b, c) => {
             let product = Expression::binary(Multiply, at(a), at(b));
             return vec![Expression::binary(Add, product, at(c))];

@@ -1,4 +1,4 @@
-//! The functions of a tape as functions of a program.
+//! Converts the functions of a tape into functions of a program.
 
 use qrm_core::NamedTape;
 use qrm_core::named_tape::{self, Argument, place};
@@ -13,7 +13,7 @@ pub(super) struct Lower<'t> {
 }
 
 impl Lower<'_> {
-    /// The functions that give the parameters: those of the scene, and with some of them replaced.
+    /// The functions for the parameters: those of the scene, and those with some values replaced.
     pub(super) fn parameters(&self) -> Vec<Function> {
         let Some(own) = self.tape.function("parameters") else { return Vec::new() };
         let names: Vec<&String> = self.tape.names.range(..place(self.tape.sizes()[0])).map(|(_, name)| name).collect();
@@ -65,7 +65,7 @@ impl Lower<'_> {
         ]
     }
 
-    /// The function that gives the constants.
+    /// The function for the constants.
     pub(super) fn constants(&self) -> Option<Function> {
         let own = self.tape.function("constants")?;
         let mut scope = Scope::new(self.tape);
@@ -87,7 +87,7 @@ impl Lower<'_> {
         })
     }
 
-    /// A function whose value is minus infinity.
+    /// A function that always returns minus infinity.
     pub(super) fn never(&self, name: &str, doc: &str) -> Function {
         let arguments = Argument::STATE.map(|own| self.argument(own));
         Function {
@@ -174,7 +174,7 @@ impl Lower<'_> {
         }
     }
 
-    /// The arguments of a function. Those that steps call have the same ones for all mechanisms.
+    /// The arguments of a function. Functions that steps call have the same arguments for all mechanisms.
     fn arguments(&self, own: &named_tape::Function) -> Vec<Variable> {
         use Argument::{Accelerations, Angles, Coordinates, Multipliers, Rates, Time};
         let arguments: &[Argument] = match &*own.name {

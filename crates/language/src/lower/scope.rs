@@ -1,4 +1,4 @@
-//! The names that values have in a function of a program.
+//! The names of values in a function of a program.
 
 use std::collections::HashMap;
 
@@ -9,11 +9,11 @@ use super::expression;
 use crate::ir::{Expression, Shape, Statement, StructKind};
 use crate::sparsity::is_sparse;
 
-/// The names that values have in a function, and which of them are used.
+/// The names of values in a function, and whether they are used.
 pub(super) struct Scope<'t> {
     tape: &'t NamedTape,
     pub(super) names: HashMap<u32, Expression>,
-    /// The short names that the function begins with, each with its statement and whether it is used.
+    /// The short names at the beginning of the function, each with its statement and whether it is used.
     pub(super) bindings: Vec<(Statement, bool)>,
     /// The bindings of values.
     pub(super) bound: HashMap<u32, usize>,
@@ -24,7 +24,7 @@ impl<'t> Scope<'t> {
         Self { tape, names: HashMap::new(), bindings: Vec::new(), bound: HashMap::new() }
     }
 
-    /// Begins with a short name of a struct.
+    /// Adds a short name for a struct.
     pub(super) fn alias(&mut self, name: &str, kind: StructKind, of: Expression) {
         self.bindings.push((Statement::Alias { name: name.to_owned(), kind, of }, false));
     }
@@ -34,7 +34,7 @@ impl<'t> Scope<'t> {
         self.names.extend(parameters.map(|(input, name)| (*input, of.clone().field(name))));
     }
 
-    /// Begins with the names of the fields of a position.
+    /// Adds names for the fields of a position.
     pub(super) fn name_fields(&mut self) {
         let position = self.tape.function("position").map(|own| &own.parts[..]).unwrap_or_default();
         for part in position {
@@ -44,7 +44,7 @@ impl<'t> Scope<'t> {
         }
     }
 
-    /// Begins with the names of what an argument brings.
+    /// Adds names for the values of an argument.
     pub(super) fn bind(&mut self, argument: Argument) {
         let [_, n, m] = self.tape.sizes();
         let (list, count) = match argument {
@@ -75,7 +75,7 @@ impl<'t> Scope<'t> {
         }
     }
 
-    /// A name for a value that stands elsewhere.
+    /// Adds a name for a value that is stored elsewhere.
     fn name(&mut self, value: u32, name: &str, stands_at: Expression) {
         self.bindings.push((Statement::Let { name: name.to_owned(), value: stands_at }, false));
         self.names.insert(value, Expression::name(name));
@@ -97,7 +97,7 @@ impl<'t> Scope<'t> {
         statements
     }
 
-    /// A name for a result that nothing else in the function has.
+    /// A name for a result that is unused elsewhere in the function.
     pub(super) fn free(&self, wish: &str, own: &named_tape::Function) -> String {
         let statements = own.statements.iter().flat_map(|statement| &statement.names);
         let bound = self.bindings.iter().map(|(statement, _)| match statement {
@@ -116,7 +116,7 @@ impl<'t> Scope<'t> {
         name
     }
 
-    /// Sets the places of a result.
+    /// Assigns the elements of a result.
     pub(super) fn fill(&mut self, statements: &mut Vec<Statement>, name: &str, shape: Shape, values: &[u32]) {
         let at = |i: usize| match shape {
             Shape::Matrix(_, columns) => Expression::name(name).element(i / columns).element(i % columns),
@@ -136,7 +136,7 @@ impl<'t> Scope<'t> {
         }
     }
 
-    /// A value, by name if it has one.
+    /// The expression of a value: its name if it has one.
     pub(super) fn value(&mut self, value: u32) -> Expression {
         if let Some(name) = self.names.get(&value) {
             if let Some(&binding) = self.bound.get(&value) {

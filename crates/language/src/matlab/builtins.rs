@@ -2,7 +2,7 @@
 
 use crate::ir::{Builtin, Function};
 
-/// The function that is called for a builtin.
+/// The MATLAB function for a builtin.
 pub(super) fn function(builtin: Builtin) -> &'static str {
     match builtin {
         Builtin::Sin => "sin",
@@ -34,8 +34,8 @@ pub(super) fn helpers(function: &Function) -> String {
     function.builtins().into_iter().filter_map(helper).map(|text| format!("\n{text}\n")).collect()
 }
 
-/// The definition of a builtin that MATLAB does not have in this form: its roots, powers and inverse functions are
-/// complex numbers where they are not real, and its extremes leave out what is not a number.
+/// The definition of a builtin that MATLAB lacks in this form: its roots, powers and inverse functions return complex
+/// numbers outside the real domain, and its extremes ignore NaN.
 fn helper(builtin: Builtin) -> Option<String> {
     let real = |call: &str, library: &str, condition: &str| {
         format!(
@@ -60,7 +60,7 @@ fn helper(builtin: Builtin) -> Option<String> {
     })
 }
 
-/// Whether no value can be called so: a keyword, or what generated functions call.
+/// Whether a value cannot have this name: a keyword, or the name of a function that generated code calls.
 pub(super) fn is_reserved(name: &str) -> bool {
     KEYWORDS.contains(&name) || FUNCTIONS.contains(&name)
 }

@@ -1,4 +1,4 @@
-//! Functions, each in a file of its own.
+//! Functions, each in its own file.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use crate::names::Names;
 use crate::untranslated::Untranslated;
 
 impl Writer<'_> {
-    /// The text of a function's file.
+    /// Writes the file of a function.
     pub(super) fn function(&self, function: &Function) -> Result<String, Untranslated> {
         let names = function.local_names(is_reserved)?;
         names.iter().try_for_each(check_length)?;
@@ -38,7 +38,7 @@ impl Writer<'_> {
         Ok(text + "end\n" + &helpers(function))
     }
 
-    /// The line that names results and arguments: the parameters come last.
+    /// The signature with results and arguments; the parameters come last.
     fn head(&self, function: &Function, names: &Names) -> String {
         let is_mechanism = |argument: &&Variable| argument.shape == Shape::Struct(StructKind::Mechanism);
         let others = function.arguments.iter().filter(|argument| !is_mechanism(argument));
@@ -87,7 +87,7 @@ impl Writer<'_> {
         text
     }
 
-    /// The beginning of the function of parameters: what replaces values is a struct.
+    /// The beginning of the function of parameters: the replaced values are in a struct.
     fn replacement(&self, replace: &str) -> String {
         format!(
             "    if nargin < 1\n        {replace} = struct();\n    elseif ~isstruct({replace})\n        \
@@ -96,7 +96,7 @@ impl Writer<'_> {
         )
     }
 
-    /// The end of the function of parameters: names that are none are errors.
+    /// The end of the function of parameters: unknown names are errors.
     fn check(&self, replace: &str, parameters: &str) -> String {
         format!(
             "    unknown = setdiff(fieldnames({replace}), fieldnames({parameters}));\n    \
@@ -106,7 +106,7 @@ impl Writer<'_> {
         )
     }
 
-    /// A result before its places are set.
+    /// Initializes a result.
     fn prepare(&self, names: &Names, result: &Variable) -> String {
         let value = match result.shape {
             Shape::Scalar => return String::new(),
@@ -141,7 +141,7 @@ impl Writer<'_> {
                 let result = root(place).and_then(|name| function.results.iter().find(|result| result.name == name));
                 let fresh = result.filter(|result| prepared.insert(&result.name));
                 let before = fresh.map_or_else(String::new, |result| self.prepare(names, result));
-                // All places of lists are zero at first.
+                // All elements of lists are initially zero.
                 let is_zero = *value == Expression::Number("0.0".to_owned()) || *value == Expression::Boolean(false);
                 if is_zero && matches!(place, Expression::Element(..)) {
                     return before;
@@ -156,12 +156,12 @@ impl Writer<'_> {
     }
 }
 
-/// Whether it gives the parameters.
+/// Whether the function returns the parameters.
 fn is_parameters(function: &Function) -> bool {
     function.name == "parameters_with"
 }
 
-/// The result that a place is in.
+/// The result to which an element belongs.
 fn root(place: &Expression) -> Option<&str> {
     match place {
         Expression::Name(name) => Some(name),
@@ -170,7 +170,7 @@ fn root(place: &Expression) -> Option<&str> {
     }
 }
 
-/// The value of a shape without anything in it.
+/// The initial value of a shape.
 fn empty(shape: Shape) -> String {
     match shape {
         Shape::Scalar => "0".to_owned(),

@@ -4,7 +4,7 @@ use super::Writer;
 use crate::ir::Quantity;
 
 impl Writer<'_> {
-    /// The text of the script.
+    /// Writes the script.
     pub(super) fn run(&self) -> String {
         let name = &self.program.name;
         let title = self.program.doc.first().map_or("", String::as_str);
@@ -46,7 +46,7 @@ fn figure(name: &str, columns: &str, label: &str) -> String {
     )
 }
 
-/// The places of quantities that have the same unit.
+/// The indices of quantities, grouped by unit.
 fn by_unit(quantities: &[Quantity]) -> Vec<(&str, Vec<usize>)> {
     let mut groups: Vec<(&str, Vec<usize>)> = Vec::new();
     for (i, quantity) in quantities.iter().enumerate() {

@@ -1,11 +1,11 @@
-//! Templates of the steps of a motion: the same for all mechanisms but for names.
+//! Templates of the steps of a motion, identical for all mechanisms except for names.
 
 use super::Writer;
 use crate::constants::substitute;
 
-/// The state at the beginning of a motion.
+/// The state at the start of a motion.
 const INITIAL_STATE: &str = include_str!("templates/initial_state.m");
-/// The state of given coordinates and rates.
+/// The state for given coordinates and rates.
 const STATE: &str = include_str!("templates/state.m");
 /// The step of the Runge-Kutta method of order 4.
 const RK4_STEP: &str = include_str!("templates/rk4_step.m");
@@ -19,7 +19,7 @@ impl Writer<'_> {
             .map(|(name, template)| (name, self.named(template)))
     }
 
-    /// A template with the constants of the projection and the names of the program.
+    /// Fills in the constants of the projection and the names of the program.
     fn named(&self, template: &str) -> String {
         let name = &self.program.name;
         substitute(template)

@@ -1,10 +1,10 @@
-//! Operations as Rust expressions, with the parentheses that they need.
+//! Operations as Rust expressions, with the necessary parentheses.
 
 use proc_macro2::{Literal, TokenStream};
 use qrm_core::Operation;
 use quote::quote;
 
-/// How tightly an expression holds together.
+/// The precedence of an expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Binding {
     Sum,
@@ -21,12 +21,12 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    /// A name, a call, a literal: nothing inside can come loose.
+    /// An atomic expression: a name, a call, or a literal.
     pub(super) fn whole(tokens: TokenStream) -> Self {
         Self { tokens, binding: Binding::Whole }
     }
 
-    /// The expression with parentheses unless it holds together at least as tightly as asked.
+    /// The expression, in parentheses unless its precedence is at least `binding`.
     pub(super) fn at_least(&self, binding: Binding) -> TokenStream {
         let tokens = &self.tokens;
         if self.binding >= binding { tokens.clone() } else { quote!((#tokens)) }
@@ -74,12 +74,12 @@ impl Piece {
     }
 }
 
-/// A double that is not negative, as the shortest decimal that reads back as itself.
+/// A nonnegative double as the shortest decimal that reads back exactly.
 pub(super) fn literal(value: f64) -> TokenStream {
     if value.is_infinite() {
         return quote!(f64::INFINITY);
     }
-    // Debug writes an exponent where digits would run long; Literal's own formatting never does.
+    // The Debug format uses an exponent for long numbers; that of Literal never does.
     let text = format!("{value:?}");
     match text.parse::<Literal>() {
         Ok(literal) => quote!(#literal),
@@ -87,7 +87,7 @@ pub(super) fn literal(value: f64) -> TokenStream {
     }
 }
 
-/// The expression of an operation, whose operands and method names are given.
+/// The expression of an operation with given operands.
 pub(super) fn expression(operation: Operation, mut operand: impl FnMut(u32) -> Piece) -> Piece {
     use Operation as Op;
     let (none, mut at) = (TokenStream::new(), |value: u32| operand(value));

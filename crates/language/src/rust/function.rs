@@ -18,16 +18,16 @@ use qrm_scene::scene::Scene;
 pub(super) struct Printer<'t> {
     pub(super) scene: &'t Scene,
     pub(super) tape: &'t NamedTape,
-    /// The struct that is the mechanism.
+    /// The struct of the mechanism.
     pub(super) own: Ident,
 }
 
-/// The result of a function: the statements before it and the values of its parts.
+/// The printed result of a function: the preceding statements and the values of its parts.
 pub(super) struct Printed {
     /// Bindings of arguments and statements.
     pub(super) statements: TokenStream,
     pub(super) parts: Vec<TokenStream>,
-    /// The inputs, constants and fields of a position that are used.
+    /// The used inputs, constants and fields of a position.
     pub(super) used: BTreeSet<u32>,
 }
 
@@ -52,8 +52,8 @@ impl<'t> Printer<'t> {
         let (output, value) = self.output(function, parts);
         let docs = doc_lines(&texts::function(self.scene, self.tape, function));
         let aliases = &function.aliases;
-        // What a step calls must not pass its matrices through memory, and the quantities of a row share their sines
-        // and cosines where all are in one place.
+        // Functions called by a step should not pass matrices through memory. The quantities of a row share sines and
+        // cosines if they are computed in one place.
         let is_of_kernel = |argument| matches!(argument, &Argument::Position | &Argument::Angles);
         let is_inner = ["dynamics", "loop_constraints", "outputs", "energy", "power"].contains(&&*function.name)
             || function.arguments.iter().any(is_of_kernel);
@@ -71,7 +71,8 @@ impl<'t> Printer<'t> {
         }
     }
 
-    /// The statements of a function and the values of its parts, in a function or method whose mechanism has this name.
+    /// The statements of a function and the values of its parts; `mechanism` is the name of the mechanism in that
+    /// function or method.
     pub(super) fn body(&self, function: &Function, mechanism: &TokenStream) -> Printed {
         let mut scope = Scope { tape: self.tape, names: HashMap::new(), used: BTreeSet::new() };
         if function.arguments.contains(&Argument::Position) {
@@ -108,7 +109,7 @@ impl<'t> Printer<'t> {
         Scope { tape: self.tape, names: names.collect(), used: BTreeSet::new() }.print(function)
     }
 
-    /// The values of the parameters, by the names of others.
+    /// The values of the parameters, in terms of other parameters.
     pub(super) fn parameters(&self, function: &Function) -> Vec<TokenStream> {
         let kept = 0..place(self.tape.sizes()[0]);
         let names = kept.map(|input| {
@@ -144,7 +145,7 @@ impl<'t> Printer<'t> {
             .flat_map(|part| part.values.values().into_iter().map(|value| (format_ident!("{}", part.name), *value)))
     }
 
-    /// The inputs that an argument brings.
+    /// The inputs that belong to an argument.
     fn inputs(&self, argument: Argument) -> std::ops::Range<u32> {
         let [_, n, m] = self.tape.sizes();
         let count = match argument {
@@ -166,7 +167,7 @@ impl<'t> Printer<'t> {
         }
     }
 
-    /// The fields of a position that a function takes from there.
+    /// The fields of a position that a function uses.
     fn used_fields(&self, function: &Function, used: &BTreeSet<u32>) -> BTreeSet<Ident> {
         let is_argument =
             |value: u32| function.arguments.iter().any(|argument| self.inputs(*argument).contains(&value));
@@ -179,7 +180,7 @@ impl<'t> Printer<'t> {
         values
     }
 
-    /// A parameter of a function; its name begins with an underscore if it is not used.
+    /// An argument of a function; its name begins with an underscore if it is unused.
     pub(super) fn argument(&self, argument: Argument, function: &Function, used: &BTreeSet<u32>) -> TokenStream {
         let [n, m] = self.sizes();
         let (name, of) = match argument {
@@ -196,7 +197,7 @@ impl<'t> Printer<'t> {
         quote!(#name: #of)
     }
 
-    /// The statements that name what is used of an argument.
+    /// The statements that bind the used values of an argument.
     fn binding(&self, argument: Argument, function: &Function, used: &BTreeSet<u32>) -> TokenStream {
         if !self.is_used(argument, function, used) {
             return TokenStream::new();
@@ -262,7 +263,7 @@ impl<'t> Printer<'t> {
             let name = format_ident!("{}", part.name);
             if value.to_string() == part.name { quote!(#name) } else { quote!(#name: #value) }
         });
-        // A struct without a number would have no type.
+        // A struct without numbers would not determine its number type.
         let nothing = parts.is_empty().then(|| quote!(nothing: R::zero()));
         let sizes = (*structure != "Position").then(|| quote!(, #n, #m));
         let structure = format_ident!("{structure}");

@@ -1,10 +1,10 @@
-//! The comment at the top of a module: what it was made from, and what its functions cost.
+//! The comment at the top of a module: its origin, and the cost of its functions.
 
 use std::path::Path;
 
 use qrm_core::{NamedTape, digest};
 
-/// The comment: origin, how to make it again, and the notes of the tape.
+/// The comment: the origin, how to regenerate the module, and the notes of the tape.
 pub(super) fn header(path: &str, tape: &NamedTape, source: &str) -> String {
     let version = env!("CARGO_PKG_VERSION");
     let hash = digest(version.bytes().chain([0]).chain(source.bytes()));
@@ -19,7 +19,7 @@ pub(super) fn header(path: &str, tape: &NamedTape, source: &str) -> String {
     lines.map(|line| format!("// {line}").trim_end().to_owned() + "\n").collect()
 }
 
-/// The file of a scene without what a machine has before it.
+/// The path of a scene file without the machine-specific part.
 fn shown(path: &str) -> String {
     let file = Path::new(path);
     let name = if file.is_absolute() { file.file_name().map(Path::new) } else { None };

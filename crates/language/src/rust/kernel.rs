@@ -1,4 +1,4 @@
-//! The implementations of the traits by which steps and simulators call the functions.
+//! The trait implementations through which steps and simulators call the functions.
 
 use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};

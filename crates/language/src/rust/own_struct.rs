@@ -1,4 +1,4 @@
-//! The struct that is the mechanism.
+//! The struct of the mechanism.
 
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};

@@ -1,4 +1,4 @@
-//! Printed functions, read back: each of their statements is an operation of the tape, and so are their results.
+//! Reads printed functions back: every statement and result must match an operation of the tape.
 
 mod function;
 
@@ -40,7 +40,7 @@ fn blocks(file: &syn::File) -> HashMap<String, &Block> {
                         (owner, name) if owner.starts_with("Constants") && name == "new" => "constants".to_owned(),
                         (_, name) => name,
                     };
-                    // A method that hands on to a function of its name has been met.
+                    // A method that forwards to a function of the same name has been found before.
                     blocks.entry(name).or_insert(&method.block);
                 }
             }

@@ -1,4 +1,4 @@
-//! Items of a generated module beside the functions: parameters, description, the link to simulators.
+//! Items of a generated module other than functions: parameters, description, the connection to simulators.
 
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
@@ -10,10 +10,10 @@ use crate::texts;
 use qrm_scene::names::module_name;
 use qrm_scene::scene::{Coordinate, Parameter, Scene, Start};
 
-/// The parts of a module beside its functions.
+/// The parts of a module other than its functions.
 pub(super) struct Items {
     pub(super) parameters: TokenStream,
-    /// The struct that is the mechanism.
+    /// The struct of the mechanism.
     pub(super) mechanism: TokenStream,
     /// The entry for simulators.
     pub(super) generated: TokenStream,
@@ -40,12 +40,12 @@ fn parameters(printer: &Printer) -> TokenStream {
     let values = printer.tape.function("parameters").map(|function| printer.parameters(function)).unwrap_or_default();
     let docs = kept(scene).map(|p| format!(" {}", texts::parameter(p)));
     let doc = format!(" {}", texts::PARAMETERS);
-    // A struct without fields still has to mention its number type.
+    // A struct without fields must still use its number type.
     let marker = names
         .is_empty()
         .then(|| (quote!(marker: core::marker::PhantomData<R>,), quote!(marker: core::marker::PhantomData)));
     let (marker_field, marker_value) = marker.unzip();
-    // A parameter of the same name would hide the closure.
+    // A parameter with this name would hide the closure.
     let mut replace = String::from(if names.is_empty() { "_replace" } else { "replace" });
     while texts.contains(&replace.as_str()) {
         replace.push('_');
@@ -78,7 +78,7 @@ fn parameters(printer: &Printer) -> TokenStream {
     }
 }
 
-/// The method that gives the derivatives by the state, in scenes that have them.
+/// The method for the derivatives with respect to the state, in scenes that have them.
 pub(super) fn linearization(printer: &Printer) -> TokenStream {
     let [n, m] = printer.sizes();
     quote! {
@@ -95,7 +95,7 @@ pub(super) fn linearization(printer: &Printer) -> TokenStream {
     }
 }
 
-/// The entry of the mechanism, on any number.
+/// The entry of the mechanism, generic over the number type.
 fn generated(printer: &Printer) -> TokenStream {
     let (scene, own) = (printer.scene, &printer.own);
     let [n, m] = printer.sizes();
@@ -130,12 +130,12 @@ fn generated(printer: &Printer) -> TokenStream {
     }
 }
 
-/// The name of time where it is an argument for some scenes' sake, and how it is handed on.
+/// The name of time as an argument that only some scenes use, and the tokens that pass it on.
 pub(super) fn time_argument(is_needed: bool) -> (proc_macro2::Ident, TokenStream) {
     if is_needed { (format_ident!("t"), quote!(t,)) } else { (format_ident!("_t"), quote!()) }
 }
 
-/// The method that gives the start of the motion.
+/// The method for the start of the motion.
 pub(super) fn start(printer: &Printer) -> TokenStream {
     let Some(function) = printer.tape.function("start") else { return TokenStream::new() };
     let printed = printer.body(function, &quote!(self));
@@ -156,7 +156,7 @@ pub(super) fn start(printer: &Printer) -> TokenStream {
     }
 }
 
-/// The method that gives step and end of the motion.
+/// The method for the step and the end of the motion.
 pub(super) fn schedule(printer: &Printer) -> TokenStream {
     let Some(function) = printer.tape.function("schedule") else { return TokenStream::new() };
     let printed = printer.body(function, &quote!(self));
@@ -170,7 +170,7 @@ pub(super) fn schedule(printer: &Printer) -> TokenStream {
     }
 }
 
-/// The method that gives the value of the stop condition.
+/// The method for the value of the stop condition.
 pub(super) fn event(printer: &Printer) -> TokenStream {
     let Some(function) = printer.tape.function("event") else {
         let [n, m] = printer.sizes();
@@ -239,13 +239,13 @@ pub fn until<'s>(scene: &Scene, source: &'s str) -> &'s str {
     scene.run.until.as_ref().map_or("", |c| source.get(c.difference.whole_span()).unwrap_or_default())
 }
 
-/// A string literal that reads like the text itself.
+/// A string literal that shows the text literally.
 fn raw_string(text: &str) -> TokenStream {
     let mut fence = String::from("#");
     while text.contains(&format!("\"{fence}")) {
         fence.push('#');
     }
-    // A raw literal cannot hold a bare carriage return.
+    // A raw literal cannot contain a bare carriage return.
     let raw = (!text.contains('\r')).then(|| format!("r{fence}\"{text}\"{fence}").parse().ok()).flatten();
     raw.unwrap_or_else(|| quote!(#text))
 }

@@ -1,4 +1,4 @@
-//! The names that values have in a function in Rust.
+//! The names of values in a Rust function.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -10,7 +10,7 @@ use crate::sparsity::is_sparse;
 use qrm_core::NamedTape;
 use qrm_core::named_tape::{Function, Shape, Value};
 
-/// The names that values have in a function.
+/// The names of values in a function.
 pub(super) struct Scope<'t> {
     pub(super) tape: &'t NamedTape,
     pub(super) names: HashMap<u32, TokenStream>,
@@ -24,7 +24,7 @@ impl Scope<'_> {
         for statement in &function.statements {
             let value = self.computed(statement.value).tokens;
             let names: Vec<Ident> = statement.names.iter().map(|name| format_ident!("{name}")).collect();
-            // The printer keeps documentation alone; comments are made of it.
+            // The printer keeps only documentation, which later becomes comments.
             let comment = statement.comment.iter().map(|text| format!(" {text}"));
             statements.push(match &names[..] {
                 [sine, cosine] => quote!(#(#[doc = #comment])* let (#sine, #cosine) = #value;),
@@ -36,7 +36,7 @@ impl Scope<'_> {
         (statements, parts)
     }
 
-    /// A value, by name if it has one.
+    /// The expression of a value: its name if it has one.
     fn value(&mut self, value: u32) -> Piece {
         let Some(name) = self.names.get(&value) else { return self.computed(value) };
         self.used.insert(value);
@@ -75,8 +75,7 @@ impl Scope<'_> {
         is_sparse(entries, filled)
     }
 
-    /// A matrix by its entries that are not zero: the code of a large mechanism grows with what is in it, not with its
-    /// square.
+    /// A matrix given by its nonzero entries, so that the code of a large mechanism grows with their number.
     fn sparse(&mut self, rows: &[Vec<u32>]) -> TokenStream {
         let [height, width] = [rows.len(), rows.first().map_or(0, Vec::len)].map(Literal::usize_unsuffixed);
         let mut entries = Vec::new();

@@ -1,4 +1,4 @@
-//! What the page is told as JSON: a scene, or a run with its motion.
+//! The JSON sent to the page: a scene, or a run with its motion.
 
 use std::collections::BTreeMap;
 
@@ -14,9 +14,9 @@ pub(super) struct About {
     pub(super) name: &'static str,
     pub(super) doc: String,
     pub(super) parameters: Vec<Settable>,
-    /// The coordinates that are given at the start.
+    /// The given coordinates at the start.
     pub(super) start: Vec<Settable>,
-    /// The parameters that are zero in the scene, and left out of its functions.
+    /// The parameters that are zero in the scene and omitted from its functions.
     pub(super) left_out: &'static [&'static str],
     /// The latest end of the motion.
     pub(super) end_time: f64,
@@ -44,11 +44,11 @@ pub(super) struct Answer {
 #[derive(Serialize)]
 pub(super) struct Run {
     pub(super) end_time: f64,
-    /// Why it did not come to its end.
+    /// The reason why it did not reach its end.
     pub(super) failure: Option<String>,
     pub(super) steps: u64,
     pub(super) estimated_error: Option<f64>,
-    /// The reasons not to trust its numbers.
+    /// The reasons not to trust its results.
     pub(super) distrust: Vec<String>,
     pub(super) q: Vec<f64>,
     pub(super) qd: Vec<f64>,
@@ -56,7 +56,7 @@ pub(super) struct Run {
     pub(super) values: BTreeMap<&'static str, f64>,
 }
 
-/// The parameters, and the coordinates that are given at the start.
+/// The parameters, and the given coordinates at the start.
 pub(super) fn settable(mechanism: &dyn Mechanism, start: &Start) -> [Vec<Settable>; 2] {
     let description = mechanism.description();
     let parameters = description.parameters.iter().zip(mechanism.parameters());
@@ -68,7 +68,7 @@ pub(super) fn settable(mechanism: &dyn Mechanism, start: &Start) -> [Vec<Settabl
     ]
 }
 
-/// Why a run did not come to its end.
+/// The reason why a run did not reach its end.
 pub(super) fn failure(outcome: &Outcome, description: &'static Description) -> Option<String> {
     let t = outcome.end_time;
     Some(match &outcome.status {

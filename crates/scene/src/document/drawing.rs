@@ -10,7 +10,7 @@ use crate::parser::Formula;
 /// The kinds of entries of `[drawing]`.
 #[derive(Debug)]
 pub enum DrawnSyntax {
-    /// A rigid bar through places.
+    /// A rigid bar through points.
     Link(Vec<Position>),
     /// A thin rod or a rope.
     Rod([Position; 2]),
@@ -18,14 +18,14 @@ pub enum DrawnSyntax {
     Block {
         /// The centre of the block.
         at: Position,
-        /// The direction it slides in.
+        /// The sliding direction of the block.
         angle: Option<Formula>,
-        /// A place on the line that it slides along.
+        /// A point on the line along which it slides.
         on: Option<Position>,
     },
     /// A bearing on the ground.
     Pivot(Position),
-    /// A line that something slides along.
+    /// A line along which something slides.
     Guide(Vec<Position>),
     /// A spring, a damper or an actuator.
     ForceElement(ForceElementKind, [Position; 2]),
@@ -35,18 +35,18 @@ pub enum DrawnSyntax {
         at: Position,
         /// The radius of its pitch circle.
         radius: Formula,
-        /// How far it has turned.
+        /// The angle by which it has turned.
         angle: Option<Formula>,
         /// Whether its teeth point inward.
         is_internal: bool,
     },
     /// A toothed rack.
     Rack {
-        /// A place that moves with it.
+        /// A point that moves with it.
         on: Position,
-        /// The middle of the gear that rolls on it.
+        /// The centre of the gear that rolls on it.
         wheel: Position,
-        /// The radius of that gear; negative where it rolls on the right of the rack.
+        /// The radius of that gear; negative if it rolls on the right-hand side of the rack.
         radius: Formula,
         /// The direction of the rack.
         angle: Option<Formula>,
@@ -59,25 +59,26 @@ pub enum DrawnSyntax {
         radii: [Formula; 2],
         /// Whether the belt crosses itself.
         is_crossed: bool,
-        /// How far the first pulley has turned against the line of both.
+        /// The angle by which the first pulley has turned relative to the line between the centres.
         angle: Option<Formula>,
     },
     /// A cam.
     Cam {
         /// The centre of the cam.
         at: Position,
-        /// How far it has turned.
+        /// The angle by which it has turned.
         angle: Option<Formula>,
-        /// The radius of the cam by the polar angle in its frame, or the distance of a face by the angle of its normal.
+        /// The radius of the cam as a function of the polar angle in its frame, or the distance of a face as a function
+        /// of the angle of its normal.
         profile: Formula,
-        /// Whether a face touches it.
+        /// Whether the follower has a flat face.
         is_flat: bool,
     },
     /// The path of a point.
     Path(Identifier),
 }
 
-/// The kinds of force elements between two places.
+/// The kinds of force elements between two points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum ForceElementKind {
     /// A spring.
@@ -89,7 +90,7 @@ pub enum ForceElementKind {
 }
 
 impl ForceElementKind {
-    /// The key that it is written with.
+    /// The key of the element in a scene file.
     pub fn key(self) -> &'static str {
         match self {
             Self::Spring => "spring",
@@ -157,7 +158,7 @@ fn required(r: &mut Reader, table: &Table, key: &str) -> Formula {
     table.required(r, key).map_or_else(reader::placeholder, |v| r.formula(v))
 }
 
-/// Two or more places.
+/// Reads two or more positions.
 fn places(r: &mut Reader, value: reader::Value) -> Option<Vec<Position>> {
     let items = list(r, value)?;
     if items.len() < 2 {
@@ -168,7 +169,7 @@ fn places(r: &mut Reader, value: reader::Value) -> Option<Vec<Position>> {
     items.into_iter().map(|item| position(r, item)).collect()
 }
 
-/// Two places.
+/// Reads two positions.
 fn ends(r: &mut Reader, key: &str, value: reader::Value) -> Option<[Position; 2]> {
     let items = list(r, value)?;
     let [first, second] = items[..] else {

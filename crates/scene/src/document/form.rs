@@ -1,4 +1,4 @@
-//! Errors of the TOML parser, without those that only follow from earlier ones.
+//! Errors of the TOML parser, without consequential ones.
 
 use std::collections::HashMap;
 use std::iter::once;
@@ -7,7 +7,7 @@ use toml::de::{DeTable, Error};
 
 use crate::diagnostic::{Diagnostic, Span};
 
-/// Findings for the errors of a TOML parser that goes on after each of them.
+/// Converts the errors of a TOML parser that continues after errors.
 pub(super) fn findings(source: &str, errors: &[Error]) -> Vec<Diagnostic> {
     let mut findings: Vec<Diagnostic> = Vec::new();
     let mut lines = Lines::new(source);
@@ -33,12 +33,13 @@ fn written_twice(source: &str, span: Span) -> Diagnostic {
         .help("keep one of the two, or choose another name")
 }
 
-/// The lines that the parser stumbles over. After a missing bracket these are sound lines too, and each more than once:
-/// of later errors those count that a line has by itself, and of one line the first.
+/// The lines at which the parser reports errors. After a missing bracket it also reports correct lines, and lines
+/// twice. Of the later errors only those count that a line causes when parsed separately, and of each line only the
+/// first.
 struct Lines<'s> {
     source: &'s str,
     starts: Vec<usize>,
-    /// The errors that a line has by itself; none once one of them counts.
+    /// The errors of a line parsed separately; empty once one of them was reported.
     own: HashMap<usize, Vec<Error>>,
 }
 
@@ -48,7 +49,7 @@ impl<'s> Lines<'s> {
         Self { source, starts: once(0).chain(ends.map(|(end, _)| end + 1)).collect(), own: HashMap::new() }
     }
 
-    /// The message for an error at this place; `None` if the error does not count.
+    /// The message for an error at this position; `None` if the error is consequential.
     fn message(&mut self, message: &str, at: usize) -> Option<String> {
         let is_first = self.own.is_empty();
         let line = self.starts.partition_point(|start| *start <= at);
@@ -62,7 +63,7 @@ impl<'s> Lines<'s> {
     }
 }
 
-/// The errors of a line that is read by itself.
+/// The errors of a line parsed separately.
 fn errors_of_line(line: &str) -> Vec<Error> {
     DeTable::parse_recoverable(line.trim_end()).1
 }

@@ -1,4 +1,4 @@
-//! `[joints]`: what holds links together.
+//! `[joints]`: the connections between links.
 
 use super::reader::{self, Reader};
 use super::table::Table;
@@ -19,27 +19,27 @@ pub struct JointSyntax {
     pub ends: Vec<LinkPoint>,
     /// The direction of a line in the frame of the second link.
     pub direction: Option<Formula>,
-    /// The angle of the first link less that of the second one, where the joint holds it.
+    /// The angle of the first link minus that of the second one, if the joint holds it.
     pub rotation: Option<Formula>,
-    /// The length of a rod, the radius of a link that rolls, the ratio of gears or pulleys.
+    /// The length of a rod, the radius of a rolling link, or the ratio of gears or pulleys.
     pub size: Option<Formula>,
     /// The link that carries the axes of gears.
     pub carrier: Option<LinkPoint>,
     /// The radii of the pulleys of a belt.
     pub radii: Option<[Formula; 2]>,
-    /// The profile of a cam, by the angle `theta` in its frame.
+    /// The profile of a cam, as a function of the angle `theta` in its frame.
     pub profile: Option<Formula>,
-    /// The direction of the face of a follower in the frame of its link; `None` of a follower that is a point.
+    /// The direction of a follower's face in the frame of its link; `None` if the follower is a point.
     pub face: Option<Formula>,
-    /// The side on which it would let the residual of its constraint go.
+    /// The side towards which the residual of its constraint may move.
     pub one_sided: Option<Side>,
-    /// The angle or displacement of the first link in addition to what the second one imposes.
+    /// The angle or displacement of the first link in addition to the one that the second link imposes.
     pub phase: Option<Formula>,
     /// The approximate position of the joint at the start.
     pub near: Option<[Formula; 2]>,
-    /// The angle or length that the joint has as a function of time.
+    /// The angle or length of the joint as a function of time.
     pub drive: Option<Formula>,
-    /// The length of a slider, or the angle of a cam in contact, at the start.
+    /// The length of a slider, or the contact angle of a cam, at the start.
     pub start: Option<Formula>,
     /// The rate of the slider's length or the cam's angle at the start; if present, length and rate are both given.
     pub rate: Option<Formula>,
@@ -54,13 +54,13 @@ pub struct JointSyntax {
 pub struct JointFriction {
     /// The coefficient of friction.
     pub mu: Formula,
-    /// The radius of the pin; none of a slider.
+    /// The radius of the pin; `None` for a slider.
     pub radius: Option<Formula>,
-    /// The sliding speed at which it has come to three quarters of its size.
+    /// The sliding speed at which friction reaches three quarters of its full size.
     pub slip: Formula,
 }
 
-/// A point of a link, `"link.point"`; the name of the joint is that of the point where none is given. Gears have none.
+/// A point of a link, `"link.point"`; the point defaults to the name of the joint. Gears have no points.
 #[derive(Clone, Debug)]
 pub struct LinkPoint {
     /// The link.
@@ -72,17 +72,17 @@ pub struct LinkPoint {
 /// Kinds of joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// Points of two or more links are in one place.
+    /// Points of two or more links coincide.
     Revolute,
-    /// A point of the first link is on a line of the second one, and the links do not turn against each other.
+    /// A point of the first link lies on a line of the second one, and the links cannot turn relative to each other.
     Prismatic,
-    /// A point of the first link is on a line of the second one.
+    /// A point of the first link lies on a line of the second one.
     PinInSlot,
-    /// Points of two links are in one place, and the links do not turn against each other.
+    /// Points of two links coincide, and the links cannot turn relative to each other.
     Weld,
-    /// Points of two links have a fixed distance.
+    /// Points of two links have a constant distance.
     Rod,
-    /// The first link turns by a ratio of the angle of the second one: gears, belts, rolling on a circle.
+    /// The angle of the first link is proportional to that of the second one: gears, belts, rolling on a circle.
     Gear,
     /// The first link rolls along a line of the second one.
     Rack,
@@ -91,7 +91,7 @@ pub enum JointKind {
 }
 
 impl JointKind {
-    /// All of them, by the keys that they are written with.
+    /// All kinds with their keys in a scene file.
     pub const ALL: [(&str, Self); 9] = [
         ("revolute", Self::Revolute),
         ("prismatic", Self::Prismatic),
@@ -104,7 +104,7 @@ impl JointKind {
         ("cam", Self::Cam),
     ];
 
-    /// Whether one constraint alone has the name of the joint, and a side on which it may let go.
+    /// Whether the joint can be one-sided: a single constraint then has its name.
     fn may_let_go(self) -> bool {
         matches!(self, Self::PinInSlot | Self::Rod | Self::Cam)
     }
@@ -114,12 +114,12 @@ impl JointKind {
         matches!(self, Self::Prismatic | Self::PinInSlot)
     }
 
-    /// Whether points are in one place.
+    /// Whether points coincide.
     pub fn is_pin(self) -> bool {
         matches!(self, Self::Revolute | Self::Weld)
     }
 
-    /// Whether the links do not turn against each other.
+    /// Whether the links cannot turn relative to each other.
     pub fn holds_angle(self) -> bool {
         matches!(self, Self::Prismatic | Self::Weld)
     }
@@ -192,7 +192,7 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: reader::Value
     })
 }
 
-/// `radii = [r1, r2]` of pulleys, with `crossed`, and the ratio that they have.
+/// Reads `radii = [r1, r2]` of pulleys, and `crossed`; also returns the ratio of the radii.
 fn radii_of_belt(r: &mut Reader, table: &Table) -> Option<([Formula; 2], Formula)> {
     let radii = table.required(r, "radii").map(|v| r.pair(v));
     let is_crossed = table.optional("crossed").is_some_and(|v| r.boolean(v));
@@ -202,7 +202,7 @@ fn radii_of_belt(r: &mut Reader, table: &Table) -> Option<([Formula; 2], Formula
     Some((radii, if is_crossed { terms::negate(ratio) } else { ratio }))
 }
 
-/// `friction = { mu = ..., radius = ..., slip = ... }`, of a slider without radius.
+/// Reads `friction = { mu = ..., radius = ..., slip = ... }`; sliders have no radius.
 fn friction_of(r: &mut Reader, joint: &str, value: reader::Value, is_slider: bool) -> Option<JointFriction> {
     let table = r.table(&format!("the friction of {joint}"), value)?;
     let mut formula = |key: &str| table.required(r, key).map(|v| r.formula(v));

@@ -1,4 +1,4 @@
-//! Values of a mechanism that are known from elsewhere: `[reference]` and `[[extreme]]`.
+//! Reference values of a mechanism: `[reference]` and `[[extreme]]`.
 
 use super::reader::{self, Reader};
 use super::{ExtremeSyntax, Identifier, ReferenceSyntax};
@@ -26,7 +26,7 @@ pub(super) fn extreme(r: &mut Reader, value: reader::Value) -> Option<ExtremeSyn
     Some(ExtremeSyntax { identifier: identifier?, doc, set: set?, end_time, accuracy, values })
 }
 
-/// Formulae under names.
+/// Reads a table of formulae by name.
 pub(super) fn values(r: &mut Reader, what: &str, value: reader::Value) -> Vec<(Identifier, Formula)> {
     let Some(table) = r.table(what, value) else { return Vec::new() };
     table.all().into_iter().map(|(identifier, value)| (identifier, r.formula(value))).collect()

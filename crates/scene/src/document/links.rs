@@ -17,7 +17,7 @@ pub struct LinkSyntax {
     pub points: Vec<(Identifier, [Formula; 2])>,
     /// The shape of the link, if it has one.
     pub shape: Option<Shape>,
-    /// Mass, of a shape also by its density.
+    /// Mass, or the density of a shape.
     pub mass: Option<Mass>,
     /// Centre of mass in its frame.
     pub com: Option<Position>,
@@ -27,19 +27,19 @@ pub struct LinkSyntax {
     pub coordinate: Option<Identifier>,
     /// Angle at the start.
     pub angle: Option<Formula>,
-    /// Angular velocity at the start; angle and rate are given with it.
+    /// Angular velocity at the start; if present, angle and rate are both given.
     pub rate: Option<Formula>,
     /// The description of the link.
     pub doc: String,
 }
 
-/// The shape of a link, by the lengths of its sides.
+/// The shape of a link with the lengths of its sides.
 #[derive(Debug)]
 pub enum Shape {
     /// A slender bar from the origin along its x axis.
     Bar(Formula),
-    /// A thin triangle: its first corner is the origin, the second one is on the x axis, and the third one on the left
-    /// of that. Sides from the first to the second corner, from there to the third, and back.
+    /// A thin triangle. Its first corner is the origin, the second one lies on the positive x axis, and the third one
+    /// to the left of it. The sides run from the first to the second corner, from there to the third, and back.
     Triangle([Formula; 3]),
 }
 
@@ -48,7 +48,7 @@ pub enum Shape {
 pub enum Mass {
     /// In kg.
     Whole(Formula),
-    /// In kg/m of a bar, in kg/m^2 of a triangle.
+    /// In kg/m for a bar, in kg/m^2 for a triangle.
     ByDensity(Formula),
 }
 
@@ -92,7 +92,7 @@ pub(super) fn link(r: &mut Reader, identifier: Identifier, value: reader::Value)
     Some(syntax)
 }
 
-/// `bar = ["A", "B"]` with its `length`, or `triangle = ["A", "B", "C"]` with its `sides`, and the points of it.
+/// Reads `bar = ["A", "B"]` with its `length`, or `triangle = ["A", "B", "C"]` with its `sides`; adds their points.
 fn shape(r: &mut Reader, table: &Table, points: &mut Vec<(Identifier, [Formula; 2])>) -> Option<Shape> {
     let kind = table.one_of(r, &["bar", "triangle"], "a link has one shape")?;
     let corners = table.required(r, kind)?;

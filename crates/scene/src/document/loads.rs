@@ -25,7 +25,7 @@ pub enum LoadSyntax {
     },
     /// A field of acceleration on every mass.
     Gravity([Formula; 2]),
-    /// Springs, dampers and what else acts along a length or an angle.
+    /// Springs, dampers and other loads along a length or an angle.
     Spring(Box<SpringSyntax>),
 }
 
@@ -36,24 +36,24 @@ pub struct SpringSyntax {
     pub along: Along,
     /// Stiffness.
     pub stiffness: Option<Formula>,
-    /// Where the spring is slack.
+    /// The length or angle at which the spring is relaxed.
     pub rest: Option<Formula>,
     /// Damping coefficient.
     pub damping: Option<Formula>,
-    /// A potential, of the length alone.
+    /// A potential that depends on the length alone.
     pub potential: Option<Formula>,
-    /// A force or torque that makes it longer.
+    /// A force or torque that is positive if it increases the length or angle.
     pub force: Option<Formula>,
     /// The friction along the length or angle.
     pub friction: Option<FrictionSyntax>,
 }
 
-/// A friction force, or a coefficient of friction where a normal force is named.
+/// A friction force, or a coefficient of friction if a normal force is named.
 #[derive(Debug)]
 pub struct FrictionSyntax {
-    /// The size of the friction force, or the coefficient of friction where a normal force is named.
+    /// The size of the friction force, or the coefficient of friction if a normal force is named.
     pub size: Formula,
-    /// The speed at which it has come to three quarters of that.
+    /// The speed at which friction reaches three quarters of its full size.
     pub slip: Formula,
     /// The output that is the normal force.
     pub normal: Option<Identifier>,

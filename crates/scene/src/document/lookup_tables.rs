@@ -37,7 +37,7 @@ pub(super) fn lookup_table(r: &mut Reader, identifier: Identifier, value: reader
     let (x, y) = (axis("x"), axis("y"));
     let spline = table.optional("spline").map(|v| (v.span(), r.text(v)));
     table.finish(r);
-    // Formulae that use a table that could not be read are not reported as well.
+    // Avoids further errors in the formulae that use an unreadable table.
     let placeholder = || Spline::natural(&identifier.name, &[0.0, 1.0], &[0.0, 0.0]).map(Arc::new);
     let Some((x, y)) = x.zip(y) else { return placeholder() };
     let wrong = match x.windows(2).position(|pair| pair[0] >= pair[1]) {
@@ -61,7 +61,7 @@ pub(super) fn lookup_table(r: &mut Reader, identifier: Identifier, value: reader
     spline_through(r, &identifier, spline, &doubles).or_else(placeholder)
 }
 
-/// The spline of a table: lines, or of the kind that it names.
+/// The spline of a table: lines, or the kind that the table names.
 fn spline_through(
     r: &mut Reader,
     identifier: &Identifier,
@@ -92,6 +92,6 @@ fn spline_through(
         _ => ("an unknown kind of spline", "not known", "write `spline = \"periodic\"` or `spline = \"natural\"`"),
     };
     r.findings.push(Diagnostic::error(format!("table `{name}` has {wrong}"), span.clone(), label).help(help));
-    // Formulae that use it are not reported as well.
+    // Avoids further errors in the formulae that use it.
     natural.map(Arc::new)
 }

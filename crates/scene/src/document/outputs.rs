@@ -24,9 +24,9 @@ pub struct OutputSyntax {
 pub enum OutputValue {
     /// A formula of coordinates.
     Value(Formula),
-    /// The time derivative of one.
+    /// The time derivative of a formula.
     Rate(Formula),
-    /// The second time derivative of one.
+    /// The second time derivative of a formula.
     SecondRate(Formula),
     /// The power of a load, or of a constraint that depends on time.
     Power(Identifier),
@@ -36,12 +36,12 @@ pub enum OutputValue {
         constraint: Identifier,
         /// The point or body that the reaction acts on.
         target: Target,
-        /// The direction; none for a moment.
+        /// The direction; `None` for a moment.
         along: Option<[Formula; 2]>,
     },
-    /// The force or moment on bodies besides loads and constraints, by a virtual displacement of the bodies.
+    /// The force or moment on bodies other than loads and constraints, by a virtual displacement of the bodies.
     FreeBody {
-        /// The virtual displacements, all made at once.
+        /// The virtual displacements, all made simultaneously.
         displacements: Vec<DisplacementSyntax>,
         /// Further terms: constraints and the factors of their multipliers.
         multipliers: Vec<(Identifier, Formula)>,
@@ -56,7 +56,7 @@ pub enum OutputValue {
     Norm {
         /// The names of the outputs that are the components of the vector.
         components: Vec<Identifier>,
-        /// The point at which it is drawn.
+        /// The point at which the vector is drawn.
         at: Option<Identifier>,
     },
     /// The force, the moment or the drive of a joint, by the name of the joint.
@@ -65,7 +65,7 @@ pub enum OutputValue {
         joint: Identifier,
         /// The quantity of the joint that is computed.
         part: JointPart,
-        /// The link that it acts on; the first one of the joint where none is named.
+        /// The link on which it acts; by default the first one of the joint.
         on: Option<Identifier>,
     },
 }
@@ -73,9 +73,9 @@ pub enum OutputValue {
 /// The force, the moment or the drive of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointPart {
-    /// The components of its force and their size.
+    /// The components of the joint force and their size.
     Force,
-    /// The moment of the joint.
+    /// The joint moment.
     Moment,
     /// The torque or force of its drive.
     Drive,
@@ -90,7 +90,7 @@ pub struct DisplacementSyntax {
     pub points: Vec<Identifier>,
     /// The vector.
     pub along: Option<[Formula; 2]>,
-    /// The size of an angle, the point about which it turns, and the coordinate that it turns.
+    /// The size of an angle, the point about which the bodies turn, and the coordinate that turns.
     pub turn: Option<(Formula, Identifier, Option<Identifier>)>,
 }
 

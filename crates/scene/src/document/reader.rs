@@ -1,4 +1,4 @@
-//! TOML values as texts, formulae and numbers; wrong types are reported with their places.
+//! Reads TOML values as texts, formulae and numbers; wrong types are reported with their locations.
 
 use std::sync::Arc;
 
@@ -14,18 +14,18 @@ use crate::expression::Node;
 use crate::parser::{Condition, Formula, parse_condition, parse_formula};
 use crate::spline::Spline;
 
-/// Reads a text that begins at a byte of the file and may call lookup tables.
+/// A function that parses a text at a byte of the file; the text may call lookup tables.
 type Parse<T> = fn(&str, usize, &[Arc<Spline>]) -> Result<T, Diagnostic>;
 
-/// The file's text and what has been found wrong in it.
+/// The text of the file and the errors found in it.
 pub(super) struct Reader<'s> {
     source: &'s str,
     pub(super) findings: Vec<Diagnostic>,
-    /// The lookup tables that formulae may call besides the built-in functions.
+    /// The lookup tables that formulae may call in addition to the built-in functions.
     pub(super) lookup_tables: Vec<Arc<Spline>>,
-    /// Whether something that may declare names could not be read.
+    /// Whether a part that may declare names could not be read.
     pub(super) lost: bool,
-    /// How many of the findings are about the inside of a formula.
+    /// The number of findings about the inside of a formula.
     pub(super) unreadable: usize,
 }
 
@@ -66,12 +66,13 @@ impl<'s> Reader<'s> {
         None
     }
 
-    /// Reports characters that cannot be seen, or that turn the text around them: neither Rust nor XML accepts them.
+    /// Reports invisible characters and characters that change the direction of text: neither Rust nor XML accepts
+    /// them.
     pub(super) fn check_characters(&mut self, value: Value, text: &str, allowed: fn(char) -> bool) {
         let bad = text.char_indices().find(|(_, c)| !allowed(*c) && characters::is_refused(*c));
         let Some((at, character)) = bad else { return };
         let span = self.places(value, text).span(&(at..at + character.len_utf8()));
-        // As such in the file it has been found already.
+        // If the file contains the character literally, it has been reported already.
         if !self.source[span.clone()].contains(character) || character.is_control() {
             self.findings.push(characters::refusal(character, span));
         }
@@ -89,7 +90,7 @@ impl<'s> Reader<'s> {
         self.parse(value, parse_condition, |condition| &mut condition.difference)
     }
 
-    /// A number as it is written.
+    /// Reads a number, exactly as written.
     pub(super) fn number(&mut self, value: Value) -> Option<BigRational> {
         if matches!(value.0.get_ref(), DeValue::Integer(_) | DeValue::Float(_)) {
             return match self.parse(value, parse_formula, |formula| formula)?.nodes() {
@@ -102,7 +103,7 @@ impl<'s> Reader<'s> {
         None
     }
 
-    /// Two formulae in an array.
+    /// Reads two formulae in an array.
     pub(super) fn pair(&mut self, value: Value) -> [Formula; 2] {
         let items = if value.is_array() { self.array(value) } else { Vec::new() };
         if let [x, y] = items[..] {
@@ -137,7 +138,7 @@ impl<'s> Reader<'s> {
     }
 }
 
-/// A value and its place.
+/// A value and its location.
 #[derive(Clone, Copy)]
 pub(super) struct Value<'t, 's>(pub(super) &'t Spanned<DeValue<'s>>);
 
@@ -170,12 +171,12 @@ impl Value<'_, '_> {
     }
 }
 
-/// Whether a number of TOML is neither hexadecimal, octal or binary, nor infinite or undefined.
+/// Whether a TOML number is a finite decimal.
 fn is_decimal(raw: &str) -> bool {
     raw.chars().all(|c| c.is_ascii_digit() || "+-._eE".contains(c))
 }
 
-/// Stands for a formula that could not be read, so that the rest of the file is still checked.
+/// Replaces an unreadable formula, so that the rest of the file is still checked.
 pub(super) fn placeholder() -> Formula {
     let mut formula = Formula::new();
     formula.push(Node::Name(String::new()), 0..0);

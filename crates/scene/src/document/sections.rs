@@ -33,7 +33,7 @@ impl Document {
             self.name = name;
         }
         self.doc = root.string(r, "doc");
-        // Links have coordinates of their own.
+        // Links have their own coordinates.
         let has_links = root.is_there("links");
         let coordinates = if has_links { root.optional("coordinates") } else { root.required(r, "coordinates") };
         r.lost |= coordinates.is_none() && !has_links;
@@ -42,7 +42,7 @@ impl Document {
             r.lost |= coordinate.is_none();
             self.coordinates.extend(coordinate);
         }
-        // Every formula may call them.
+        // Read first, since every formula may call them.
         for (identifier, value) in root.entries(r, "tables") {
             let function = lookup_table(r, identifier.clone(), value);
             r.lookup_tables.extend(function);
@@ -182,7 +182,7 @@ fn constraint(r: &mut Reader, identifier: Identifier, value: reader::Value) -> O
 }
 
 impl Reader<'_> {
-    /// Reports a name that could not stand in a formula.
+    /// Reports a name that cannot occur in a formula.
     pub(super) fn check_name(&mut self, identifier: &Identifier, what: &str) {
         if !is_identifier(&identifier.name) {
             self.lost = true;
@@ -198,7 +198,7 @@ impl Reader<'_> {
     }
 }
 
-/// The article that goes before a word.
+/// The indefinite article for a word.
 fn article(word: &str) -> &'static str {
     if word.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" }
 }

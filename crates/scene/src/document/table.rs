@@ -1,4 +1,4 @@
-//! Tables of TOML: missing keys and unknown keys are reported with their places.
+//! TOML tables: missing keys and unknown keys are reported with their locations.
 
 use std::cell::RefCell;
 
@@ -13,13 +13,13 @@ use crate::names::{closest, suggestion};
 
 type Key<'s> = Spanned<DeString<'s>>;
 
-/// The name in messages of the table that is the whole file.
+/// The name of the top-level table in messages.
 const SCENE: &str = "the scene";
 
 /// A parsed file.
 pub(super) struct Root<'s>(Spanned<DeTable<'s>>);
 
-/// Parses the file's form.
+/// Parses the TOML of a file.
 pub(super) fn parse<'s>(source: &'s str, findings: &mut Vec<Diagnostic>) -> Root<'s> {
     let (table, errors) = DeTable::parse_recoverable(source);
     findings.extend(form::findings(source, &errors));
@@ -36,7 +36,7 @@ impl<'s> Root<'s> {
     }
 }
 
-/// A table, and which of its keys have been asked for.
+/// A table that tracks which of its keys were read.
 pub(super) struct Table<'t, 's> {
     what: String,
     entries: &'t DeTable<'s>,
@@ -56,7 +56,7 @@ impl<'t, 's> Table<'t, 's> {
         self.get(key)
     }
 
-    /// Whether there is such a key, whoever asks for it.
+    /// Whether the key exists. Does not count as reading it.
     pub(super) fn is_there(&self, key: &str) -> bool {
         self.get(key).is_some()
     }
@@ -67,7 +67,7 @@ impl<'t, 's> Table<'t, 's> {
 
     pub(super) fn required(&self, r: &mut Reader, key: &str) -> Option<Value<'t, 's>> {
         let value = self.optional(key);
-        // A mistyped key is reported as unknown: that says more.
+        // A mistyped key is reported as unknown instead, which is more specific.
         if value.is_none() && self.mistyped(&[key]).is_none() {
             let shown = if matches!(key, "initial" | "run") { format!("[{key}]") } else { format!("`{key}`") };
             let title = format!("{} has no {shown}", self.what);
@@ -81,13 +81,13 @@ impl<'t, 's> Table<'t, 's> {
         value
     }
 
-    /// A key that looks like one of `keys` and is none.
+    /// An unknown key that looks like one of `keys`.
     fn mistyped<'k>(&self, keys: &[&'k str]) -> Option<(&'t Key<'s>, &'k str)> {
         let mut others = self.entries.keys().filter(|key| !keys.contains(&key.get_ref().as_ref()));
         others.find_map(|key| Some((key, closest(key.get_ref(), keys.iter().copied())?)))
     }
 
-    /// The text under a key, or an empty text. Line breaks in a unit are reported.
+    /// The text of a key; empty if it is missing. Line breaks in a unit are reported.
     pub(super) fn string(&self, r: &mut Reader, key: &str) -> String {
         if let ("unit", Some(value)) = (key, self.get(key))
             && let DeValue::String(text) = value.0.get_ref()
@@ -97,7 +97,7 @@ impl<'t, 's> Table<'t, 's> {
         self.optional(key).and_then(|v| r.text(v)).map(|text| text.name).unwrap_or_default()
     }
 
-    /// The entries of the table under a key, in the order of the file; none if there is no such key.
+    /// The entries of a subtable in the order of the file; none if the key is missing.
     pub(super) fn entries(&self, r: &mut Reader, key: &str) -> Vec<(Identifier, Value<'t, 's>)> {
         let Some(value) = self.optional(key) else { return Vec::new() };
         let Some(table) = r.table(&format!("[{key}]"), value) else { return Vec::new() };
@@ -114,7 +114,7 @@ impl<'t, 's> Table<'t, 's> {
         self.entries.iter().map(|(key, value)| (identifier(key), Value(value))).collect()
     }
 
-    /// The one of these keys that is there; `help` says more about them.
+    /// The single one of these keys that is present; `help` goes into the error message.
     pub(super) fn one_of(&self, r: &mut Reader, keys: &[&'static str], help: &str) -> Option<&'static str> {
         let present: Vec<&'static str> = keys.iter().copied().filter(|key| self.get(key).is_some()).collect();
         if let [key] = present[..] {
@@ -139,7 +139,7 @@ impl<'t, 's> Table<'t, 's> {
         None
     }
 
-    /// `at = "point"` or `on = "body"`.
+    /// Reads `at = "point"` or `on = "body"`.
     pub(super) fn target(&self, r: &mut Reader) -> Option<Target> {
         match self.one_of(r, &["at", "on"], "name a point with `at`, or a body with `on`")? {
             "at" => self.optional("at").and_then(|v| r.text(v)).map(Target::Point),
@@ -151,12 +151,12 @@ impl<'t, 's> Table<'t, 's> {
         Diagnostic::error(format!("unknown key `{}` in {}", key.get_ref(), self.what), key.span(), "not known")
     }
 
-    /// Reports keys that nothing asked for.
+    /// Reports the keys that were not read.
     pub(super) fn finish(self, r: &mut Reader) {
         let known = self.known.take();
         for (key, value) in self.entries.iter().filter(|(key, _)| !known.iter().any(|k| k == key.get_ref())) {
             let error = self.unknown(key);
-            // A whole section may have been meant to declare names.
+            // A whole section may have been intended to declare names.
             r.lost |= self.what == SCENE && (Value(value).is_table() || Value(value).is_array());
             let names = known.iter().map(String::as_str);
             let help = suggestion(key.get_ref(), names, || format!("known keys: {}", known.join(", ")));
@@ -165,7 +165,7 @@ impl<'t, 's> Table<'t, 's> {
     }
 }
 
-/// How a missing key is written.
+/// Shows how to write a missing key.
 fn example(key: &str) -> String {
     let value = match key {
         "initial" => return "[initial] with `given = { NAME = ..., NAME_dot = ... }`".to_owned(),

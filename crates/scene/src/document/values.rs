@@ -1,4 +1,4 @@
-//! Values that several tables have.
+//! Values that occur in several tables.
 
 use super::reader::{self, Reader};
 use super::{Identifier, Position, Side};

@@ -1,4 +1,4 @@
-//! Links that do not turn against each other have one angle together.
+//! Links that cannot turn relative to each other share one angle.
 
 use super::graph::Graph;
 use super::terms::{add, name, negate, whole};
@@ -7,8 +7,8 @@ use crate::parser::Formula;
 
 /// The angles of all links.
 pub(super) struct Angles {
-    /// The coordinates, each with a link that has it; the angles of the links are numbered from 1, that of the ground
-    /// is 0.
+    /// The angle coordinates, each with the link that owns it. They are numbered from 1; number 0 is the angle of the
+    /// ground.
     pub(super) coordinates: Vec<(String, usize)>,
     of_links: Vec<Angle>,
 }
@@ -16,7 +16,7 @@ pub(super) struct Angles {
 /// The angle of a link.
 #[derive(Clone)]
 pub(super) struct Angle {
-    /// The number of the link's angle coordinate; 0 for links that do not turn against the ground.
+    /// The number of the link's angle coordinate; 0 for links that cannot turn relative to the ground.
     pub(super) class: usize,
     /// The rotation of the link relative to its angle coordinate.
     pub(super) offset: Formula,
@@ -46,7 +46,7 @@ impl Angles {
         Self { coordinates, of_links }
     }
 
-    /// Warns of joints that hold angles which other joints hold too, at another value as far as formulae tell.
+    /// Warns of redundant joints that hold an angle at conflicting values, as far as the formulae show it.
     pub(super) fn check(&self, graph: &Graph, findings: &mut Vec<Diagnostic>) {
         for joint in graph.joints.iter().filter(|joint| joint.syntax.kind.holds_angle()) {
             let [first, second] = [0, 1].map(|end| self.angle(joint.ends[end].link).offset.clone());
@@ -63,7 +63,7 @@ impl Angles {
         }
     }
 
-    /// The angle of a link as a coordinate with an offset.
+    /// The angle of a link as a coordinate and an offset.
     pub(super) fn angle(&self, link: usize) -> &Angle {
         &self.of_links[link]
     }
@@ -78,7 +78,7 @@ impl Angles {
     }
 }
 
-/// Gives angles to all links that are held by those that have one.
+/// Gives an angle to all links that are held by a link with a known angle.
 fn spread(graph: &Graph, of_links: &mut [Option<Angle>]) {
     loop {
         let mut is_done = true;

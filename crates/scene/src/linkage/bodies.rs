@@ -10,7 +10,7 @@ use crate::document::{BodySyntax, Identifier, LinkSyntax, Mass, Position, Shape}
 use crate::names::suggestion;
 use crate::parser::Formula;
 
-/// The body of a link, unless it is without mass and does not turn.
+/// Creates the body of a link, unless it has no mass and cannot turn.
 pub(super) fn body(
     graph: &Graph,
     tree: &Tree,
@@ -32,7 +32,7 @@ pub(super) fn body(
     (mass.is_some() || angle.is_some()).then_some(BodySyntax { identifier, mass, com, angle, inertia })
 }
 
-/// The centre of mass of a link, the centroid of its shape where it is not given.
+/// The centre of mass of a link; by default the centroid of its shape.
 fn com(
     graph: &Graph,
     tree: &Tree,
@@ -77,7 +77,7 @@ fn com(
 }
 
 /// The moment of inertia about the centroid: `m l^2/12` of a slender bar, `m (a^2 + b^2 + c^2)/36` of a thin triangle.
-/// `None` where the centre of mass is elsewhere.
+/// `None` if the centre of mass is elsewhere.
 fn inertia_of_shape(link: &LinkSyntax, mass: &Formula) -> Option<Formula> {
     let square = |side: &Formula| multiply(side.clone(), side.clone());
     let sides = |sides: Formula, by: i32| divide(multiply(mass.clone(), sides), whole(by));
@@ -87,7 +87,7 @@ fn inertia_of_shape(link: &LinkSyntax, mass: &Formula) -> Option<Formula> {
     }
 }
 
-/// The length of a bar, the area of a triangle.
+/// The length of a bar or the area of a triangle.
 fn extent(shape: &Shape) -> Formula {
     match shape {
         Shape::Bar(length) => length.clone(),

@@ -1,4 +1,4 @@
-//! Cams and followers: the angle of the contact in the frame of the cam is a coordinate.
+//! Cams and followers: the angle of contact in the frame of the cam is a coordinate.
 
 use super::angles::Angles;
 use super::graph::{Graph, Joint};
@@ -7,7 +7,7 @@ use super::terms::{add, difference, direction, dot, name, negate, substituted, s
 use crate::document::JointKind;
 use crate::parser::Formula;
 
-/// The name of the angle in the profile of a cam.
+/// The name of the angle in a cam profile.
 pub(super) const THETA: &str = "theta";
 
 /// The suffix that turns the name of a cam into the name of the constraint of its contact angle.
@@ -17,9 +17,9 @@ pub(super) const CONTACT: &str = "_contact";
 pub(super) struct Cam<'c> {
     joint: &'c Joint<'c>,
     angles: &'c Angles,
-    /// From the point of the cam to that of the follower.
+    /// The vector from the point of the cam to that of the follower.
     way: [Formula; 2],
-    /// The angle of the contact in the frame of the cam.
+    /// The angle of contact in the frame of the cam.
     theta: Formula,
 }
 
@@ -45,8 +45,8 @@ impl<'c> Cam<'c> {
         self.angles.formula(self.joint.ends[end].link, &self.joint.syntax.identifier.span)
     }
 
-    /// The direction in which the profile is measured, and the one a quarter of a turn further: from the centre to the
-    /// point, or across the face of the follower.
+    /// The direction in which the profile is measured, and its perpendicular. The direction runs from the centre to the
+    /// point, or normal to the face of the follower.
     pub(super) fn directions(&self) -> [[Formula; 2]; 2] {
         let angle = match &self.joint.syntax.face {
             Some(face) => add(self.angle(0), face.clone()),
@@ -56,17 +56,18 @@ impl<'c> Cam<'c> {
         [[cos.clone(), sin.clone()], [negate(sin), cos]]
     }
 
-    /// How far the follower is from the profile, with the derivatives by the angles of links.
+    /// The distance of the follower from the profile, with its derivatives with respect to the angles of links.
     pub(super) fn distance(&self) -> (Formula, Vec<(usize, Formula)>) {
         let [along, across] = self.directions();
         let profile = self.joint.syntax.profile.clone().unwrap_or_else(|| whole(0));
         let residual = subtract(dot(self.way.clone(), along), substituted(&profile, THETA, &self.theta));
-        // What turns the direction.
+        // The end whose link turns the direction.
         let end = if self.joint.syntax.face.is_some() { 0 } else { 1 };
         (residual, vec![(self.joint.ends[end].link, dot(self.way.clone(), across))])
     }
 
-    /// The residual that determines the contact angle, with its unit and its derivatives by the angles of links.
+    /// The residual that determines the contact angle, with its unit and its derivatives with respect to the angles of
+    /// links.
     pub(super) fn contact(&self) -> (Formula, &'static str, Vec<(usize, Formula)>) {
         let [follower, cam] = [self.joint.ends[0].link, self.joint.ends[1].link];
         match &self.joint.syntax.face {

@@ -1,4 +1,4 @@
-//! Constraints of the joints that the spanning tree does not contain, of rods, and of drives.
+//! Constraints of joints outside the spanning tree, of rods, and of drives.
 
 use super::angles::Angles;
 use super::cams::{CONTACT, Cam};
@@ -15,11 +15,11 @@ use crate::parser::Formula;
 pub(super) struct JointConstraint {
     /// The constraint.
     pub(super) syntax: ConstraintSyntax,
-    /// The derivative of its residual by the angle of each link, points held.
+    /// The derivatives of its residual with respect to the angle of each link, with points fixed.
     pub(super) slopes: Vec<(usize, Formula)>,
 }
 
-/// Reports one-sided joints that are no constraints, but coordinates.
+/// Reports one-sided joints that became coordinates instead of constraints.
 pub(super) fn check_sides(graph: &Graph, tree: &Tree, findings: &mut Vec<Diagnostic>) {
     for (number, joint) in graph.joints.iter().enumerate() {
         let is_coordinate = joint.ends.iter().any(|end| tree.places(number, *end));
@@ -32,7 +32,7 @@ pub(super) fn check_sides(graph: &Graph, tree: &Tree, findings: &mut Vec<Diagnos
     }
 }
 
-/// The constraints of all joints, in their order.
+/// Creates the constraints of all joints, in their order.
 pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Places) -> Vec<JointConstraint> {
     let mut closures = Vec::new();
     for (number, joint) in graph.joints.iter().enumerate() {
@@ -52,7 +52,7 @@ pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Pla
         };
         let components = |end: usize| places.components(joint.ends[end], span);
         let angle = |end: usize| angles.formula(joint.ends[end].link, span);
-        // Where the first point is from the second one along its line.
+        // The distance of the first point from the second one, along the line of the latter.
         let along = || dot(difference(components(0), components(1)), line(graph, angles, number));
         let across = || distance_from_line(places, graph, angles, number);
         match syntax.kind {
@@ -79,7 +79,7 @@ pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Pla
                 put("", residual, "rad", gear_slopes(joint));
             }
             JointKind::Rack => {
-                // Counter-clockwise it rolls back.
+                // Turning counter-clockwise, it rolls backwards.
                 let rolled = negate(multiply(size(joint), subtract(angle(0), angle(1))));
                 let of_line = subtract(across(), size(joint));
                 let slopes = vec![(joint.ends[0].link, size(joint)), (joint.ends[1].link, of_line)];
@@ -110,7 +110,7 @@ pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Pla
 /// The suffix that turns the name of a joint into the name of the constraint of its drive.
 pub(super) const DRIVE: &str = "_drive";
 
-/// The derivatives of the constraint of gears by the angles of its links.
+/// The derivatives of a gear constraint with respect to the angles of its links.
 pub(super) fn gear_slopes(joint: &Joint) -> Vec<(usize, Formula)> {
     let [first, second] = [joint.ends[0].link, joint.ends[1].link];
     vec![(first, whole(1)), (second, negate(size(joint))), (joint.carrier, subtract(size(joint), whole(1)))]
@@ -124,8 +124,7 @@ fn add_phase(joint: &Joint, value: Formula) -> Formula {
     joint.syntax.phase.clone().map_or(value.clone(), |phase| add(value, phase))
 }
 
-/// The pairs of points that a pin holds together and the tree does not, with what follows the name of the joint in
-/// those of their constraints.
+/// The pairs of points of a pin that the tree does not join, with the suffixes of the names of their constraints.
 pub(super) fn open_pins(tree: &Tree, joint: &Joint, number: usize, places: &Places) -> Vec<(String, PointId, PointId)> {
     let roots: Vec<PointId> = joint.ends.iter().copied().filter(|end| !tree.places(number, *end)).collect();
     let Some((to, others)) = roots.split_first() else { return Vec::new() };

@@ -1,4 +1,4 @@
-//! The numbers of formulae of parameters, where the kind of a drawing depends on them.
+//! Numerical values of constant formulae, where the kind of a drawing depends on them.
 
 use crate::document::Document;
 use crate::evaluate::evaluate;
@@ -17,7 +17,7 @@ impl<'d> Constants<'d> {
         constants
     }
 
-    /// The value of a formula; not a number where it has a name that is no parameter.
+    /// The value of a formula; not a number if it contains a name other than a parameter.
     pub(super) fn value(&self, formula: &Formula) -> f64 {
         evaluate(formula, |name| match name.as_str() {
             "pi" => std::f64::consts::PI,
@@ -25,7 +25,7 @@ impl<'d> Constants<'d> {
         })
     }
 
-    /// Whether two places are one, up to rounding errors.
+    /// Whether two positions are equal up to rounding errors.
     pub(super) fn are_same(&self, a: &[Formula; 2], b: &[Formula; 2]) -> bool {
         let [a, b] = [a, b].map(|place| [self.value(&place[0]), self.value(&place[1])]);
         let size = a.iter().chain(&b).fold(0.0, |most: f64, component| most.max(component.abs()));

@@ -1,4 +1,4 @@
-//! Links and joints as they are drawn.
+//! The drawing of links and joints.
 
 mod gears;
 
@@ -11,8 +11,8 @@ use super::places::Places;
 use super::terms::{add, difference, direction, dot, multiply, negate, substituted, sum, whole};
 use crate::document::{DrawnSyntax, Identifier, JointKind, Position};
 
-/// Gears and belts below all others, links as bars and plates, links that slide as blocks, pins on the ground as
-/// pivots.
+/// Draws gears and belts below everything else, links as bars and plates, sliding links as blocks, and pins on the
+/// ground as pivots.
 pub(super) fn drawing(
     graph: &Graph,
     angles: &Angles,
@@ -42,14 +42,14 @@ pub(super) fn drawing(
         let identifier = joint.syntax.identifier.clone();
         let ground = joint.ends.iter().find(|end| end.link == 0);
         match (joint.syntax.kind, ground) {
-            // What keeps a gear on its rack is not drawn beside them.
+            // The slider that keeps a gear on its rack is not drawn separately.
             (JointKind::Prismatic | JointKind::PinInSlot, _) if rolls(joint.ends[0]) => {}
             (JointKind::Prismatic | JointKind::PinInSlot, _) => {
                 let span = &identifier.span;
                 let own = joint.syntax.direction.clone().unwrap_or_else(|| whole(0));
                 let angle = Some(add(angles.formula(joint.ends[1].link, span), own));
                 let block = DrawnSyntax::Block { at: at(joint.ends[0]), angle, on: Some(at(joint.ends[1])) };
-                // What slides in a guide is the link itself, what slides on a pin a block of its own.
+                // In a guide the link itself slides; on a pin, a separate block does.
                 let sliding = graph.links[joint.ends[0].link].filter(|_| joint.syntax.kind == JointKind::Prismatic);
                 drawn.push((sliding.map_or(identifier, |link| link.identifier.clone()), block));
             }
@@ -59,7 +59,7 @@ pub(super) fn drawing(
                 let is_flat = joint.syntax.face.is_some();
                 let cam = DrawnSyntax::Cam { at: at(joint.ends[1]), angle, profile, is_flat };
                 let own = graph.links[joint.ends[1].link].map(|link| &link.identifier);
-                // Below all that follows it.
+                // Below all parts drawn later.
                 drawn.insert(0, (own.cloned().unwrap_or_else(|| identifier.clone()), cam));
                 drawn.extend(face(angles, places, joint).map(|face| (identifier, face)));
             }
@@ -80,7 +80,7 @@ fn face(angles: &Angles, places: &Places, joint: &Joint) -> Option<DrawnSyntax> 
     let centre = places.components(joint.ends[1], span);
     let way = difference(places.components(joint.ends[0], span), centre.clone());
     let [cos, sin] = direction(&add(angles.formula(joint.ends[0].link, span), face.clone()));
-    // The middle of the face is across from the middle of the cam.
+    // The middle of the face lies opposite the middle of the cam.
     let height = dot(way, [cos.clone(), sin.clone()]);
     let middle = sum(centre, [cos.clone(), sin.clone()].map(|part| multiply(height.clone(), part)));
     let half = substituted(profile, THETA, &whole(0));
@@ -89,7 +89,7 @@ fn face(angles: &Angles, places: &Places, joint: &Joint) -> Option<DrawnSyntax> 
     Some(DrawnSyntax::Link(ends.map(Position::Pair).into()))
 }
 
-/// The links that move, each with those that are welded to it.
+/// The moving links, grouped with the links welded to them.
 fn rigid(graph: &Graph) -> Vec<Vec<usize>> {
     let mut bodies: Vec<Vec<usize>> = (1..graph.links.len()).map(|link| vec![link]).collect();
     for joint in graph.joints.iter().filter(|joint| joint.syntax.kind == JointKind::Weld) {

@@ -1,4 +1,4 @@
-//! The forces in joints, by free-body equations of the links that the joint places: virtual displacements, whose work
+//! Joint forces from free-body equations of the links that the joint places. They use virtual displacements, whose work
 //! `crates/engine/src/virtual_work.rs` derives.
 
 use super::cams::{CONTACT, Cam};
@@ -12,7 +12,7 @@ use super::terms::{dot, negate, whole};
 use crate::document::{Identifier, JointKind, OutputValue, Target};
 use crate::parser::Formula;
 
-/// The force that a joint has on the link of one of its ends, along a direction.
+/// The force of a joint on the link of one of its ends, along a direction.
 pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i32; 2]) -> OutputValue {
     let Linkage { graph, tree, angles, places, .. } = linkage;
     let joint = &graph.joints[number];
@@ -21,7 +21,7 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
     let is_closed = !joint.ends.iter().any(|end| tree.places(number, *end));
     let (drive, friction) = (joint.syntax.drive.as_ref(), joint.syntax.friction.as_ref());
     if is_closed && joint.syntax.kind.is_slider() && (drive.is_some() || friction.is_some()) {
-        // Across the line the slider holds, along it drive and friction.
+        // The slider acts across the line; drive and friction act along it.
         let along_line = line(graph, angles, number);
         let [cos, sin] = along_line.clone();
         let factor = |way: [Formula; 2]| {
@@ -44,7 +44,7 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
             let along = dot(way, direction.map(whole));
             if on == joint.ends[0] { negate(along) } else { along }
         };
-        // A face is held by its distance alone.
+        // A flat face is held by its distance alone.
         let contact = joint.syntax.face.is_none().then(|| (identifier(format!("{name}{CONTACT}")), factor(across)));
         let multipliers = std::iter::once((identifier(name.clone()), factor(along))).chain(contact).collect();
         return OutputValue::FreeBody { displacements: Vec::new(), multipliers, loads: Vec::new() };
@@ -67,7 +67,7 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
         let displacements = vec![beyond(linkage, on, direction.map(whole))];
         return OutputValue::FreeBody { displacements, multipliers: teeth, loads: Vec::new() };
     }
-    // Constraints hold this end to another one, and it carries those that the tree places by it.
+    // Constraints connect this end to others; the end also carries the links that the tree places by it.
     let borne = joint.ends.iter().copied().filter(|end| tree.bearer(number, *end) == Some(on));
     let open = open_pins(tree, joint, number, places);
     let factor = |end: PointId, to: PointId| i32::from(to == on) - i32::from(end == on);

@@ -8,7 +8,7 @@ use crate::document::{FourBar, JointKind};
 /// The ground.
 const GROUND: usize = 0;
 
-/// The loops of four pins that have the ground as one of their links.
+/// Finds the loops of four pins that contain the ground.
 pub(super) fn four_bars(graph: &Graph, angles: &Angles, places: &Places) -> Vec<FourBar> {
     let pins = pins(graph);
     let from = |link: usize| pins.iter().filter(move |pin| pin.from.link == link);
@@ -38,7 +38,7 @@ pub(super) fn four_bars(graph: &Graph, angles: &Angles, places: &Places) -> Vec<
     found
 }
 
-/// Two links that a pin joins.
+/// A pin between two links.
 struct Pin {
     joint: usize,
     from: PointId,

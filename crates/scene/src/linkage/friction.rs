@@ -11,7 +11,7 @@ use crate::document::{
 };
 use crate::parser::Formula;
 
-/// The loads and the outputs of the joints that have friction.
+/// The friction loads of joints, and the outputs that serve as their normal forces.
 #[derive(Default)]
 pub(super) struct Frictions {
     pub(super) loads: Vec<(Identifier, LoadSyntax)>,
@@ -19,7 +19,7 @@ pub(super) struct Frictions {
 }
 
 impl Frictions {
-    /// The friction of all joints, in their order.
+    /// Creates the friction of all joints, in their order.
     pub(super) fn new(linkage: &Linkage, findings: &mut Vec<Diagnostic>) -> Self {
         let mut frictions = Self::default();
         for (number, joint) in linkage.graph.joints.iter().enumerate() {
@@ -72,12 +72,12 @@ impl Frictions {
     }
 }
 
-/// The name of the load that is the friction of a joint.
+/// The name of the load that represents the friction of a joint.
 pub(crate) fn load_of_joint(joint: &str) -> String {
     format!("friction_{joint}")
 }
 
-/// How far the links have slid on each other: along the line of a slider, on the surface of a pin.
+/// The sliding distance: along the line of a slider, or on the surface of a pin.
 fn sliding(linkage: &Linkage, number: usize, friction: &JointFriction) -> Formula {
     let Linkage { graph, tree, angles, places, .. } = linkage;
     let joint = &graph.joints[number];
@@ -93,7 +93,7 @@ fn sliding(linkage: &Linkage, number: usize, friction: &JointFriction) -> Formul
     dot(difference(point, on), line(graph, angles, number))
 }
 
-/// The force of a slider across its line.
+/// The force of a slider perpendicular to its line.
 fn across(linkage: &Linkage, number: usize) -> OutputValue {
     let joint = &linkage.graph.joints[number];
     if let Some(end) = joint.ends.iter().find(|end| linkage.tree.places(number, **end)) {

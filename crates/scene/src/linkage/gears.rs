@@ -11,12 +11,12 @@ use crate::parser::Formula;
 pub(super) struct Mesh {
     /// The axes of the gears, as points of the carrier.
     pub(super) axes: [PointId; 2],
-    /// The end of the gear that is a ring, with teeth inside.
+    /// The end whose gear is a ring, with teeth inside.
     pub(super) ring: Option<usize>,
 }
 
 impl Mesh {
-    /// The gears of a joint; `None` if they have no axes apart from each other on the carrier, or do not mesh.
+    /// The gears of a joint; `None` if they do not mesh, or have no separate axes on the carrier.
     pub(super) fn new(graph: &Graph, constants: &Constants, joint: &Joint) -> Option<Self> {
         if joint.syntax.kind != JointKind::Gear || joint.syntax.radii.is_some() {
             return None;
@@ -32,8 +32,8 @@ impl Mesh {
     }
 }
 
-/// The point of the carrier, or of a link that is welded to it, about which a link turns on it: that of a pin of both,
-/// or of pins of both in one place of a third link.
+/// The point of the carrier, or of a link welded to it, about which a link turns. The point belongs to a pin between
+/// the two, or to pins of both at one point of a third link.
 pub(super) fn axis(graph: &Graph, constants: &Constants, link: usize, carrier: usize) -> Option<PointId> {
     let [own, carrier] =
         [link, carrier].map(|link| graph.joined(vec![link], |_, joint| joint.syntax.kind == JointKind::Weld));
@@ -48,7 +48,7 @@ pub(super) fn axis(graph: &Graph, constants: &Constants, link: usize, carrier: u
     })
 }
 
-/// The points of links of two groups that pins hold together.
+/// The pairs of points of two groups of links that pins hold together.
 fn pins<'g>(
     graph: &'g Graph,
     first: &'g [usize],
@@ -61,12 +61,13 @@ fn pins<'g>(
     })
 }
 
-/// The part of teeth in the force that a pin or a weld has on the link of one of its ends, along a direction: multiples
-/// of the multipliers of gears.
+/// The contribution of teeth to the force that a pin or a weld exerts on the link of one of its ends, along a
+/// direction. It consists of multiples of gear multipliers.
 ///
-/// The constraint of gears with the ratio `i` turns them by moments: `-lambda` the first one. Teeth do so by a force
-/// `-lambda (1 - i)/a` on the first gear, across the line of the axes, which are `a` apart; the joints between gear and
-/// carrier hold it. The part along that line, by which teeth push gears apart, does no work and is left out.
+/// A gear constraint with the ratio `i` acts by moments; the first gear's is `-lambda`. Real teeth act by a force
+/// `-lambda (1 - i)/a` on the first gear, perpendicular to the line between the axes, which are `a` apart; the joints
+/// between gear and carrier balance it. The force along that line, by which teeth push gears apart, does no work and is
+/// neglected.
 pub(super) fn forces_of_teeth(
     linkage: &Linkage,
     number: usize,
@@ -76,7 +77,7 @@ pub(super) fn forces_of_teeth(
     work_of_teeth(linkage, number, on, |_| direction.map(whole))
 }
 
-/// The part of teeth in the moment that a weld has on the link of one of its ends, about its point.
+/// The contribution of teeth to the moment that a weld exerts on the link of one of its ends, about its point.
 pub(super) fn moments_of_teeth(linkage: &Linkage, number: usize, on: PointId) -> Vec<(Identifier, Formula)> {
     let span = &linkage.graph.joints[number].syntax.identifier.span;
     let place = |point: PointId| linkage.places.components(point, span);
@@ -86,8 +87,8 @@ pub(super) fn moments_of_teeth(linkage: &Linkage, number: usize, on: PointId) ->
     })
 }
 
-/// The work of teeth in a virtual displacement of all that a pin or a weld holds on the side of one of its ends, which
-/// is given for each axis.
+/// The work of teeth in a virtual displacement of all links that a pin or a weld holds on the side of one of its ends.
+/// The displacement is given for each axis.
 fn work_of_teeth(
     linkage: &Linkage,
     number: usize,
@@ -118,7 +119,7 @@ fn work_of_teeth(
     graph.joints.iter().filter_map(work).collect()
 }
 
-/// The vector from one axis to another, and the square of its length.
+/// The vector between two axes, and its squared length.
 fn apart(linkage: &Linkage, joint: &Joint, axes: [PointId; 2]) -> ([Formula; 2], Formula) {
     let Linkage { graph, angles, places, .. } = linkage;
     let span = &joint.syntax.identifier.span;
@@ -133,8 +134,8 @@ fn apart(linkage: &Linkage, joint: &Joint, axes: [PointId; 2]) -> ([Formula; 2],
     (vector, square)
 }
 
-/// Whether a joint is between a gear and its carrier, which others than it hold together on the axis by pins, and
-/// everywhere by welds: 1 if the gear is on the side of this end, -1 if the carrier is; 0 if they are on one side.
+/// The side of a joint between a gear and its carrier: 1 if the gear is on the side of this end, -1 if the carrier is,
+/// 0 if both are on one side. Other connections of gear and carrier are pins on the axis, or welds anywhere.
 fn side(linkage: &Linkage, number: usize, on: PointId, (joint, end, axis): (&Joint, usize, PointId)) -> i32 {
     let (gear, carrier) = (joint.ends[end].link, joint.carrier);
     let asked = &linkage.graph.joints[number];
@@ -148,7 +149,7 @@ fn side(linkage: &Linkage, number: usize, on: PointId, (joint, end, axis): (&Joi
     i32::from(is_between(&here, &there)) - i32::from(is_between(&there, &here))
 }
 
-/// The pins on an axis, by their numbers.
+/// The numbers of the pins on an axis.
 fn on_axis(linkage: &Linkage, axis: PointId) -> Vec<usize> {
     let Linkage { graph, constants, .. } = linkage;
     let is_same = |a: &PointId, b: &PointId| {

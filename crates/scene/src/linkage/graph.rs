@@ -9,7 +9,7 @@ pub(super) const GROUND: &str = "ground";
 
 /// Links and joints.
 pub(super) struct Graph<'d> {
-    /// The ground is the first one, also where the scene does not mention it.
+    /// All links by number. The ground is always the first, even if the scene does not mention it.
     pub(super) links: Vec<Option<&'d LinkSyntax>>,
     pub(super) joints: Vec<Joint<'d>>,
 }
@@ -18,11 +18,11 @@ pub(super) struct Graph<'d> {
 pub(super) struct Joint<'d> {
     pub(super) syntax: &'d JointSyntax,
     pub(super) ends: Vec<PointId>,
-    /// The number of the link that carries gears.
+    /// The number of the link that carries the gears.
     pub(super) carrier: usize,
 }
 
-/// A point of a link: the numbers of the link, and of the point in it.
+/// A point of a link: the number of the link, and of the point in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct PointId {
     pub(super) link: usize,
@@ -71,7 +71,7 @@ impl<'d> Graph<'d> {
             findings.push(unknown("link", &end.link, &names));
             return None;
         };
-        // Gears are joined by their angles alone.
+        // Gears are joined only by their angles.
         let Some(named) = &end.point else { return Some(PointId { link, point: 0 }) };
         let points: Vec<&str> = self.points(link).iter().map(|(point, _)| point.name.as_str()).collect();
         let Some(point) = points.iter().position(|name| *name == named.name) else {
@@ -87,7 +87,7 @@ impl<'d> Graph<'d> {
         Some(PointId { link, point })
     }
 
-    /// Some links, and all that are joined to them by joints that count, told by their numbers.
+    /// Some links, and all links connected to them by joints for which `counts` is true.
     pub(super) fn joined(&self, mut links: Vec<usize>, counts: impl Fn(usize, &Joint) -> bool) -> Vec<usize> {
         let mut next = 0;
         while next < links.len() {
@@ -128,13 +128,13 @@ impl<'d> Graph<'d> {
         (0..self.links.len()).flat_map(|link| (0..self.points(link).len()).map(move |point| PointId { link, point }))
     }
 
-    /// Where a link stands in the text.
+    /// The location of a link in the text.
     pub(super) fn span(&self, link: usize) -> Span {
         self.links[link].map_or(0..0, |link| link.identifier.span.clone())
     }
 }
 
-/// The ground has points alone.
+/// Reports entries of the ground other than points.
 fn check_ground(ground: &LinkSyntax, findings: &mut Vec<Diagnostic>) {
     let has_more = ground.mass.is_some()
         || ground.inertia.is_some()

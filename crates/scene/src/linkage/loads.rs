@@ -5,7 +5,7 @@ use super::resolved::Linkage;
 use crate::diagnostic::Diagnostic;
 use crate::document::{Along, Document, Identifier, LoadSyntax};
 
-/// Reports loads between two points that are always in one place.
+/// Reports loads between two points that always coincide.
 pub(super) fn check(document: &Document, linkage: &Linkage, findings: &mut Vec<Diagnostic>) {
     for (_, load) in &document.loads {
         let LoadSyntax::Spring(spring) = load else { continue };

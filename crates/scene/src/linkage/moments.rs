@@ -1,4 +1,4 @@
-//! The moments in joints that hold angles, by the equations of motion of links that turn alone.
+//! The moments in joints that hold angles, from the equations of motion of links that turn while others only move.
 
 use super::closures::{DRIVE, gear_slopes};
 use super::friction::load_of_joint;
@@ -11,7 +11,7 @@ use crate::diagnostic::Diagnostic;
 use crate::document::{DisplacementSyntax, Identifier, JointKind, OutputValue};
 use crate::parser::Formula;
 
-/// The moment that a joint has on the link of one of its ends, about its point.
+/// The moment of a joint on the link of one of its ends, about its point.
 pub(super) fn moment(
     linkage: &Linkage,
     number: usize,
@@ -39,7 +39,7 @@ pub(super) fn moment(
     }
 }
 
-/// The moment of a pin: that of its drive, and that of its friction.
+/// The moment of a pin: the sum of its drive and its friction.
 fn pin_moment(linkage: &Linkage, number: usize, on: PointId) -> OutputValue {
     let joint = &linkage.graph.joints[number];
     let Identifier { name, span } = &joint.syntax.identifier;
@@ -55,7 +55,7 @@ fn pin_moment(linkage: &Linkage, number: usize, on: PointId) -> OutputValue {
     }
 }
 
-/// The torque, or the force along its line, that a drive has on the link of one of the ends of its joint.
+/// The torque, or the force along its line, of a drive on the link of one of the ends of its joint.
 pub(super) fn drive(
     linkage: &Linkage,
     number: usize,
@@ -71,15 +71,15 @@ pub(super) fn drive(
     Ok(multiplier_moment(linkage, number, DRIVE, whole(if on == joint.ends[0] { -1 } else { 1 })))
 }
 
-/// A multiple of the multiplier of one of the constraints of a joint.
+/// A multiple of the multiplier of a joint's constraint.
 fn multiplier_moment(linkage: &Linkage, number: usize, suffix: &str, factor: Formula) -> OutputValue {
     let Identifier { name, span } = &linkage.graph.joints[number].syntax.identifier;
     let constraint = Identifier { name: format!("{name}{suffix}"), span: span.clone() };
     OutputValue::FreeBody { displacements: Vec::new(), multipliers: vec![(constraint, factor)], loads: Vec::new() }
 }
 
-/// The moment of a joint that holds an angle. The links that other joints hold at one angle with that of its end turn,
-/// each about the point by which the tree places it; links beyond them move along, and do not turn.
+/// The moment of a joint that holds an angle. All links that other joints hold at one angle with the link of its end
+/// turn, each about the point by which the tree places it; links further out move without turning.
 fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Result<OutputValue, Diagnostic> {
     let Linkage { graph, angles, closures, .. } = linkage;
     let joint = &graph.joints[number];
@@ -91,10 +91,10 @@ fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Re
         let error = Diagnostic::error(title, asked.span.clone(), "other joints hold its angle too");
         return Err(error.help("make one of them a revolute joint or a pin in a slot"));
     }
-    // The ground does not turn: what is on the other side does, the other way.
+    // The ground does not turn; the links on the other side turn in the opposite direction instead.
     let (turned, turn) = if turned.contains(&0) { (held_together(linkage, number, other), -1) } else { (turned, 1) };
     let class = angles.angle(on.link).class;
-    // Formulae name the coordinate of the link that it is called after.
+    // Formulae contain the coordinate of the link that owns it.
     let owner = if class > 0 { Some(angles.coordinates[class - 1].1) } else { None };
     let is_turned_in_formulae = owner.is_some_and(|owner| turned.contains(&owner));
     let missing = |slopes: &[(usize, Formula)]| {
@@ -109,7 +109,7 @@ fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Re
     let multipliers =
         closures.iter().map(|own| (own.syntax.identifier.clone(), multiply(whole(turn), missing(&own.slopes))));
     let teeth = moments_of_teeth(linkage, number, on);
-    // Friction in pins works along the angles of their links.
+    // Friction in pins acts along the angles of their links.
     let frictions = graph.joints.iter().filter_map(|own| {
         let radius = own.syntax.friction.as_ref()?.radius.clone()?;
         let slopes = [(own.ends[0].link, radius.clone()), (own.ends[1].link, negate(radius))];
@@ -124,12 +124,12 @@ fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Re
     })
 }
 
-/// The links that joints hold at one angle with a link, beside this joint.
+/// The links that joints other than this one hold at one angle with a link.
 fn held_together(linkage: &Linkage, but: usize, link: usize) -> Vec<usize> {
     linkage.graph.joined(vec![link], |number, joint| number != but && joint.syntax.kind.holds_angle())
 }
 
-/// How links move where some of them turn.
+/// The displacements of all links when some of them turn.
 fn displacements(
     linkage: &Linkage,
     number: usize,
@@ -141,7 +141,7 @@ fn displacements(
     let joint = &graph.joints[number];
     let span = &joint.syntax.identifier.span;
     let components = |id: PointId| places.components(id, span);
-    // A quarter of a turn further.
+    // Rotated by a quarter of a turn.
     let velocity = |from: PointId, to: PointId| {
         let [x, y] = difference(components(to), components(from));
         let across = [negate(y), x];
@@ -149,7 +149,7 @@ fn displacements(
     };
     let base = |link: usize| match tree.placements[link] {
         Placement::Pin { own, .. } | Placement::Slider { own, .. } => own,
-        // Any will do.
+        // Any point will do.
         Placement::Free | Placement::Ground => {
             joint.ends.iter().copied().find(|end| end.link == link).unwrap_or(PointId { link, point: 0 })
         }

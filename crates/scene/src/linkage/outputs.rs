@@ -8,7 +8,7 @@ use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier, JointKind, JointPart, OutputSyntax, OutputValue};
 use crate::names::suggestion;
 
-/// Whether the scene asks for a force or a moment in a joint, or friction does.
+/// Whether outputs of the scene, or friction, need the force or the moment of a joint.
 pub(super) fn are_of_joints(document: &Document) -> bool {
     let part = |output: &OutputSyntax| match output.value {
         OutputValue::Joint { part, .. } => Some(part),
@@ -18,7 +18,7 @@ pub(super) fn are_of_joints(document: &Document) -> bool {
     has_friction || document.outputs.iter().filter_map(part).any(|part| part != JointPart::Drive)
 }
 
-/// Whether the scene asks for the reaction of a constraint.
+/// Whether the scene has an output for the reaction of a constraint.
 pub(super) fn are_reactions(document: &Document) -> bool {
     document.outputs.iter().any(|output| matches!(output.value, OutputValue::Reaction { .. }))
 }
@@ -43,7 +43,7 @@ pub(super) fn outputs(
     document.outputs.iter().map(of).collect()
 }
 
-/// The power of the drive of a joint, where no load and no constraint has this name.
+/// The power of a joint's drive, unless a load or a constraint has this name.
 fn power(
     document: &Document,
     linkage: &Linkage,

@@ -1,4 +1,4 @@
-//! The places of the points of all links, as points of an ordinary scene.
+//! The positions of the points of all links, as points of an ordinary scene.
 
 use std::collections::HashMap;
 
@@ -12,16 +12,16 @@ use crate::parser::Formula;
 
 /// The points of the expanded scene.
 pub(super) struct Places {
-    /// Names and formulae, each after those that it refers to.
+    /// Names and formulae, each after those that it uses.
     pub(super) points: Vec<(Identifier, [Formula; 2])>,
     names: HashMap<PointId, String>,
-    /// Whether masses lose the component across the line along which the ground guides them.
+    /// Whether the centre of mass of a link that the ground guides along a line stays on that line.
     guides: bool,
 }
 
 impl Places {
-    /// The points of all links. Where they are not `shared`, each link has points of its own at the pins of the tree.
-    /// Masses that the ground guides along a line stay on it where `guides` is true.
+    /// Computes the points of all links. Unless they are `shared`, each link has its own points at the pins of the
+    /// tree. With `guides`, the centre of mass of a link that the ground guides along a line stays on that line.
     pub(super) fn new(graph: &Graph, tree: &Tree, angles: &Angles, shared: bool, guides: bool) -> Self {
         let representatives = representatives(graph, tree, shared);
         let mut places = Self { points: Vec::new(), names: names(graph, tree, &representatives), guides };
@@ -36,13 +36,14 @@ impl Places {
         &self.names[&id]
     }
 
-    /// The name of a point, or of the one in the same place that has its name alone.
+    /// The plain name of a point in its link, if some point of the expanded scene has that name; otherwise the point's
+    /// own name.
     pub(super) fn short_name<'n>(&'n self, graph: &Graph<'n>, id: PointId) -> &'n str {
         let short = graph.point_name(id);
         if self.names.values().any(|name| name == short) { short } else { self.name(id) }
     }
 
-    /// The components of a point, by its name.
+    /// The components of a point, as names.
     pub(super) fn components(&self, id: PointId, span: &Span) -> [Formula; 2] {
         ["x", "y"].map(|axis| name(format!("{}.{axis}", self.name(id)), span))
     }
@@ -96,9 +97,9 @@ impl Places {
         }
     }
 
-    /// The place of a vector in the frame of a link, where it moves along the line of the joint by which the ground
-    /// guides the link, and nowhere else; `None` without such a joint, and where forces are asked for: the multiplier
-    /// of the joint would lack what acts across the line.
+    /// The position of a vector in the frame of a link that a joint guides along a line of the ground, restricted to
+    /// that line. `None` without such a joint, and if joint forces are needed: the multiplier of the joint would lack
+    /// the forces perpendicular to the line.
     pub(super) fn guided(
         &self,
         graph: &Graph,
@@ -123,7 +124,7 @@ impl Places {
         Some(sum(foot, rotated(difference(local, graph.local(point)), &angles.formula(link, &span))))
     }
 
-    /// The place of a vector in the frame of a link.
+    /// The position of a vector in the frame of a link.
     pub(super) fn local_position(
         &self,
         graph: &Graph,
@@ -162,7 +163,7 @@ fn origin(graph: &Graph, link: usize) -> [Formula; 2] {
     origin_names(graph, link).map(|axis| name(axis, &graph.span(link)))
 }
 
-/// The joint by which the ground guides a link that the tree places elsewhere.
+/// The joint by which the ground guides a link that the tree does not place by it.
 fn ground_guide(graph: &Graph, tree: &Tree, link: usize) -> Option<usize> {
     graph.joints.iter().enumerate().position(|(number, joint)| {
         joint.syntax.kind == JointKind::Prismatic
@@ -179,16 +180,16 @@ pub(super) fn line(graph: &Graph, angles: &Angles, joint: usize) -> [Formula; 2]
     direction(&syntax.direction.clone().map_or(angle.clone(), |own| add(angle, own)))
 }
 
-/// The place of a link that a slider places: that of `own`, by that of `at`.
+/// The position of a link that a slider places: that of `own`, given that of `at`.
 fn slid(places: &Places, graph: &Graph, angles: &Angles, (joint, at, own): (usize, PointId, PointId)) -> [Formula; 2] {
     let span = &graph.joints[joint].syntax.identifier.span;
     let way = line(graph, angles, joint).map(|part| multiply(name(slide(graph, joint), span), part));
     let from = places.components(at, span);
-    // The line is that of the second link.
+    // The line belongs to the second link.
     if graph.joints[joint].ends[0] == own { sum(from, way) } else { difference(from, way) }
 }
 
-/// For each point the one of the link nearest to the ground that is the same by joints of the tree.
+/// For each point, the coinciding point of the link nearest to the ground, by joints of the tree.
 fn representatives(graph: &Graph, tree: &Tree, shared: bool) -> HashMap<PointId, PointId> {
     let mut representatives: HashMap<PointId, PointId> = graph.all_points().map(|id| (id, id)).collect();
     for &link in tree.order.iter().filter(|_| shared) {
@@ -200,8 +201,8 @@ fn representatives(graph: &Graph, tree: &Tree, shared: bool) -> HashMap<PointId,
     representatives
 }
 
-/// Names in the expanded scene: those in the links, with the name of the link before them where others have them too
-/// and are in other places.
+/// Names in the expanded scene: the names in the links, prefixed by the name of the link where links use one name for
+/// different positions.
 fn names(graph: &Graph, tree: &Tree, representatives: &HashMap<PointId, PointId>) -> HashMap<PointId, String> {
     let pins: Vec<&[PointId]> =
         graph.joints.iter().filter(|joint| joint.syntax.kind.is_pin()).map(|joint| &joint.ends[..]).collect();
@@ -225,7 +226,7 @@ fn names(graph: &Graph, tree: &Tree, representatives: &HashMap<PointId, PointId>
     names
 }
 
-/// The distance of a point from a line, which is the residual that keeps it on the line.
+/// The distance of a point from a line: the residual that keeps the point on the line.
 pub(super) fn distance_from_line(places: &Places, graph: &Graph, angles: &Angles, joint: usize) -> Formula {
     let span = &graph.joints[joint].syntax.identifier.span;
     let [point, on] = [0, 1].map(|end| places.components(graph.joints[joint].ends[end], span));

@@ -1,4 +1,4 @@
-//! All that is known of links and joints once every link has its place.
+//! The resolved links and joints, once every link has its position.
 
 use super::angles::Angles;
 use super::closures::JointConstraint;
@@ -9,7 +9,7 @@ use super::tree::Tree;
 use crate::document::{DisplacementSyntax, Identifier};
 use crate::parser::Formula;
 
-/// All that is known of links and joints.
+/// Links and joints with all derived data.
 pub(super) struct Linkage<'l> {
     pub(super) graph: &'l Graph<'l>,
     pub(super) tree: &'l Tree,
@@ -19,7 +19,7 @@ pub(super) struct Linkage<'l> {
     pub(super) constants: &'l Constants<'l>,
 }
 
-/// A displacement of all that a joint of the tree places by its end.
+/// A displacement of all links that a joint of the tree places by its end.
 pub(super) fn beyond(linkage: &Linkage, end: PointId, along: [Formula; 2]) -> DisplacementSyntax {
     let (bodies, points) = linkage.bodies_and_points(&linkage.tree.beyond(end.link));
     DisplacementSyntax { bodies, points, along: Some(along), turn: None }

@@ -1,4 +1,4 @@
-//! Where links are at the start, by what a user reads off a drawing.
+//! The approximate positions of links at the start, from values read off a drawing.
 
 use std::collections::HashMap;
 
@@ -16,18 +16,18 @@ use crate::document::JointKind;
 use crate::function::Function;
 use crate::parser::Formula;
 
-/// The places of links at the start, as far as they are known.
+/// The known positions of links at the start.
 pub(super) struct Rough<'g, 'd> {
     graph: &'g Graph<'d>,
     angles: &'g Angles,
     tree: &'g Tree,
-    /// The angles of the coordinates, by their numbers.
+    /// The values of the angle coordinates, by their numbers.
     of_classes: Vec<Option<Formula>>,
     points: HashMap<PointId, [Formula; 2]>,
 }
 
 impl<'g, 'd> Rough<'g, 'd> {
-    /// Goes from what is said to what follows from it.
+    /// Propagates the given values until nothing further follows.
     pub(super) fn new(graph: &'g Graph<'d>, angles: &'g Angles, tree: &'g Tree) -> Self {
         let of_classes = vec![None; angles.coordinates.len() + 1];
         let mut rough = Self { graph, angles, tree, of_classes, points: HashMap::new() };
@@ -47,7 +47,7 @@ impl<'g, 'd> Rough<'g, 'd> {
         rough
     }
 
-    /// One step of what follows; whether there was any.
+    /// Propagates once; returns whether a new value was found.
     fn follow(&mut self) -> bool {
         let before = (self.points.len(), self.of_classes.iter().flatten().count());
         for joint in self.graph.joints.iter().filter(|joint| joint.syntax.kind.is_pin()) {
@@ -87,7 +87,7 @@ impl<'g, 'd> Rough<'g, 'd> {
         before != (self.points.len(), self.of_classes.iter().flatten().count())
     }
 
-    /// The angle of a gear by that of the other one.
+    /// Finds the angle of a gear from that of the other one.
     fn follow_gears(&mut self, joint: &Joint) {
         let [first, second] = [joint.ends[0].link, joint.ends[1].link];
         let (Some(carrier), Some(ratio)) = (self.angle(joint.carrier), &joint.syntax.size) else { return };
@@ -105,7 +105,7 @@ impl<'g, 'd> Rough<'g, 'd> {
         }
     }
 
-    /// The angle of a link by that of a driven joint at the time zero.
+    /// Finds the angle of a link from the driven angle at time zero.
     fn follow_drive(&mut self, joint: &Joint) {
         let Some(drive) = &joint.syntax.drive else { return };
         let angle = at_time_zero(drive);
@@ -117,7 +117,8 @@ impl<'g, 'd> Rough<'g, 'd> {
         }
     }
 
-    /// The angle of the line of a slider by two points on it, and the second point by that angle and its place.
+    /// Finds the angle of a slider's line from two points on it, and the second point from that angle and the slider's
+    /// length.
     fn follow_slider(&mut self, joint: &Joint) {
         let [own, on] = [joint.ends[0], joint.ends[1]];
         let Some(base) = self.points.get(&on).cloned() else { return };
@@ -148,7 +149,7 @@ impl<'g, 'd> Rough<'g, 'd> {
         Some(add(self.of_classes[own.class].clone()?, own.offset.clone()))
     }
 
-    /// The start of every coordinate, in their order.
+    /// The start values of all coordinates, in their order.
     pub(super) fn values(&self) -> Vec<StartValue> {
         let mut values = Vec::new();
         for (place, (name, _)) in self.angles.coordinates.iter().enumerate() {
@@ -183,7 +184,7 @@ impl<'g, 'd> Rough<'g, 'd> {
         values
     }
 
-    /// The angle of a cam at which its follower is.
+    /// The start value of a cam's contact angle, from the position of its follower.
     fn contact(&self, joint: usize, name: String) -> StartValue {
         let Joint { syntax, ends, .. } = &self.graph.joints[joint];
         let seen = || {
@@ -214,7 +215,7 @@ impl<'g, 'd> Rough<'g, 'd> {
     }
 }
 
-/// The place along the line of a slider at the start, as far as the slider tells it.
+/// The position along the line of a slider at the start, as far as the slider gives it.
 fn start_of_slider(joint: &Joint) -> Option<Formula> {
     joint.syntax.start.clone().or_else(|| joint.syntax.drive.as_ref().map(at_time_zero))
 }
@@ -222,7 +223,7 @@ fn start_of_slider(joint: &Joint) -> Option<Formula> {
 /// The angle from one vector to another, from -pi to pi.
 fn angle_between(from: [Formula; 2], to: [Formula; 2]) -> Formula {
     let [x, y] = from;
-    // The second vector in a frame on the first one, up to a factor.
+    // The second vector in a frame aligned with the first one, up to a factor.
     let [along, across] = match (is_positive(&x), is_zero(&y)) {
         (true, true) => to,
         _ => [dot([x.clone(), y.clone()], to.clone()), dot([negate(y), x], to)],

@@ -11,13 +11,13 @@ use crate::parser::Formula;
 pub(super) struct StartValue {
     /// The coordinate.
     pub(super) name: String,
-    /// The value of the coordinate at the start; `None` where nothing gives it.
+    /// The value of the coordinate at the start; `None` if it is unknown.
     pub(super) value: Option<Formula>,
     /// The rate of the coordinate at the start; if present, value and rate are both given.
     pub(super) rate: Option<Formula>,
 }
 
-/// Writes the start of all coordinates to a scene; `freedoms` of them are given where nothing says which.
+/// Writes the start of all coordinates to a scene. If the scene does not say which are given, `freedoms` of them are.
 pub(super) fn write(document: &mut Document, values: Vec<StartValue>, freedoms: usize) -> Vec<String> {
     let is_open = document.given.is_empty() && values.iter().all(|value| value.rate.is_none());
     let mut left = if is_open { freedoms } else { 0 };
@@ -44,7 +44,7 @@ pub(super) fn write(document: &mut Document, values: Vec<StartValue>, freedoms: 
     unknown
 }
 
-/// Reports rates of sliders whose places are no coordinates.
+/// Reports rates of sliders whose positions are not coordinates.
 pub(super) fn check_rates(graph: &Graph, tree: &Tree, findings: &mut Vec<Diagnostic>) {
     for (number, joint) in graph.joints.iter().enumerate().filter(|(_, joint)| joint.syntax.kind.is_slider()) {
         let Some(rate) = &joint.syntax.rate else { continue };
@@ -56,7 +56,7 @@ pub(super) fn check_rates(graph: &Graph, tree: &Tree, findings: &mut Vec<Diagnos
     }
 }
 
-/// Reports coordinates whose start nothing says.
+/// Reports coordinates without a start value.
 pub(super) fn report_unknown(document: &Document, names: &[String], findings: &mut Vec<Diagnostic>) {
     for name in names {
         let own = document.coordinates.iter().find(|own| own.identifier.name == *name);

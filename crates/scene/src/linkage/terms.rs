@@ -1,4 +1,4 @@
-//! Formulae that are put together from others. Zeros and ones disappear, so that what is read afterwards is short.
+//! Constructors of formulae. They remove zeros and ones, so that the results are short.
 
 use crate::diagnostic::Span;
 use crate::expression::{Node, NodeId, Number};
@@ -12,7 +12,7 @@ pub(crate) fn name(name: impl Into<String>, span: &Span) -> Formula {
     formula
 }
 
-/// The formula that is a whole number.
+/// The formula that is an integer.
 pub(crate) fn whole(value: i32) -> Formula {
     let mut formula = Formula::new();
     formula.push(Node::Number(Number::whole(value)), 0..0);
@@ -88,7 +88,7 @@ pub(crate) fn call<const K: usize>(function: Function, arguments: [Formula; K]) 
     formula
 }
 
-/// The sum of the products of the components.
+/// The dot product.
 pub(crate) fn dot([ax, ay]: [Formula; 2], [bx, by]: [Formula; 2]) -> Formula {
     add(multiply(ax, bx), multiply(ay, by))
 }
@@ -103,7 +103,7 @@ pub(crate) fn sum([ax, ay]: [Formula; 2], [bx, by]: [Formula; 2]) -> [Formula; 2
     [add(ax, bx), add(ay, by)]
 }
 
-/// A vector of a frame with an angle.
+/// The components of a vector given in a frame with this angle.
 pub(crate) fn rotated([x, y]: [Formula; 2], angle: &Formula) -> [Formula; 2] {
     let [cos, sin] = direction(angle);
     [
@@ -112,7 +112,7 @@ pub(crate) fn rotated([x, y]: [Formula; 2], angle: &Formula) -> [Formula; 2] {
     ]
 }
 
-/// The third corner of a triangle by its sides, in the frame of the first one.
+/// The third corner of a triangle with these sides, in the frame of its first corner.
 pub(crate) fn corner(first: Formula, second: Formula, third: Formula) -> [Formula; 2] {
     let square = |side: &Formula| join(side.clone(), whole(2), Node::Power);
     let sum = subtract(add(square(&first), square(&third)), square(&second));
@@ -121,7 +121,7 @@ pub(crate) fn corner(first: Formula, second: Formula, third: Formula) -> [Formul
     [x, y]
 }
 
-/// The area of a triangle by two sides from a corner.
+/// The area of a triangle, from two sides that share a corner.
 pub(crate) fn area(first: Formula, corner: &[Formula; 2]) -> Formula {
     divide(multiply(first, corner[1].clone()), whole(2))
 }
@@ -135,7 +135,7 @@ fn join(a: Formula, b: Formula, node: fn(NodeId, NodeId) -> Node<String>) -> For
     formula
 }
 
-/// Appends the operations of another formula; the place of its value.
+/// Appends the operations of another formula; returns the index of its value.
 fn append(formula: &mut Formula, other: &Formula) -> NodeId {
     let offset = formula.nodes().len();
     for (place, node) in other.nodes().iter().enumerate() {
@@ -144,7 +144,7 @@ fn append(formula: &mut Formula, other: &Formula) -> NodeId {
     formula.nodes().len() - 1
 }
 
-/// The value of a formula of the time at its beginning.
+/// The value of a formula of time at time zero.
 pub(crate) fn at_time_zero(formula: &Formula) -> Formula {
     let mut at_zero = Formula::new();
     for (place, node) in formula.nodes().iter().enumerate() {
@@ -154,7 +154,7 @@ pub(crate) fn at_time_zero(formula: &Formula) -> Formula {
     at_zero
 }
 
-/// A formula with another one in the place of a name.
+/// Replaces a name in a formula by another formula.
 pub(crate) fn substituted(formula: &Formula, own: &str, by: &Formula) -> Formula {
     let mut written = Formula::new();
     let mut places: Vec<NodeId> = Vec::new();
@@ -183,7 +183,7 @@ fn is_whole(formula: &Formula, value: i32) -> bool {
     matches!(formula.nodes(), [Node::Number(number)] if number.value == f64::from(value))
 }
 
-/// The formula whose negative this is.
+/// The formula without its leading minus sign, if it has one.
 fn negated(formula: &Formula) -> Option<Formula> {
     let (last, rest) = formula.nodes().split_last()?;
     let Node::Negate(inner) = last else { return None };

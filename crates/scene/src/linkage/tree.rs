@@ -1,26 +1,26 @@
-//! The spanning tree: how the place of each link follows from that of another one.
+//! The spanning tree: each link's position follows from that of another link.
 
 use super::graph::{Graph, Joint, PointId};
 
-/// How the place of a link is known.
+/// The way in which the position of a link is determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Placement {
     /// The link is the ground.
     Ground,
-    /// One of its points is that of a link before it.
+    /// One of its points coincides with a point of an earlier link.
     Pin {
         /// The joint.
         joint: usize,
-        /// The point of the link before it.
+        /// The point of the earlier link.
         at: PointId,
         /// The point of the link that the pin places.
         own: PointId,
     },
-    /// One of its points is at a distance from that of a link before it, which is a coordinate.
+    /// One of its points lies at a distance from a point of an earlier link; the distance is a coordinate.
     Slider {
         /// The joint.
         joint: usize,
-        /// The point of the link before it.
+        /// The point of the earlier link.
         at: PointId,
         /// The point of the link that the slider places.
         own: PointId,
@@ -29,11 +29,11 @@ pub(super) enum Placement {
     Free,
 }
 
-/// The spanning tree with the fewest coordinates: sliders are in it only where no pin is.
+/// The spanning tree with the fewest coordinates: it uses sliders only where there is no pin.
 pub(super) struct Tree {
-    /// By the number of the link.
+    /// The placement of each link, by its number.
     pub(super) placements: Vec<Placement>,
-    /// The links, each after the one that places it.
+    /// The links, each after the link that places it.
     pub(super) order: Vec<usize>,
 }
 
@@ -51,7 +51,7 @@ impl Tree {
         tree
     }
 
-    /// A link and all links that are placed by it.
+    /// A link and all links placed by it, directly or not.
     pub(super) fn beyond(&self, link: usize) -> Vec<usize> {
         let mut links = vec![link];
         for &other in &self.order {
@@ -65,12 +65,12 @@ impl Tree {
         links
     }
 
-    /// Whether a joint places this end by another end of it.
+    /// Whether a joint places this end by another of its ends.
     pub(super) fn places(&self, joint: usize, end: PointId) -> bool {
         self.bearer(joint, end).is_some()
     }
 
-    /// The end of a joint by which it places this one.
+    /// The end of a joint by which the joint places this end.
     pub(super) fn bearer(&self, joint: usize, end: PointId) -> Option<PointId> {
         match self.placements[end.link] {
             Placement::Pin { joint: own, at, .. } | Placement::Slider { joint: own, at, .. } => {
@@ -81,8 +81,7 @@ impl Tree {
     }
 }
 
-/// The link that is placed next, by the joint with the fewest coordinates, and of those by the shortest way to the
-/// ground.
+/// Chooses the link that is placed next: the joint with the fewest coordinates, then the shortest path to the ground.
 fn nearest(graph: &Graph, depths: &[Option<usize>]) -> Option<(usize, Placement, usize)> {
     let mut candidates = Vec::new();
     for (joint, Joint { syntax, ends, .. }) in graph.joints.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Rules that a scene must keep beyond knowing its names.
+//! Rules of a scene in addition to known names.
 
 mod columns;
 mod freedoms;
@@ -12,7 +12,7 @@ use crate::scene::{Friction, Known, Load, LoadKind, Quantity, Scene, Value};
 use columns::columns;
 use freedoms::freedoms;
 
-/// Checks the parts of a scene whose parameters have their numbers. What depends on unknown names is left unchecked.
+/// Checks the parts of a scene whose parameters have values. Parts with unknown names are skipped.
 pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
     finite_constants(scene, findings);
     for (syntax, place) in document.bodies.iter().zip(0..) {
@@ -36,13 +36,14 @@ pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
     }
 }
 
-/// Checks how the parts of a scene go together, once each has its name and a sound start.
+/// Checks how the parts of a scene fit together, once each has a name and a valid start.
 pub(super) fn whole(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
     columns(document, findings);
     freedoms(document, scene, findings);
 }
 
-/// Reports what the generator cannot differentiate; corners are allowed where the first derivative alone is needed.
+/// Reports functions that the generator cannot differentiate; corners are allowed where only the first derivative is
+/// needed.
 pub(super) fn differentiable(value: &Value, is_smooth: bool, findings: &mut Vec<Diagnostic>) {
     for (id, node) in value.nodes().iter().enumerate() {
         let mut report = |name: &str, before: &str| {
@@ -68,7 +69,7 @@ pub(super) fn differentiable(value: &Value, is_smooth: bool, findings: &mut Vec<
     }
 }
 
-/// Whether the operation and everything below it are made of numbers.
+/// Whether an operation and its operands consist of numbers alone.
 fn is_number(value: &Value, id: usize) -> bool {
     let mut pending = vec![id];
     while let Some(id) = pending.pop() {
@@ -96,7 +97,7 @@ fn lookup(scene: &Scene, quantity: Quantity) -> f64 {
     }
 }
 
-/// Every part of a formula that does not move must give a number, at the values that the file gives to parameters.
+/// Checks that every constant part of a formula has a finite value, for the parameter values of the file.
 fn finite_constants(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     for value in all_values(scene) {
         let known = known_values(value, |quantity| match quantity {
@@ -111,7 +112,7 @@ fn finite_constants(scene: &Scene, findings: &mut Vec<Diagnostic>) {
                 let arguments: Vec<String> = arguments.iter().map(|&a| format!("{}", number(a))).collect();
                 format!("`{}` of {} is not a number", function.name(), arguments.join(", "))
             }
-            // The parameter's own formula was reported.
+            // The formula of the parameter has been reported already.
             Node::Name(_) => continue,
             Node::Divide(_, divisor) if number(*divisor) == 0.0 => "divides by zero".to_owned(),
             _ => "gives no finite number".to_owned(),
@@ -162,11 +163,11 @@ fn body(syntax: &BodySyntax, scene: &Scene, place: usize, findings: &mut Vec<Dia
     }
 }
 
-/// Friction must resist, and a load act on something that moves.
+/// Checks that friction resists motion, and that loads act on something that moves.
 fn loads(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     for Load { name, kind } in &scene.loads {
         if let LoadKind::Spring { friction: Some(Friction { size, slip, owner, .. }), .. } = kind {
-            // Not a number where it is no constant.
+            // Not a number if it is not constant.
             for (what, value, is_bad) in [
                 ("the friction of OWNER is negative", size, constant(scene, size) < 0.0),
                 ("the slip of OWNER is not positive", slip, constant(scene, slip) <= 0.0),
@@ -193,8 +194,8 @@ fn loads(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Reports bodies whose position or angle depends on time directly: the work of what drives them would be missing from
-/// the energy balance.
+/// Reports bodies whose position or angle depends on time directly: the energy balance would lack the work of the
+/// prescribed motion.
 fn prescribed_bodies(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     for body in &scene.bodies {
         let places = body.com.iter().flatten().chain(&body.angle);
@@ -232,7 +233,7 @@ fn run(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Values from elsewhere need a time that the motion has, and an accuracy that can be met; each is given once.
+/// Checks that reference values have a time within the motion and an attainable accuracy, and are unique.
 fn references(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
     let mut seen: Vec<(f64, Known)> = Vec::new();
     for (reference, syntax) in scene.references.iter().zip(&document.references) {

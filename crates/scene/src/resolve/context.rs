@@ -1,22 +1,22 @@
-//! Which names a formula may contain.
+//! The names that formulae may contain, by context.
 
 /// The kinds of formulae, by the names that they may contain.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Context {
     /// Numbers and parameters.
     Constant,
-    /// The length that a load acts along too.
+    /// Also the length along which a load acts.
     Potential,
-    /// The polar angle in the frame of a cam too.
+    /// Also the polar angle in the frame of a cam.
     Profile,
-    /// Coordinates, points and time too; it will be differentiated.
+    /// Also coordinates, points and time; the formula will be differentiated.
     Geometry,
     /// Numbers, parameters, coordinates, points and time; the formula will not be differentiated.
     Picture,
-    /// Rates too; it must be continuous but for jumps.
+    /// Also rates; the formula must be continuous except for jumps.
     Load,
-    /// The length that the load acts along, and its rate, too.
+    /// Also the length along which the load acts, and its rate.
     Law,
-    /// Everything but these, and what follows from a motion, also by functions without derivative.
+    /// Everything except that length and rate, and also results of a motion; functions need not be differentiable.
     Condition,
 }

@@ -63,7 +63,7 @@ impl Resolver<'_> {
         Some([first?, second?])
     }
 
-    /// All places, so that each mistake is reported, or none.
+    /// Resolves positions; reports all errors and then returns `None`.
     fn places(&mut self, places: &[Position]) -> Option<Vec<[Value; 2]>> {
         let places: Vec<Option<[Value; 2]>> = places.iter().map(|place| self.drawn_place(place)).collect();
         places.into_iter().collect()

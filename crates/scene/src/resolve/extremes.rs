@@ -25,7 +25,7 @@ impl Resolver<'_> {
         Extreme { name, doc, set, end_time, accuracy, values }
     }
 
-    /// Checks extremes once parameters have their numbers.
+    /// Checks extreme variants after parameters have their values.
     pub(super) fn check_extremes(&mut self, document: &Document, scene: &Scene, replace: &dyn Fn(&str) -> Option<f64>) {
         for (i, syntax) in document.extremes.iter().enumerate() {
             let name = &syntax.identifier.name;

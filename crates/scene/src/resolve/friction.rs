@@ -1,11 +1,11 @@
-//! Friction that follows from the load of a joint: what may be its normal force, and what rules it out.
+//! Friction with a normal force: the allowed normal forces, and conflicts with other features.
 
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, LoadSyntax};
 use crate::linkage::load_of_joint;
 use crate::scene::{OutputKind, Scene};
 
-/// A normal force is a reaction; functions that take accelerations as given know nothing of the forces behind them.
+/// Checks that a normal force is a reaction, and that no function that takes accelerations as arguments needs it.
 pub(super) fn check(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
     let mut first = None;
     for (load, syntax) in &document.loads {
@@ -37,7 +37,7 @@ pub(super) fn check(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
     }
 }
 
-/// Whose friction a load is: that of a joint, or its own.
+/// The owner of a friction load in words: a joint, or the load itself.
 pub(super) fn owner(document: &Document, load: &str) -> String {
     let joints = document.joints.iter().filter(|joint| joint.friction.is_some());
     let mut joints = joints.map(|joint| &joint.identifier.name);
@@ -47,7 +47,7 @@ pub(super) fn owner(document: &Document, load: &str) -> String {
     }
 }
 
-/// Whether an output is the force in a joint, or the size of one.
+/// Whether an output is a joint force, or the size of one.
 fn is_force(scene: &Scene, kind: &OutputKind) -> bool {
     let is_component =
         |kind: &OutputKind| matches!(kind, OutputKind::ReactionForce { .. } | OutputKind::FreeBody { .. });

@@ -1,4 +1,4 @@
-//! Rules of joints that their expansion does not show.
+//! Rules of joints that cannot be checked after their expansion.
 
 use num_dual::Dual2_64;
 
@@ -11,13 +11,14 @@ use crate::function::Differentiable;
 use crate::parser::Formula;
 use crate::scene::{Quantity, Scene, Value};
 
-/// A profile that comes back is the same after a turn but for this, relative to its size.
+/// The largest difference of a periodic profile after one turn, relative to its size.
 const SAME: f64 = 1e-9;
-/// The angles at which that is looked at.
+/// The angles at which periodicity is tested.
 const ANGLES: [f64; 4] = [0.1, 1.7, 3.3, 4.9];
 
 impl Resolver<'_> {
-    /// Sizes of joints are constants, some of them positive, and the profile of a cam depends on its angle alone.
+    /// Checks that sizes of joints are constants, that some are positive, and that a cam profile depends on its angle
+    /// alone.
     pub(super) fn check_joints(&mut self, document: &Document, scene: &Scene) {
         for joint in &document.joints {
             let friction = joint.friction.as_ref();
@@ -64,7 +65,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Warns of a profile that is another one after a turn.
+    /// Warns of a profile that is not periodic.
     fn check_turn(&mut self, scene: &Scene, joint: &JointSyntax, profile: &Value) {
         let comes_back = |theta: f64| {
             let [now, then] = [theta, theta + std::f64::consts::TAU].map(|theta| at(scene, profile, theta));
@@ -106,7 +107,7 @@ impl Resolver<'_> {
     }
 }
 
-/// The value of a formula of parameters and of the angle of a cam.
+/// The value of a formula of parameters and the angle of a cam.
 fn at(scene: &Scene, value: &Value, theta: f64) -> f64 {
     evaluate(value, lookup(scene, theta))
 }

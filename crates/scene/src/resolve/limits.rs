@@ -1,5 +1,5 @@
-//! Limits on the formulae of a scene for the symbolic engine, which multiplies them out: their size is counted
-//! beforehand, without multiplying anything.
+//! Limits on the formulae of a scene. The symbolic engine expands products; the sizes of the results are counted in
+//! advance, without expanding.
 
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier};
@@ -10,24 +10,25 @@ use crate::parser::OPERATION_LIMIT;
 use crate::resolve::motion_values;
 use crate::scene::{LoadKind, Quantity, Scene, Value};
 
-/// Parameters, and points. The generated code is read and compiled as a whole: 2000 take a second to generate.
+/// The largest number of parameters, and of points. The generated code is compiled as a whole: 2000 take a second to
+/// generate.
 const NAMES: usize = 2000;
-/// Coordinates, constraints, links, and joints: square matrices of their number are factorized.
+/// The largest number of coordinates, constraints, links, and joints: square matrices of this size are factorized.
 const EQUATIONS: usize = 1000;
-/// Numbers, names and operations of a formula in which points are written out.
+/// The largest number of numbers, names and operations in a formula, with points substituted.
 const OPERATIONS: f64 = OPERATION_LIMIT as f64;
-/// Terms of a position, an angle or a constraint and of its derivative, multiplied out. The mass matrix holds products
-/// of two of them: 7 s at this limit.
+/// The largest number of terms of a position, an angle or a constraint and of its derivative, expanded. The mass matrix
+/// contains products of two of them: 7 s at this limit.
 const TERMS: f64 = 250.0;
-/// Terms of a load or an output and of its derivative, multiplied out.
+/// The largest number of terms of a load or an output and of its derivative, expanded.
 const TERMS_OF_LOADS: f64 = 1000.0;
-/// Functions inside functions. Each may double the number of terms of the mass matrix where squares of sines are
-/// replaced. A fraction in a denominator counts for two: each derivative brings another power of it.
+/// The largest nesting depth of functions. Each level may double the number of terms of the mass matrix where squares
+/// of sines are replaced. A fraction in a denominator counts twice: each derivative adds another power of it.
 const DEPTH: u32 = 8;
-/// Binary digits of a coefficient. A double has 53; exact numbers are longer, and slower.
+/// The largest number of bits of a coefficient. A double has 53; exact numbers are longer and slower.
 const DIGITS: f64 = 10_000.0;
 
-/// Reports too many entries of a kind.
+/// Reports too many entries of one kind.
 pub(super) fn are_too_many(document: &Document, findings: &mut Vec<Diagnostic>) -> bool {
     let before = findings.len();
     let parameters = document.parameters.iter().map(|parameter| &parameter.identifier);
@@ -48,13 +49,13 @@ pub(super) fn are_too_many(document: &Document, findings: &mut Vec<Diagnostic>) 
     findings.len() > before
 }
 
-/// Reports formulae that are too large for the engine once points stand for their formulae.
+/// Reports formulae that are too large for the engine after the substitution of points.
 pub(super) fn sizes(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     let mut points: Vec<[Size; 2]> = Vec::with_capacity(scene.points.len());
     let mut measured = |value: &Value, points: &[[Size; 2]], length: Size, terms: f64| {
         measure(value, points, length, terms).unwrap_or_else(|finding| {
             findings.push(*finding);
-            // What only follows from this is not reported.
+            // Consequential errors are not reported.
             Size::LEAF
         })
     };
@@ -84,16 +85,16 @@ pub(super) fn sizes(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// How large an expression is.
+/// The size of an expression.
 #[derive(Clone, Copy, Debug)]
 struct Size {
-    /// Operations, with points written out. These counts are doubles, which do not overflow.
+    /// Operations, with points substituted. All counts are doubles, which do not overflow.
     operations: f64,
-    /// Terms, multiplied out.
+    /// Terms after expansion.
     terms: f64,
-    /// Terms of the derivative, multiplied out.
+    /// Terms of the derivative after expansion.
     derivative: f64,
-    /// How deep functions are nested.
+    /// Nesting depth of functions.
     depth: u32,
     /// Binary digits of the coefficients.
     digits: f64,
@@ -126,7 +127,7 @@ impl Size {
         }
     }
 
-    /// The size of the reciprocal: a denominator is not multiplied out.
+    /// The size of the reciprocal: a denominator is not expanded.
     fn reciprocal(self) -> Self {
         let is_sum = self.terms > 1.0 && !self.is_constant();
         Self { terms: 1.0, depth: self.depth + if is_sum { 2 } else { 0 }, ..self }
@@ -151,7 +152,7 @@ impl Size {
         let all = arguments.iter().copied().reduce(Self::sum).unwrap_or(Self::LEAF);
         let times = match function {
             Function::Abs | Function::Sign | Function::Floor => return all,
-            // Sum, difference, and the sign of that.
+            // Sum, difference, and the sign of the difference.
             Function::Min | Function::Max => 2.0,
             _ => 0.0,
         };
@@ -165,7 +166,7 @@ impl Size {
         self.derivative == 0.0
     }
 
-    /// The excess over a limit: what is too large, how large, and what helps.
+    /// The exceeded limit: a description, the size, and a remedy.
     fn excess(self, most: f64) -> Option<(&'static str, String, String)> {
         let written = |number: f64, what: &str| match number {
             large if large > 1e15 => format!("more than 1e15 {what}"),
@@ -200,12 +201,12 @@ impl Size {
     }
 }
 
-/// The number of terms of a power of a sum: the whole `n`-th power of so many terms.
+/// The number of terms in the `n`-th power of a sum with this number of terms.
 fn multinomial(terms: f64, n: f64) -> f64 {
     let (many, few) = ((terms - 1.0).max(n), (terms - 1.0).min(n));
     let mut count = 1.0;
     let mut k = 1.0;
-    // From one on each factor is at least two, so this ends soon.
+    // Above one each factor is at least two, so the loop is short.
     while k <= few && count < 1e300 {
         count *= (many + k) / k;
         k += 1.0;
@@ -213,7 +214,7 @@ fn multinomial(terms: f64, n: f64) -> f64 {
     count.round()
 }
 
-/// The size of a formula, or the first part of it that is too large.
+/// The size of a formula, or of its first part that is too large.
 fn measure(value: &Value, points: &[[Size; 2]], length: Size, terms: f64) -> Result<Size, Box<Diagnostic>> {
     let exponents = known_values(value, |_| None);
     let mut sizes: Vec<Size> = Vec::with_capacity(value.nodes().len());

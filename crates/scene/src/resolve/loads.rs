@@ -1,4 +1,4 @@
-//! The resolution of loads.
+//! Resolves loads.
 
 use super::Resolver;
 use super::context::Context;

@@ -1,4 +1,4 @@
-//! The resolution of outputs.
+//! Resolves outputs.
 
 use super::Resolver;
 use super::context::Context;
@@ -9,7 +9,7 @@ use crate::parser::Formula;
 use crate::scene::{Displacement, Output, OutputKind, Quantity, Scene, Turn, Value};
 
 impl Resolver<'_> {
-    /// The kind of the output with the key `power`: the power of a load, or of a constraint that depends on time.
+    /// Resolves an output with the key `power`: the power of a load, or of a constraint that depends on time.
     fn power(&mut self, document: &Document, scene: &Scene, identifier: &Identifier) -> Option<OutputKind> {
         let place = |names: &[&str]| names.iter().position(|name| *name == identifier.name);
         let constraints: Vec<&str> = scene.constraints.iter().map(|c| c.name.as_str()).collect();
@@ -32,7 +32,7 @@ impl Resolver<'_> {
         }
         let loads: Vec<&str> = document.loads.iter().map(|(identifier, _)| identifier.name.as_str()).collect();
         self.find("load", identifier, &loads)?;
-        // Loads with mistakes are not in the scene.
+        // Loads with errors are not in the scene.
         scene.loads.iter().position(|load| load.name == identifier.name).map(OutputKind::LoadPower)
     }
 
@@ -81,7 +81,7 @@ impl Resolver<'_> {
     ) -> Option<OutputKind> {
         let displacements: Vec<_> = displacements.iter().map(|own| self.displacement(scene, own)).collect();
         let constraints: Vec<&str> = scene.constraints.iter().map(|c| c.name.as_str()).collect();
-        // Loads with mistakes are not in the scene.
+        // Loads with errors are not in the scene.
         let known: Vec<&str> = document.loads.iter().map(|(identifier, _)| identifier.name.as_str()).collect();
         let mut factors = |what: &str, own: &[(Identifier, Formula)], names: &[&str]| -> Vec<Option<(usize, Value)>> {
             let factor = |(name, factor): &(Identifier, Formula)| {

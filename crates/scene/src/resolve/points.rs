@@ -1,4 +1,4 @@
-//! Named points, each after those it depends on.
+//! Named points, each after the points that it depends on.
 
 use std::collections::HashMap;
 
@@ -31,7 +31,7 @@ pub(super) fn point_value(point: usize, span: Span) -> [Value; 2] {
     })
 }
 
-/// Points in an order in which each depends only on earlier ones, or the points of a circle.
+/// Sorts points so that each depends only on earlier ones; otherwise returns the points of a cycle.
 pub(super) fn point_order(document: &Document) -> Result<Vec<usize>, Vec<usize>> {
     let place: HashMap<&str, usize> =
         document.points.iter().enumerate().map(|(i, (identifier, _))| (identifier.name.as_str(), i)).collect();
@@ -52,7 +52,7 @@ pub(super) fn point_order(document: &Document) -> Result<Vec<usize>, Vec<usize>>
             order.push(i);
             continue;
         }
-        // Every point left waits for another one that is left: following them must come round.
+        // Every remaining point depends on another remaining one, so following these dependencies leads to a cycle.
         let mut trail: Vec<usize> = Vec::new();
         let mut at = placed.iter().position(|p| !p).unwrap_or(0);
         while !trail.contains(&at) {

@@ -1,4 +1,4 @@
-//! Values that are known from elsewhere.
+//! Resolves reference values.
 
 use super::Resolver;
 use super::context::Context;
@@ -21,7 +21,7 @@ impl Resolver<'_> {
         references
     }
 
-    /// Values of coordinates, rates and outputs; what is none of them is reported.
+    /// Resolves values of coordinates, rates and outputs; reports other names.
     pub(super) fn known_values(
         &mut self,
         document: &Document,

@@ -1,4 +1,4 @@
-//! When a run ends.
+//! Resolves the end of a run.
 
 use super::Resolver;
 use super::context::Context;

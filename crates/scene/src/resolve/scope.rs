@@ -1,4 +1,4 @@
-//! The names of a scene and what they stand for.
+//! The names of a scene and their meanings.
 
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, Span};
@@ -11,9 +11,9 @@ use crate::scene::Quantity;
 #[derive(Debug)]
 pub(super) struct Scope {
     names: Vec<(Identifier, Kind)>,
-    /// The names that conditions alone may contain.
+    /// The names that only conditions may contain.
     results: Vec<(String, Quantity)>,
-    /// Parameters from this place on are not yet defined.
+    /// The index of the first parameter that is not defined yet.
     pub(super) parameter_limit: usize,
 }
 
@@ -62,7 +62,7 @@ impl Scope {
                     .help("choose another name for one of them"),
             );
         } else {
-            // Coordinates are declared first, so only another coordinate can have taken the name of this one's rate.
+            // Coordinates are declared first, so only another coordinate can conflict with the name of this one's rate.
             let coordinates = self.names.iter().filter(|(_, kind)| matches!(kind, Kind::Coordinate(_))).map(|(i, _)| i);
             let is_rate = |rate: &str, of: &str| rate.strip_suffix("_dot") == Some(of);
             for other in coordinates {
@@ -84,7 +84,7 @@ impl Scope {
         self.names.push((identifier.clone(), kind));
     }
 
-    /// Declares what follows from a motion: accelerations, multipliers, outputs, energies.
+    /// Declares the results of a motion: accelerations, multipliers, outputs, energies.
     pub(super) fn declare_results<'n>(
         &mut self,
         coordinates: impl Iterator<Item = &'n str>,
@@ -104,7 +104,7 @@ impl Scope {
         self.results = outputs.chain(accelerations).chain(multipliers).chain(energies).collect();
     }
 
-    /// Reports a table with the name of something else: each would be taken for the other.
+    /// Reports a table whose name is already used.
     pub(super) fn declare_table(&self, table: &Identifier, document: &Document, findings: &mut Vec<Diagnostic>) {
         let points = document.points.iter().map(|(identifier, _)| (identifier, "a point"));
         let names = self.names.iter().map(|(identifier, kind)| (identifier, kind.describe())).chain(points);
@@ -125,7 +125,7 @@ impl Scope {
             .map(|(identifier, _)| identifier.name.as_str())
     }
 
-    /// The quantity that a name in a formula stands for.
+    /// The quantity denoted by a name in a formula.
     pub(super) fn look_up(&self, name: &str, span: Span, context: Context) -> Result<Quantity, Diagnostic> {
         let own = match name {
             "s" => Some(Quantity::Stretch),
@@ -191,7 +191,7 @@ impl Scope {
         Err(Diagnostic::error(format!("`{name}` {forbidden}"), span, "not possible here").help(allowed))
     }
 
-    /// Whether a name stands for anything, wherever it may be used.
+    /// Whether a name is declared, in any context.
     pub(super) fn knows(&self, name: &str) -> bool {
         self.find(name).is_some()
     }

@@ -1,4 +1,4 @@
-//! Coordinates, and how the start fixes each of them.
+//! Coordinates, and their values at the start.
 
 use std::collections::HashMap;
 

@@ -1,10 +1,10 @@
-//! The check for declarations that a scene does not use.
+//! Finds declarations that a scene does not use.
 
 use crate::diagnostic::Diagnostic;
 use crate::document::Document;
 use crate::scene::{Quantity, Scene, Start, Value};
 
-/// Coordinates that nothing uses are errors, parameters that nothing uses are warnings.
+/// Reports unused coordinates as errors and unused parameters as warnings.
 pub(super) fn used(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
     let inertial = scene.bodies.iter().flat_map(|body| {
         let com = body.com.iter().flatten().filter(|_| body.mass.is_some());

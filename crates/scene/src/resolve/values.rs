@@ -1,4 +1,4 @@
-//! Formulae and names with what they stand for.
+//! Resolves the names in formulae.
 
 use std::collections::HashSet;
 
@@ -18,14 +18,14 @@ impl Resolver<'_> {
         let (scope, findings, has_unknown) = (&self.scope, &mut self.findings, &mut self.has_unknown);
         let mut reported: HashSet<String> = HashSet::new();
         let value = formula.map(|name, span| {
-            // What could not be read was reported where it was read, and of very many errors not all are shown.
+            // Unreadable parts have been reported already, and long lists of errors are truncated.
             if name.is_empty() || left == 0 {
                 *has_unknown |= left == 0;
                 return Quantity::Unknown;
             }
             scope.look_up(name, span.clone(), context).unwrap_or_else(|finding| {
                 *has_unknown = true;
-                // A name that is used again in the same formula is not wrong twice.
+                // A repeated name in one formula is reported once.
                 if (scope.knows(name) || !self.lost_names) && reported.insert(name.clone()) {
                     findings.push(finding);
                     left -= 1;

@@ -1,26 +1,26 @@
-//! What formulae depend on: coordinates, parameters, rates and time.
+//! Dependencies of formulae on coordinates, parameters, rates and time.
 
 use std::collections::BTreeSet;
 
 use super::{Quantity, Scene, Value};
 
 impl Scene {
-    /// Whether all of a formula could be read and looked up.
+    /// Whether a formula could be read and all its names looked up.
     pub fn is_known(value: &Value) -> bool {
         value.names().all(|name| *name != Quantity::Unknown)
     }
 
-    /// Whether a formula names time, through points too.
+    /// Whether a formula depends on time, also through points.
     pub fn depends_on_time(&self, value: &Value) -> bool {
         self.quantities_of(value).any(|name| name == Quantity::Time)
     }
 
-    /// Whether a formula names a rate, of a point too.
+    /// Whether a formula contains a rate, also that of a point.
     pub fn depends_on_rates(&self, value: &Value) -> bool {
         self.quantities_of(value).any(|name| matches!(name, Quantity::Rate(_) | Quantity::PointRate(..)))
     }
 
-    /// The coordinates that a formula depends on, through points too.
+    /// The coordinates on which a formula depends, also through points.
     pub fn coordinates_of(&self, value: &Value) -> Vec<usize> {
         let mut found = vec![false; self.coordinates.len()];
         for quantity in self.quantities_of(value) {
@@ -31,7 +31,7 @@ impl Scene {
         (0..found.len()).filter(|&i| found[i]).collect()
     }
 
-    /// The parameters that formulae depend on, through points and other parameters too.
+    /// The parameters on which formulae depend, also through points and other parameters.
     pub fn parameters_of<'s>(&'s self, values: impl IntoIterator<Item = &'s Value>) -> BTreeSet<usize> {
         let mut found = BTreeSet::new();
         let mut pending: Vec<&Value> = values.into_iter().collect();
@@ -47,7 +47,7 @@ impl Scene {
         found
     }
 
-    /// The quantities that a formula names, through points too; each as often as it stands there.
+    /// The quantities in a formula, also through points, with repetitions.
     fn quantities_of<'s>(&'s self, value: &'s Value) -> impl Iterator<Item = Quantity> + 's {
         let mut visited = vec![false; self.points.len()];
         let mut pending = vec![value];

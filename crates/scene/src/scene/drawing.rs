@@ -23,14 +23,14 @@ pub enum DrawnKind {
     Block {
         /// The centre of the block.
         at: [Value; 2],
-        /// The direction it slides in.
+        /// The sliding direction of the block.
         angle: Option<Value>,
-        /// A place on the line that it slides along.
+        /// A point on the line along which it slides.
         on: Option<[Value; 2]>,
     },
     /// A bearing on the ground.
     Pivot([Value; 2]),
-    /// A line that something slides along.
+    /// A line along which something slides.
     Guide(Vec<[Value; 2]>),
     /// A spring, a damper or an actuator.
     ForceElement(ForceElementKind, [[Value; 2]; 2]),
@@ -40,18 +40,18 @@ pub enum DrawnKind {
         at: [Value; 2],
         /// The radius of its pitch circle.
         radius: Value,
-        /// How far it has turned.
+        /// The angle by which it has turned.
         angle: Option<Value>,
         /// Whether its teeth point inward.
         is_internal: bool,
     },
     /// A toothed rack.
     Rack {
-        /// A place that moves with it.
+        /// A point that moves with it.
         on: [Value; 2],
-        /// The middle of the gear that rolls on it.
+        /// The centre of the gear that rolls on it.
         wheel: [Value; 2],
-        /// The radius of that gear; negative where it rolls on the right of the rack.
+        /// The radius of that gear; negative if it rolls on the right-hand side of the rack.
         radius: Value,
         /// The direction of the rack.
         angle: Option<Value>,
@@ -64,19 +64,19 @@ pub enum DrawnKind {
         radii: [Value; 2],
         /// Whether the belt crosses itself.
         is_crossed: bool,
-        /// How far the first pulley has turned against the line of both.
+        /// The angle by which the first pulley has turned relative to the line between the centres.
         angle: Option<Value>,
     },
     /// A cam.
     Cam {
         /// The centre of the cam.
         at: [Value; 2],
-        /// How far it has turned.
+        /// The angle by which it has turned.
         angle: Option<Value>,
         /// The radius of the cam, where [`Quantity::Stretch`](super::Quantity::Stretch) is the polar angle in its
-        /// frame; or the distance of a face, where that is the angle of its normal.
+        /// frame; or the distance of a face, where it is the angle of the face's normal.
         profile: Value,
-        /// Whether a face touches it.
+        /// Whether the follower has a flat face.
         is_flat: bool,
     },
     /// The path of a point.

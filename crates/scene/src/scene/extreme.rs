@@ -2,18 +2,18 @@
 
 use super::{Known, Value};
 
-/// A variant with other parameters, on which methods are tried.
+/// A variant with other parameters, on which methods are tested.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Extreme {
     /// The name of the variant.
     pub name: String,
-    /// The description of what is extreme in the variant.
+    /// The extreme property of the variant, for people.
     pub doc: String,
-    /// Parameters with other values.
+    /// Parameters with changed values.
     pub set: Vec<(usize, Value)>,
-    /// When it ends, if not as the scene's own run.
+    /// The end time, unless it is that of the scene's own run.
     pub end_time: Option<Value>,
-    /// How accurate the values are.
+    /// The accuracy of the values.
     pub accuracy: Option<Value>,
     /// The known values at the end of the run of the variant.
     pub values: Vec<(Known, Value)>,

@@ -12,9 +12,9 @@ pub enum LoadKind {
     Force {
         /// The components of the force.
         force: [Value; 2],
-        /// The place it acts on.
+        /// The position on which it acts.
         at: [Value; 2],
-        /// The body whose centre of mass that is, where a body was named.
+        /// The body on whose centre of mass it acts, if a body was named.
         body: Option<usize>,
     },
     /// A torque that works on an angle.
@@ -23,24 +23,24 @@ pub enum LoadKind {
         torque: Value,
         /// The angle.
         angle: Value,
-        /// The body whose angle that is.
+        /// The body with this angle.
         body: usize,
     },
     /// A field of acceleration that acts on every mass.
     Gravity([Value; 2]),
-    /// Springs, dampers and what else acts along a length or an angle.
+    /// Springs, dampers and other loads along a length or an angle.
     Spring {
         /// The length or angle.
         along: Value,
         /// Stiffness.
         stiffness: Option<Value>,
-        /// Where the spring is slack.
+        /// The length or angle at which the spring is relaxed.
         rest: Option<Value>,
         /// Damping coefficient.
         damping: Option<Value>,
-        /// A potential, of the length alone.
+        /// A potential that depends on the length alone.
         potential: Option<Value>,
-        /// A force or torque that makes it longer, of anything.
+        /// A force or torque that is positive if it increases the length; it may depend on anything.
         force: Option<Value>,
         /// The friction along the length or angle.
         friction: Option<Friction>,
@@ -50,13 +50,13 @@ pub enum LoadKind {
 /// A regularized dry friction: `-size*tanh(s_dot/slip)`, or `-size*|normal|*tanh(s_dot/slip)`.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Friction {
-    /// The size of the friction force, or the coefficient of friction where there is a normal force.
+    /// The size of the friction force, or the coefficient of friction if there is a normal force.
     pub size: Value,
-    /// The speed at which it has come to three quarters of its size.
+    /// The speed at which friction reaches three quarters of its full size.
     pub slip: Value,
     /// The output that is the normal force.
     pub normal: Option<usize>,
-    /// The joint or load that the friction belongs to, in words.
+    /// The joint or load with this friction, in words.
     pub owner: String,
 }
 
@@ -66,7 +66,7 @@ impl LoadKind {
         self.forces().into_iter().chain(self.places()).chain(self.laws()).collect()
     }
 
-    /// The points whose distance it acts along, written as `hypot(x, y)` or `sqrt(x^2 + y^2)`.
+    /// The points between which it acts, if its length is written as `hypot(x, y)` or `sqrt(x^2 + y^2)`.
     pub fn between(&self) -> Option<[usize; 2]> {
         let Self::Spring { along, .. } = self else { return None };
         let nodes = along.nodes();
@@ -106,7 +106,7 @@ impl LoadKind {
         }
     }
 
-    /// The places, angles and lengths that it acts along; nothing if it acts on every mass.
+    /// The positions, angles and lengths along which it acts; empty if it acts on every mass.
     pub fn places(&self) -> Vec<&Value> {
         match self {
             Self::Force { at, .. } => at.iter().collect(),
@@ -124,7 +124,7 @@ impl LoadKind {
         }
     }
 
-    /// The formulae that are neither forces nor places: fields, stiffnesses, potentials.
+    /// The formulae other than forces and positions: fields, stiffnesses, potentials.
     fn laws(&self) -> Vec<&Value> {
         match self {
             Self::Force { .. } | Self::Torque { .. } => Vec::new(),
@@ -136,7 +136,7 @@ impl LoadKind {
         }
     }
 
-    /// A description of the load, with formulae as they are printed.
+    /// A description of the load; the arguments print formulae.
     pub fn in_words(&self, formula: &dyn Fn(&Value) -> String, pair: &dyn Fn(&[Value; 2]) -> String) -> String {
         match self {
             Self::Force { force, at, .. } => format!("force `{}` at `{}`", pair(force), pair(at)),
@@ -159,7 +159,7 @@ impl LoadKind {
                     format!("{what} `{}` beyond the speed `{}`", formula(size), formula(slip))
                 }));
                 let place = formula(along);
-                // Between two points their names stand side by side.
+                // The names of two points are printed next to each other.
                 let between = place
                     .split_once(',')
                     .filter(|_| place.starts_with(|c: char| c.is_alphabetic()) && !place.contains('('));

@@ -24,35 +24,34 @@ pub enum OutputKind {
     LoadPower(usize),
     /// Power of a constraint that depends on time.
     DrivePower(usize),
-    /// Moment of a constraint on whatever turns with a coordinate: -lambda dC/d(angle).
+    /// Moment of a constraint on the bodies that turn with a coordinate: -lambda dC/d(angle).
     ReactionMoment {
         /// The constraint.
         constraint: usize,
         /// The coordinate that is the body's angle.
         coordinate: usize,
     },
-    /// The force or moment on bodies besides loads and constraints, by a virtual displacement `(d, w)` of the bodies:
-    /// `sum (m a . d + I alpha w) - Q + lambda' dC + sum c lambda + sum k f`, with the work `Q` of loads and the change
-    /// `dC` of constraints. A force where bodies move, a moment where they turn.
+    /// The force or moment on bodies other than loads and constraints, by a virtual displacement `(d, w)` of the
+    /// bodies: `sum (m a . d + I alpha w) - Q + lambda' dC + sum c lambda + sum k f`, with the work `Q` of loads and
+    /// the change `dC` of constraints. It is a force where bodies move, a moment where they turn.
     FreeBody {
-        /// The virtual displacements, all made at once.
+        /// The virtual displacements, all made simultaneously.
         displacements: Vec<Displacement>,
         /// Further terms: a constraint and the factor `c` of its multiplier.
         multipliers: Vec<(usize, Value)>,
         /// Further terms: a load along a length and the factor `k` of its force.
         loads: Vec<(usize, Value)>,
     },
-    /// Force of the mechanism on the ground along a direction: `sum (m (g - a) + F) . e`, with the forces `F` that act
-    /// from outside.
+    /// Force of the mechanism on the ground along a direction: `sum (m (g - a) + F) . e`, with the external forces `F`.
     ShakingForce([Value; 2]),
     /// Moment of the mechanism on the ground about a point `P`: `sum ((x - P) x (m (g - a)) - I alpha) + sum (x_F - P)
     /// x F`.
     ShakingMoment(usize),
-    /// Size of the vector of two outputs before it.
+    /// Size of the vector of two earlier outputs.
     Norm {
         /// The outputs that are the components of the vector.
         components: [usize; 2],
-        /// The point at which it is drawn.
+        /// The point at which the vector is drawn.
         at: Option<usize>,
     },
 }
@@ -75,9 +74,9 @@ pub struct Displacement {
 pub struct Turn {
     /// The size of the angle.
     pub size: Value,
-    /// The point about which it turns.
+    /// The point about which the bodies turn.
     pub about: usize,
-    /// The coordinate that it turns where a formula names that and no point.
+    /// The coordinate that turns; needed for formulae that contain it directly instead of through points.
     pub angle: Option<usize>,
 }
 
@@ -89,7 +88,7 @@ impl OutputKind {
         is_free_body || self.reaction_of().is_some()
     }
 
-    /// Whether the output is a moment by its kind.
+    /// Whether the kind of the output implies a moment.
     pub fn is_moment(&self) -> bool {
         matches!(self, Self::ReactionMoment { .. } | Self::ShakingMoment(_))
     }
@@ -120,7 +119,7 @@ impl OutputKind {
         }
     }
 
-    /// Whether the output is a rate or a power, or a formula of rates, which says nothing at rest.
+    /// Whether the output is a rate, a power or a formula of rates: such an output carries no information at rest.
     pub fn needs_motion(&self, scene: &super::Scene) -> bool {
         match self {
             Self::Rate(_) | Self::SecondRate(_) | Self::LoadPower(_) | Self::DrivePower(_) => true,

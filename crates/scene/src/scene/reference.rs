@@ -1,23 +1,23 @@
-//! Values that are known from elsewhere.
+//! Reference values.
 
 use super::Value;
 
-/// Values at one time that are known from elsewhere.
+/// Reference values at one time.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Reference {
     /// The name of the reference.
     pub name: String,
-    /// Where it is from.
+    /// The source of the values.
     pub doc: String,
     /// The time.
     pub t: Value,
-    /// How accurate the values are.
+    /// The accuracy of the values.
     pub accuracy: Value,
     /// The values.
     pub values: Vec<(Known, Value)>,
 }
 
-/// A quantity whose value is known from elsewhere.
+/// A quantity with a reference value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Known {
     /// A coordinate.

@@ -1,7 +1,7 @@
 //! Slopes of cubic splines at their points.
 
-/// The coefficients of a row of the equations of the slopes, left of the diagonal, on it and right of it, and its right
-/// side: second derivatives are equal on both sides of point `i`, which is `before` and `after` other ones.
+/// The coefficients of an equation for the slopes, left of the diagonal, on it and right of it, and its right-hand
+/// side: second derivatives are equal on both sides of point `i`, which lies between the points `before` and `after`.
 fn row(x: &[f64], y: &[f64], [before, i, after]: [usize; 3], period: f64) -> [f64; 4] {
     let wrapped = |length: f64| if length > 0.0 { length } else { length + period };
     let (left, right) = (wrapped(x[i] - x[before]), wrapped(x[after] - x[i]));
@@ -19,8 +19,8 @@ pub(super) fn natural_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     tridiagonal(&rows, &rows.iter().map(|row| row[3]).collect::<Vec<f64>>())
 }
 
-/// The slopes of the periodic spline at its points. The equations are tridiagonal but for two corners, which a multiple
-/// of another solution makes up for.
+/// The slopes of the periodic spline at its points. The equations are tridiagonal except for two corners, which a
+/// multiple of another solution compensates.
 pub(super) fn periodic_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     let count = x.len() - 1;
     let period = x[count] - x[0];
@@ -41,7 +41,7 @@ pub(super) fn periodic_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     slopes
 }
 
-/// The solution of equations with entries next to the diagonal alone; the diagonal dominates.
+/// Solves diagonally dominant tridiagonal equations.
 fn tridiagonal(rows: &[[f64; 4]], right: &[f64]) -> Vec<f64> {
     let count = rows.len();
     let (mut diagonal, mut x) = (rows.iter().map(|row| row[1]).collect::<Vec<f64>>(), right.to_vec());

@@ -1,4 +1,4 @@
-//! Splines as expressions of `floor` and `sign`, without branches.
+//! Splines as branch-free expressions of `floor` and `sign`.
 
 use super::{Spline, derived};
 use crate::diagnostic::Span;
@@ -9,8 +9,8 @@ impl Spline {
     /// Appends the derivative of an order at an argument, without branches.
     ///
     /// With windows `W_i`, one inside the piece `i` and zero elsewhere, base and coefficients of a cubic spline are
-    /// sums `sum c_i W_i`. Windows are differences of whole parts. Lines `l_i` are a sum `1/2 sum l_i W_i` with windows
-    /// of two, differences of signs: steps of a motion end where signs jump.
+    /// sums `sum c_i W_i`. These windows are differences of floors. A linear spline with lines `l_i` is the sum
+    /// `1/2 sum l_i W_i` with windows of height two, differences of signs: integration steps end where signs jump.
     pub fn append<N>(&self, order: usize, formula: &mut Expression<N>, argument: NodeId, span: &Span) -> NodeId {
         let mut writer = Writer { formula, span };
         if self.degree == 1 {
@@ -78,7 +78,7 @@ impl Spline {
     }
 }
 
-/// Appends operations that stand at one place of the text.
+/// Appends operations that share one location in the text.
 struct Writer<'f, N> {
     formula: &'f mut Expression<N>,
     span: &'f Span,
@@ -98,7 +98,7 @@ impl<N> Writer<'_, N> {
         if value < 0.0 { self.push(Node::Negate(size)) } else { size }
     }
 
-    /// For each piece what is one inside it, else zero; `x` and the steps are less than `reach` apart.
+    /// The windows of all pieces, one inside and zero elsewhere; `x` and the steps are less than `reach` apart.
     fn windows(&mut self, x: NodeId, steps: &[f64], reach: f64) -> Vec<NodeId> {
         // Zero beyond a step, and minus one before it.
         let levels: Vec<NodeId> = steps
@@ -115,7 +115,7 @@ impl<N> Writer<'_, N> {
         self.windows_between(one, first, &levels)
     }
 
-    /// For each piece what is two inside it and one at its ends, else zero.
+    /// The windows of all pieces, two inside, one at the ends and zero elsewhere.
     fn windows_of_signs(&mut self, x: NodeId, steps: &[f64]) -> Vec<NodeId> {
         let signs: Vec<NodeId> = steps
             .iter()

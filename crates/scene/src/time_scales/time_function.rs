@@ -1,4 +1,4 @@
-//! Values that depend on time alone, in the forms whose changes are known without computing them.
+//! Functions of time alone, in the forms whose changes are known in closed form.
 
 use crate::expression::{Node, NodeId};
 use crate::function::Function;
@@ -18,7 +18,7 @@ pub(super) enum TimeFunction {
 }
 
 impl TimeFunction {
-    /// The value of a constant.
+    /// The value, if it is constant.
     pub(super) fn fixed(self) -> Option<f64> {
         if let Self::Line { at_zero, rate: 0.0 } = self { Some(at_zero) } else { None }
     }
@@ -40,7 +40,7 @@ impl TimeFunction {
         }
     }
 
-    /// The sum, where it is such a function too.
+    /// The sum, if it has such a form too.
     pub(super) fn plus(self, other: Self) -> Option<Self> {
         match (self, other) {
             (Self::Line { at_zero: a, rate: r }, Self::Line { at_zero: b, rate: s }) => {
@@ -60,7 +60,7 @@ impl TimeFunction {
         }
     }
 
-    /// The product, where it is such a function too.
+    /// The product, if it has such a form too.
     fn times(self, other: Self) -> Option<Self> {
         match (self, other) {
             (Self::Line { at_zero: a, rate: r }, Self::Line { at_zero: b, rate: s }) => {
@@ -77,7 +77,7 @@ impl TimeFunction {
     }
 }
 
-/// The functions of time of what formulae name.
+/// The functions of time of the names in formulae.
 pub(super) struct TimeFunctions<'a> {
     parameters: &'a [f64],
     coordinates: Vec<Option<TimeFunction>>,
@@ -85,7 +85,7 @@ pub(super) struct TimeFunctions<'a> {
 }
 
 impl<'a> TimeFunctions<'a> {
-    /// The functions of time of points and driven coordinates of a scene with these values of its parameters.
+    /// Finds the functions of time of points and driven coordinates of a scene with these values of its parameters.
     pub(super) fn new(scene: &Scene, parameters: &'a [f64]) -> Self {
         let mut courses = Self { parameters, coordinates: vec![None; scene.coordinates.len()], points: Vec::new() };
         for constraint in &scene.constraints {
@@ -99,7 +99,7 @@ impl<'a> TimeFunctions<'a> {
         courses
     }
 
-    /// Takes up a drive, `q - f(t)` or `f(t) - q`.
+    /// Records a drive, `q - f(t)` or `f(t) - q`.
     fn drive(&mut self, residual: &Value) {
         let nodes = residual.nodes();
         let Some(Node::Subtract(a, b)) = nodes.last() else { return };
@@ -136,7 +136,7 @@ impl<'a> TimeFunctions<'a> {
             Node::Add(a, b) => course(a)?.plus(course(b)?),
             Node::Subtract(a, b) => course(a)?.plus(course(b)?.scaled(-1.0, 0.0)),
             Node::Multiply(a, b) => match (fixed(a), fixed(b)) {
-                // A product with zero is constant, whatever the other factor.
+                // A product with zero is constant, for any other factor.
                 (Some(0.0), _) | (_, Some(0.0)) => constant(0.0),
                 (Some(factor), _) => Some(course(b)?.scaled(factor, 0.0)),
                 (_, Some(factor)) => Some(course(a)?.scaled(factor, 0.0)),

@@ -1,4 +1,4 @@
-//! Axes: what range they show, where their ticks are and what is written there.
+//! Axes: their ranges, ticks and labels.
 
 use std::ops::Range;
 
@@ -6,10 +6,10 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 
 use super::number::{decimal, exact, magnitude, power_of_ten, ten_to};
 
-/// More digits than this in front of the last one that differs are taken out of the ticks into an offset.
+/// The number of steps of the last differing digit above which the ticks have a common offset.
 const MOST_STEPS: f64 = 99_999.0;
 
-/// An axis with its ticks. All that plotters would choose itself is chosen here, as it loops or panics on some ranges.
+/// An axis with its ticks. All choices of plotters are made here, since plotters loops or panics on some ranges.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
     low: f64,
@@ -17,14 +17,14 @@ pub(super) struct Axis {
     is_logarithmic: bool,
     ticks: Vec<(f64, String)>,
     light: Vec<f64>,
-    /// The offset that is taken out of the tick labels, as text to append to the quantity; empty if there is none.
+    /// The offset that is subtracted from the tick labels, as text to append to the quantity; empty if there is none.
     offset: String,
-    /// The power of ten that is taken out of what is written.
+    /// The power of ten by which the labels are divided.
     factor: i32,
 }
 
 impl Axis {
-    /// From `low` to `high`, which lie apart and whose difference is finite, with about so many ticks.
+    /// Creates an axis from `low` to `high`, which must differ by a finite number, with about `wanted` ticks.
     pub(super) fn linear(low: f64, high: f64, wanted: usize) -> Self {
         let raw = (high - low) / wanted.max(1) as f64;
         let mut exponent = magnitude(raw);
@@ -62,14 +62,14 @@ impl Axis {
         Self { low, high, is_logarithmic: false, ticks, light: Vec::new(), offset, factor }
     }
 
-    /// Where it begins and ends.
+    /// The ends of the axis.
     pub(super) fn span(&self) -> (f64, f64) {
         (self.low, self.high)
     }
 
-    /// Whole decades around what lies from 10^`low` to 10^`high`, with at most about so many ticks.
+    /// Creates an axis of whole decades that contains 10^`low` to 10^`high`, with at most about `wanted` ticks.
     pub(super) fn logarithmic(low: f64, high: f64, wanted: usize) -> Self {
-        // A single decade at least, and nothing beyond the smallest and the largest number.
+        // At least one decade, within the range of doubles.
         let first = (low.floor() as i32).clamp(-323, 307);
         let last = (high.ceil() as i32).clamp(first + 1, 308);
         let decades = last - first;
@@ -100,12 +100,12 @@ impl Axis {
         self.ticks.iter().map(|tick| tick.1.as_str())
     }
 
-    /// Whether zero lies between the ends.
+    /// Whether zero lies strictly inside.
     pub(super) fn has_zero_inside(&self) -> bool {
         !self.is_logarithmic && self.low < 0.0 && self.high > 0.0
     }
 
-    /// How far along the axis a value lies, from 0 to 1.
+    /// The position of a value along the axis, from 0 to 1.
     fn fraction(&self, value: f64) -> f64 {
         let fraction = if self.is_logarithmic {
             (value.log10() - self.low.log10()) / (self.high.log10() - self.low.log10())

@@ -14,12 +14,12 @@ pub(super) type Sheet<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Axis, Axis>>;
 pub(super) type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<std::io::Error>>;
 
-/// In drawing units.
+/// Converts pixels to drawing units.
 pub(super) fn units(pixels: f64) -> i32 {
     (pixels * f64::from(UNITS)).round() as i32
 }
 
-/// Where the plotting area begins, at the left above, and where it ends.
+/// The upper left and lower right corners of the plotting area.
 pub(super) fn corners(chart: &Chart<'_>) -> (Place, Place) {
     let (times, values) = (chart.x_range(), chart.y_range());
     (chart.backend_coord(&(times.start, values.end)), chart.backend_coord(&(times.end, values.start)))

@@ -1,29 +1,29 @@
-//! Where the labels of extremes go.
+//! The placement of the labels of extremes.
 
 use super::look::UNITS;
 use super::path::Place;
 use super::profile::Profile;
 
-/// Cost of each curve that runs through a label, and of each pixel of it there.
+/// The cost of each curve through a label, and of each of its pixels there.
 const CROSSING: f64 = 30.0;
 const CROSSED: f64 = 3.0;
-/// Cost of each pixel between a label and its marker.
+/// The cost of each pixel between a label and its marker.
 const AWAY: f64 = 1.2;
-/// Cost of covering a marker, of a leader through another label or marker, and of covering another label.
+/// The costs of covering a marker, of a leader through another label or marker, and of covering another label.
 const MARKER: f64 = 300.0;
 const LEADER: f64 = 400.0;
 const LABEL: f64 = 5000.0;
 
-/// The number of points of a leader that are checked for conflicts.
+/// The number of points of a leader that are tested for conflicts.
 const PARTS: i32 = 40;
 
-/// How often each label may look for a better place among the others.
+/// The number of times that each label may look for a better position among the others.
 const ROUNDS: usize = 6;
 
 /// A label with its box, in drawing units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Label {
-    /// The marker it belongs to.
+    /// The marker of the label.
     marker: Place,
     pub(super) left: i32,
     pub(super) top: i32,
@@ -32,12 +32,12 @@ pub(super) struct Label {
 }
 
 impl Label {
-    /// Where its text has its middle.
+    /// The centre of its text.
     pub(super) fn middle(&self) -> Place {
         (self.left + self.width / 2, self.top + self.height / 2)
     }
 
-    /// The end of a line from the marker, if the label is too far away to do without.
+    /// The end of a line from the marker, if the label is so far away that it needs one.
     pub(super) fn leader(&self) -> Option<Place> {
         let x = self.marker.0.clamp(self.left + UNITS, self.left + self.width - UNITS);
         let y = self.marker.1.clamp(self.top, self.top + self.height);
@@ -51,7 +51,7 @@ impl Label {
         f64::from(x - self.marker.0).hypot(f64::from(y - self.marker.1)) / f64::from(UNITS)
     }
 
-    /// Whether a place lies in the label or within `rim` of it.
+    /// Whether a position lies in the label or within `rim` of it.
     fn covers(&self, place: Place, rim: i32) -> bool {
         (self.left - rim..=self.left + self.width + rim).contains(&place.0)
             && (self.top - rim..=self.top + self.height + rim).contains(&place.1)
@@ -64,7 +64,7 @@ impl Label {
             && other.top < self.top + self.height
     }
 
-    /// Whether a place of the line from the marker passes a test.
+    /// Whether any position on the line from the marker passes a test.
     fn leads_through(&self, test: impl Fn(Place) -> bool) -> bool {
         let between = |a: i32, b: i32, part: i32| a + (b - a) / PARTS * part;
         self.leader().is_some_and(|end| {
@@ -73,23 +73,23 @@ impl Label {
         })
     }
 
-    /// Whether the line from the marker of one of two labels runs through the other one.
+    /// Whether the line from the marker of one of two labels crosses the other label.
     fn is_crossed(&self, other: &Self) -> bool {
         self.leads_through(|place| other.covers(place, 0)) || other.leads_through(|place| self.covers(place, 0))
     }
 
-    /// Whether the line from its own marker runs through another one.
+    /// Whether the line from its own marker crosses another one.
     fn leads_over(&self, marker: Place) -> bool {
         let is_near = |place: Place| (place.0 - marker.0).abs().max((place.1 - marker.1).abs()) < 4 * UNITS;
         !is_near(self.marker) && self.leads_through(is_near)
     }
 }
 
-/// The requirements of a label: its marker, its width, and whether it belongs above.
+/// The requirements of a label: its marker, its width, and whether it should be above.
 pub(super) type Wish = (Place, i32, bool);
 
-/// Places labels, each where it costs least: near its marker, clear of labels, markers and curves, and within the
-/// plotting area from `corner` to `opposite`. Where the later ones are in the way of the earlier ones, these move.
+/// Places labels, each at the lowest cost: near its marker, clear of labels, markers and curves, and within the
+/// plotting area from `corner` to `opposite`. Earlier labels move if later ones obstruct them.
 pub(super) fn placed(wishes: &[Wish], height: i32, paths: &[&[Place]], area: (Place, Place)) -> Vec<Label> {
     let room = Room {
         markers: wishes.iter().map(|wish| wish.0).collect(),
@@ -116,7 +116,7 @@ pub(super) fn placed(wishes: &[Wish], height: i32, paths: &[&[Place]], area: (Pl
     labels
 }
 
-/// The obstacles that labels keep clear of, and the area that they stay in.
+/// The obstacles for labels, and the area for them.
 struct Room {
     markers: Vec<Place>,
     profiles: Vec<Profile>,
@@ -125,7 +125,7 @@ struct Room {
 }
 
 impl Room {
-    /// The cheapest place for a label among others.
+    /// The cheapest position of a label among others.
     fn best(&self, &(marker, width, is_above): &Wish, others: &[Label]) -> Label {
         let (corner, opposite) = self.area;
         let height = self.height;
@@ -134,7 +134,7 @@ impl Room {
         let beside = [8, 14, 20, 36, 60, 90].map(|gap| width / 2 + gap * UNITS);
         let columns = (-6..=6).map(|column| column * width / 12).chain(beside).chain(beside.map(|dx| -dx));
         for (dx, dy) in rows.flat_map(|dy| columns.clone().map(move |dx| (dx, dy))) {
-            // Clamping against an area that is too narrow must not panic.
+            // Clamping to an area that is too narrow must not panic.
             let left = (marker.0 + dx - width / 2).min(opposite.0 - width).max(corner.0 + 6 * UNITS);
             let top = marker.1 + dy - height / 2;
             if top < corner.1 || top + height > opposite.1 {
@@ -143,7 +143,7 @@ impl Room {
             let label = Label { marker, left, top, width, height };
             let mut cost = label.distance() * AWAY;
             cost += if (dy < 0) == is_above { 0.0 } else { 8.0 };
-            // In the middle above or below looks best.
+            // Prefer the middle above or below.
             cost += 4.0 * f64::from((left + width / 2 - marker.0).abs()) / f64::from(width);
             cost += LABEL * others.iter().filter(|other| label.overlaps(other)).count() as f64;
             cost += MARKER * self.markers.iter().filter(|marker| label.covers(**marker, 4 * UNITS)).count() as f64;

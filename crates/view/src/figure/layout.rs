@@ -1,38 +1,38 @@
-//! How the sheet is divided, in CSS pixels.
+//! The division of the sheet, in CSS pixels.
 
 use super::{Figure, Panel, text};
 
-/// The sheet is so wide.
+/// The width of the sheet.
 pub(super) const WIDTH: f64 = 800.0;
-/// Free on the left of titles, and on the right of everything.
+/// The margin to the left of titles and to the right of everything.
 pub(super) const MARGIN: f64 = 16.0;
-/// From the plotting area to the right edge: half a label of the time axis fits there.
+/// The distance from the plotting area to the right edge: room for half a label of the time axis.
 pub(super) const RIGHT: f64 = 26.0;
-/// Below the lowest panel, for the time axis.
+/// The room for the time axis below the lowest panel.
 pub(super) const TIME_AXIS: f64 = 44.0;
-/// Sizes of letters.
+/// The font sizes.
 pub(super) const TITLE: f64 = 16.0;
 pub(super) const HEADER: f64 = 13.0;
 pub(super) const TICK: f64 = 12.0;
 pub(super) const LABEL: f64 = 11.5;
-/// How long the line in front of a name in the legend is.
+/// The length of the line before a name in the legend.
 pub(super) const SAMPLE: f64 = 26.0;
 
 const ROW: f64 = 19.0;
 
-/// The place of a panel.
+/// The position of a panel.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
-    /// The middle of the line that says what the ordinate shows.
+    /// The vertical centre of the line that describes the ordinate.
     pub(super) header: f64,
-    /// Curves in the legend: which, where its sample begins, the middle of its line, and its text.
+    /// Curves in the legend: the index, the start of the sample, the vertical centre of the line, and the text.
     pub(super) entries: Vec<(usize, f64, f64, String)>,
-    /// The plotting area.
+    /// The top of the plotting area.
     pub(super) top: f64,
     pub(super) bottom: f64,
 }
 
-/// The height of the sheet and the places of its panels. `descriptions` say what the ordinates show.
+/// The height of the sheet and the positions of its panels. `descriptions` describe the ordinates.
 pub(super) fn divided(figure: &Figure, descriptions: &[String]) -> (f64, Vec<Place>) {
     let mut y = if figure.title.is_empty() { 8.0 } else { 40.0 };
     let is_alone = figure.panels.len() == 1;
@@ -49,7 +49,7 @@ pub(super) fn divided(figure: &Figure, descriptions: &[String]) -> (f64, Vec<Pla
     (y - 14.0 + TIME_AXIS, places)
 }
 
-/// How high the plotting area of a panel is.
+/// The height of a panel's plotting area.
 pub(super) fn height_of(figure: &Figure) -> f64 {
     match figure.panels.len() {
         1 if figure.abscissa.is_isometric => 530.0,
@@ -62,7 +62,7 @@ fn height_of_one(rows: u32) -> f64 {
     (176.0 - ROW * f64::from(rows)).max(130.0)
 }
 
-/// The legend behind the description, and how many rows they take. A curve that is alone needs none.
+/// The legend after the description, and its number of rows. A single curve needs none.
 fn legend(panel: &Panel, description: &str, header: f64) -> (Vec<(usize, f64, f64, String)>, u32) {
     let mut entries = Vec::new();
     let (mut x, mut row) = (MARGIN + text::width(description, HEADER) + 26.0, 0);

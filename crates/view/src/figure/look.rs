@@ -1,15 +1,15 @@
-//! Colours, line widths and sizes of letters, and the style sheet that changes them for dark screens.
+//! Colours, line widths and font sizes, and the style sheet with the dark mode.
 
 use plotters::style::{Color, FontStyle, IntoFont, RGBColor, ShapeStyle, TextStyle};
 
-/// Drawing units per CSS pixel: plotters draws at whole units only.
+/// Drawing units per CSS pixel: plotters uses integer coordinates only.
 pub(super) const UNITS: i32 = 20;
 
-/// Widths of curves, in hundredths of a pixel.
+/// The width of curves, in hundredths of a pixel.
 pub(super) const CURVE: u32 = 180;
 pub(super) const THIN: u32 = 80;
 
-/// A colour on paper and on a dark screen.
+/// A colour in light mode and in dark mode.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shade {
     pub(super) paper: RGBColor,
@@ -28,17 +28,17 @@ pub(super) const ZERO: Shade = shade((168, 168, 168), (92, 98, 107));
 pub(super) const GRID: Shade = shade((226, 226, 226), (48, 53, 61));
 pub(super) const LIGHT_GRID: Shade = shade((242, 242, 242), (33, 37, 43));
 
-/// The look of a curve.
+/// The style of a curve.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pen {
     pub(super) line: Shade,
-    /// For text, which needs more contrast than a line.
+    /// The colour of text, which needs more contrast than a line.
     pub(super) ink: Shade,
-    /// Lengths of dashes and gaps in drawing units; empty for a line without.
+    /// Lengths of dashes and gaps in drawing units; empty for a solid line.
     dashes: &'static str,
 }
 
-/// After Okabe and Ito, whose colours people with any kind of colour vision can tell apart. The dashes serve prints
+/// Colours after Okabe and Ito, which people with any kind of colour vision can distinguish. The dashes are for prints
 /// without colours.
 const PENS: [Pen; 7] = [
     pen((0, 114, 178), (0, 90, 142), (98, 182, 240), ""),
@@ -54,19 +54,19 @@ const fn pen(line: (u8, u8, u8), ink: (u8, u8, u8), dark: (u8, u8, u8), dashes: 
     Pen { line: shade(line, dark), ink: shade(ink, dark), dashes }
 }
 
-/// The pen of the curve in this place; they repeat.
+/// The pen of a curve by its index; pens repeat.
 pub(super) fn pen_of(curve: usize) -> Pen {
     PENS[curve % PENS.len()]
 }
 
-/// A line; its width in hundredths of a pixel.
+/// The style of a line; its width is in hundredths of a pixel.
 pub(super) fn stroke(shade: Shade, width: u32) -> ShapeStyle {
     shade.paper.stroke_width(width * UNITS as u32 / 100)
 }
 
-/// Letters; their size in CSS pixels.
+/// The style of text; its size is in CSS pixels.
 pub(super) fn letters(shade: Shade, size: f64, is_bold: bool) -> TextStyle<'static> {
-    // The backend divides by 1.24, which must not leave a rounding error to be written out.
+    // The backend divides by 1.24, which must not leave a rounding error in the output.
     let wanted = size * f64::from(UNITS);
     let near = [wanted * 1.24, (wanted * 1.24).next_down(), (wanted * 1.24).next_up()];
     let size = near.into_iter().find(|size| size / 1.24 == wanted).unwrap_or(near[0]);
@@ -75,7 +75,7 @@ pub(super) fn letters(shade: Shade, size: f64, is_bold: bool) -> TextStyle<'stat
     TextStyle { color: shade.paper.to_backend_color(), ..TextStyle::from(font) }
 }
 
-/// The style sheet: the same in every figure, and for figures only, so that many of them can stand in one page.
+/// The style sheet, identical in all figures and restricted to them, so that a page can contain several.
 pub(super) fn style_sheet() -> String {
     let lines = PENS.map(|pen| pen.line);
     let inks = PENS.map(|pen| pen.ink);
@@ -84,12 +84,12 @@ pub(super) fn style_sheet() -> String {
          svg.qrm text{font-family:Helvetica,Arial,Liberation Sans,sans-serif;font-variant-numeric:tabular-nums}\
          svg.qrm polyline{stroke-linejoin:round;stroke-linecap:round}",
     );
-    // Dashes would tear thin lines to pieces.
+    // Dashes would make thin lines unreadable.
     for pen in PENS.iter().filter(|pen| !pen.dashes.is_empty()) {
         let (colour, width) = (hex(pen.line.paper), CURVE * UNITS as u32 / 100);
         css += &format!("svg.qrm [stroke=\"{colour}\"][stroke-width=\"{width}\"]{{stroke-dasharray:{}}}", pen.dashes);
     }
-    // A rim in the colour of the paper keeps letters readable where they cross a line.
+    // A halo in the colour of the background keeps letters readable where they cross a line.
     let of_labels: Vec<String> = inks.iter().map(|ink| format!("svg.qrm text[fill=\"{}\"]", hex(ink.paper))).collect();
     let of_labels = of_labels.join(",");
     css += &format!("{of_labels}{{paint-order:stroke;stroke:#FFFFFF;stroke-width:70;stroke-linejoin:round}}");
@@ -104,7 +104,7 @@ pub(super) fn style_sheet() -> String {
     css + "}"
 }
 
-/// As plotters writes it.
+/// Formats a colour like plotters.
 pub(super) fn hex(colour: RGBColor) -> String {
     let (r, g, b) = colour.rgb();
     format!("#{r:02X}{g:02X}{b:02X}")

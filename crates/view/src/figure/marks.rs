@@ -20,7 +20,7 @@ struct Mark {
     is_maximum: bool,
 }
 
-/// Marks the extremes that are to be marked, with labels that keep clear of the lines.
+/// Marks the requested extremes, with labels that avoid the lines.
 pub(super) fn draw(sheet: &Sheet<'_>, chart: &Chart<'_>, panel: &Panel, traces: &[Trace]) -> Drawn {
     let marks = marks(chart, panel);
     for mark in &marks {
@@ -43,7 +43,7 @@ pub(super) fn draw(sheet: &Sheet<'_>, chart: &Chart<'_>, panel: &Panel, traces: 
 
 fn marks(chart: &Chart<'_>, panel: &Panel) -> Vec<Mark> {
     let (times, values) = (chart.x_range(), chart.y_range());
-    // A time can be told to a ten-thousandth of the run.
+    // A time is shown to a ten-thousandth of the run.
     let decimals = 4 - number::magnitude(times.end - times.start);
     let mut marks = Vec::new();
     for (curve, extremes) in panel.curves.iter().enumerate().filter_map(|(i, curve)| Some((i, curve.extremes?))) {
@@ -64,13 +64,13 @@ fn marks(chart: &Chart<'_>, panel: &Panel) -> Vec<Mark> {
     marks
 }
 
-/// Five, or more if a thousandth of the range could not be told otherwise.
+/// Five digits, or more if a thousandth of the range needs them.
 fn digits(value: f64, range: f64) -> usize {
     let needed = if value == 0.0 { 5 } else { number::magnitude(value.abs()) - number::magnitude(range) + 4 };
     needed.clamp(5, 17) as usize
 }
 
-/// A time with so many decimals, or as many digits if these are too many to write out.
+/// A time with `decimals` decimals, or with as many digits if these are too many.
 fn time(t: f64, decimals: i32) -> String {
     if (-2..=7).contains(&decimals) && t != 0.0 {
         return number::rounded(t, decimals.max(0) as usize);

@@ -1,5 +1,5 @@
-//! The parts of the SVG that plotters does not write: the root element, the style sheet, names for those who cannot see
-//! the picture, and the numbers that are needed to read it back.
+//! The parts of the SVG that plotters does not write: the root element, the style sheet, a text description for screen
+//! readers, and the numbers for reading the figure back.
 
 use plotters::coord::ranged1d::Ranged;
 
@@ -10,7 +10,7 @@ use super::path::Place;
 use super::text::escaped;
 use super::{Figure, Panel, Scale};
 
-/// The numbers of a panel.
+/// The data attributes of a panel.
 pub(super) fn panel(panel: &Panel, time: &Axis, axis: Option<&Axis>, (from, to): (Place, Place)) -> String {
     let (times, scale) = (time.range(), if panel.scale == Scale::Linear { "linear" } else { "logarithmic" });
     let values = axis.map(Axis::range).unwrap_or(0.0..1.0);
@@ -36,10 +36,10 @@ pub(super) fn panel(panel: &Panel, time: &Axis, axis: Option<&Axis>, (from, to):
     svg + "</g>\n"
 }
 
-/// The finished SVG: the drawing of plotters with all other parts.
+/// The complete SVG: the drawing by plotters and all other parts.
 pub(super) fn finished(drawn: &str, figure: &Figure, height: f64, panels: &str) -> String {
     let inside = drawn.split_once('>').map_or("", |(_, inside)| inside);
-    // Quotes are escaped in text, so these stand in and around tags only.
+    // Quotes are escaped in text, so these patterns occur only in and around tags.
     let surplus = [("opacity=\"1\" ", ""), (" \"/>", "\"/>"), ("\">\n", "\">"), ("\n</text>", "</text>")];
     let inside = surplus.iter().fold(inside.to_owned(), |svg, (long, short)| svg.replace(long, short));
     let scale = f64::from(UNITS);
@@ -54,7 +54,7 @@ pub(super) fn finished(drawn: &str, figure: &Figure, height: f64, panels: &str) 
     )
 }
 
-/// A description of the figure in words, panel by panel.
+/// Describes the figure in words, panel by panel.
 fn description(figure: &Figure) -> String {
     let abscissa = match figure.abscissa.quantity.as_str() {
         "t" => "time",

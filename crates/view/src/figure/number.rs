@@ -1,6 +1,6 @@
-//! Numbers as they are written in a figure.
+//! Formatting of numbers in a figure.
 
-/// `value` with so many significant digits: `8.4913`, `−24123`, `1.2346×10⁻⁹`.
+/// `value` with `digits` significant digits: `8.4913`, `−24123`, `1.2346×10⁻⁹`.
 pub(super) fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -16,15 +16,15 @@ pub(super) fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// `value` with so many decimals.
+/// `value` with `decimals` decimals.
 pub(super) fn rounded(value: f64, decimals: usize) -> String {
     with_minus(&format!("{value:.decimals$}"))
 }
 
-/// `count`·10^`exponent` with so many decimals, the thousands set apart: `−20 000`.
+/// `count`·10^`exponent` with `decimals` decimals and separated thousands: `−20 000`.
 pub(super) fn decimal(count: i128, exponent: i32, decimals: usize) -> String {
     let digits = if count == 0 { String::new() } else { count.unsigned_abs().to_string() };
-    // Zeros that the power of ten appends, or that the decimals want.
+    // Zeros appended because of the power of ten, or of the decimals.
     let appended = if count == 0 { 0 } else { (exponent + decimals as i32).max(0) as usize };
     let digits = format!("{digits:0>width$}", digits = digits + &"0".repeat(appended), width = decimals + 1);
     let (whole, fraction) = digits.split_at(digits.len() - decimals);
@@ -64,7 +64,7 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
     "10".chars().chain(exponent.to_string().chars().map(raised)).collect()
 }
 
-/// The nearest number to 10^`exponent`; powers by multiplication miss it.
+/// The double nearest to 10^`exponent`; repeated multiplication would be inexact.
 pub(super) fn ten_to(exponent: i32) -> f64 {
     format!("1e{exponent}").parse().unwrap_or(f64::NAN)
 }
@@ -72,16 +72,16 @@ pub(super) fn ten_to(exponent: i32) -> f64 {
 /// The largest exponent whose power of ten is not above a positive value.
 pub(super) fn magnitude(value: f64) -> i32 {
     let estimate = value.log10().floor() as i32;
-    // The logarithm of a number just below a power of ten may be rounded up to it.
+    // The logarithm of a number just below a power of ten may be rounded up.
     if ten_to(estimate) > value { estimate - 1 } else { estimate }
 }
 
-/// A hyphen is too short for a minus.
+/// Replaces hyphens by minus signs.
 fn with_minus(written: &str) -> String {
     written.replace('-', "−")
 }
 
-/// Sets groups of three digits apart once there are five of them.
+/// Separates groups of three digits if there are at least five digits.
 fn grouped(whole: &str) -> String {
     if whole.len() < 5 {
         return whole.to_owned();

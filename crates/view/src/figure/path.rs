@@ -1,13 +1,13 @@
-//! The path of a curve, with no more points than can be told apart.
+//! The path of a curve, reduced to distinguishable points.
 
-/// A place in drawing units.
+/// A position in drawing units.
 pub(super) type Place = (i32, i32);
 
-/// How far a path may stray from what was drawn, in drawing units.
+/// The largest deviation of a simplified path, in drawing units.
 const TOLERANCE: f64 = 0.5;
 
-/// A path that cannot be told from `places`; the highest and the lowest place stay. If there are more than `most`
-/// places of a restless curve, each column of the drawing keeps where it enters, its extremes and where it leaves.
+/// A simplified path that looks like `places`; the highest and the lowest position are kept. If a restless curve has
+/// more than `most` positions, each column of the drawing keeps the first and last position and the extremes.
 pub(super) fn simplified(places: &[Place], most: usize) -> Vec<Place> {
     let crowded = places.len() > 20_000;
     let thinned = if crowded { thinned(places, 2) } else { places.to_vec() };
@@ -20,7 +20,7 @@ pub(super) fn simplified(places: &[Place], most: usize) -> Vec<Place> {
     self::thinned(&path, (last - first).max(0) / columns + 1)
 }
 
-/// First, lowest, highest and last place of every column of this width.
+/// The first, lowest, highest and last position in every column of this width.
 fn thinned(places: &[Place], width: i32) -> Vec<Place> {
     let mut kept = Vec::new();
     for column in places.chunk_by(|a, b| a.0.div_euclid(width) == b.0.div_euclid(width)) {
@@ -33,8 +33,8 @@ fn thinned(places: &[Place], width: i32) -> Vec<Place> {
     kept
 }
 
-/// Leaves out what lies on the straight line between its neighbours. From the last place that is kept, a cone is
-/// narrowed until it holds no line that passes near all places since: one look at each place is enough.
+/// Omits positions on the straight line between their neighbours. Starting at the last kept position, a cone is
+/// narrowed until it contains no line that passes near all positions since; this takes a single pass.
 fn straightened(places: &[Place]) -> Vec<Place> {
     let (low, high) = extremes(places);
     let mut kept: Vec<Place> = Vec::new();
@@ -62,13 +62,13 @@ fn straightened(places: &[Place]) -> Vec<Place> {
     kept
 }
 
-/// The slope of the line from one place to another on its right, and by how much it may differ.
+/// The slope of the line from one position to another on its right, and the tolerance of that slope.
 fn reach(from: Place, to: Place) -> Option<(f64, f64)> {
     let (dx, dy) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
     (dx > 0.0).then(|| (dy / dx, TOLERANCE / dx))
 }
 
-/// Where the ordinate is smallest and where it is largest.
+/// The indices of the smallest and the largest ordinate.
 fn extremes(places: &[Place]) -> (usize, usize) {
     let mut found = (0, 0);
     for (i, place) in places.iter().enumerate() {

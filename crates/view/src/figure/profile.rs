@@ -1,10 +1,10 @@
-//! The part of the paper that a curve covers.
+//! The area of the drawing that a curve covers.
 
 use super::label::Label;
 use super::look::UNITS;
 use super::path::Place;
 
-/// From where to where a curve reaches in each pixel column.
+/// The vertical extent of a curve in each pixel column.
 pub(super) struct Profile {
     start: i32,
     columns: Vec<(i32, i32)>,
@@ -30,14 +30,14 @@ impl Profile {
         Self { start, columns }
     }
 
-    /// How many pixels of the curve, about, lie in a label or in a narrow rim around it.
+    /// The approximate number of pixels of the curve in a label or in a narrow rim around it.
     pub(super) fn covered_by(&self, label: &Label) -> f64 {
         let rim = 2 * UNITS;
         let column = |x: i32| ((x - self.start) / UNITS).clamp(0, self.columns.len() as i32 - 1) as usize;
         let (top, bottom) = (label.top - rim, label.top + label.height + rim);
         let under = &self.columns[column(label.left - rim)..=column(label.left + label.width + rim)];
         let crossed = under.iter().filter(|reach| reach.0 < bottom && reach.1 > top);
-        // A steep piece hides as much of the text as it is long.
+        // A steep piece hides as much text as it is long.
         let length = |reach: &(i32, i32)| 1.0 + f64::from(reach.1.min(bottom) - reach.0.max(top)) / f64::from(UNITS);
         crossed.map(length).sum()
     }

@@ -14,7 +14,7 @@ use super::look::{self, UNITS, letters, pen_of, stroke};
 use super::trace::Trace;
 use super::{Abscissa, Figure, NoPicture, Panel, marks, markup, span, text};
 
-/// About how much is left of the plotting area.
+/// The approximate room to the left of the plotting area.
 const LEFT: f64 = 70.0;
 
 /// The whole figure as SVG.
@@ -60,13 +60,13 @@ fn description(panel: &Panel, axis: Option<&Axis>) -> String {
 
 fn write_title(sheet: &Sheet<'_>, title: &str) -> Drawn {
     let title = text::clean(title);
-    // A long title is written smaller before it is cut.
+    // A long title is first reduced in size, then truncated.
     let room = WIDTH - 2.0 * MARGIN;
     let size = (TITLE * room / text::width(&title, TITLE).max(room)).max(12.0);
     write(sheet, &text::cut(&title, size, room), &letters(look::TEXT, size, true), (MARGIN, 21.0))
 }
 
-/// Writes to the right of `x`, around the height `y`.
+/// Writes text to the right of `x`, vertically centred at `y`.
 fn write(sheet: &Sheet<'_>, text: &str, style: &TextStyle<'_>, (x, y): (f64, f64)) -> Drawn {
     if text.is_empty() {
         return Ok(());
@@ -74,7 +74,7 @@ fn write(sheet: &Sheet<'_>, text: &str, style: &TextStyle<'_>, (x, y): (f64, f64
     sheet.draw_text(text, &style.pos(Pos::new(HPos::Left, VPos::Center)), (units(x), units(y)))
 }
 
-/// Draws the axes and the grid of a panel; what the abscissa shows is said below the last one.
+/// Draws the axes and the grid of a panel; the abscissa is described below the last panel only.
 fn open<'a>(
     sheet: &Sheet<'a>,
     place: &layout::Place,
@@ -108,12 +108,12 @@ fn open<'a>(
         let zero = chart.backend_coord(&(0.0, 0.0)).1;
         sheet.draw(&PathElement::new(vec![(from.0, zero), (to.0, zero)], stroke(look::ZERO, 100)))?;
     }
-    // Where plotters has no room for labels it draws no axis.
+    // Plotters draws no axis if there is no room for labels.
     sheet.draw(&PathElement::new(vec![from, (from.0, to.1), to], stroke(look::AXIS, 100)))?;
     Ok(chart)
 }
 
-/// Shades what lies below the floor of a panel.
+/// Shades the area below the floor of a panel.
 fn draw_floor(sheet: &Sheet<'_>, chart: &Chart<'_>, panel: &Panel) -> Drawn {
     let Some((value, why)) = panel.floor.as_ref().filter(|(value, _)| span::is_shown(panel.scale, *value)) else {
         return Ok(());
@@ -121,14 +121,14 @@ fn draw_floor(sheet: &Sheet<'_>, chart: &Chart<'_>, panel: &Panel) -> Drawn {
     let (from, to) = corners(chart);
     let top = chart.backend_coord(&(chart.x_range().start, *value)).1;
     sheet.draw(&Rectangle::new([(from.0, top), to], look::GRID.paper.filled()))?;
-    // SourceExcerpts that do not fit below the edge stand above it.
+    // Text that does not fit below the edge is written above it.
     let fits = to.1 - top >= units(TICK + 6.0);
     let (side, y) = if fits { (VPos::Top, top + units(4.0)) } else { (VPos::Bottom, top - units(4.0)) };
     let style = letters(look::MUTED, TICK, false).pos(Pos::new(HPos::Right, side));
     sheet.draw_text(&text::clean(why), &style, (to.0 - units(6.0), y))
 }
 
-/// Draws the curves of a panel, which has `curves` of them with all other panels, their legend and their extremes.
+/// Draws the curves of a panel, their legend and their extremes. All panels together have `curves` curves.
 fn draw_panel(sheet: &Sheet<'_>, chart: &Chart<'_>, panel: &Panel, place: &layout::Place, curves: usize) -> Drawn {
     draw_floor(sheet, chart, panel)?;
     let traces: Vec<Trace> = panel.curves.iter().map(|curve| Trace::new(chart, panel.scale, curve, curves)).collect();
@@ -143,7 +143,7 @@ fn draw_panel(sheet: &Sheet<'_>, chart: &Chart<'_>, panel: &Panel, place: &layou
         let style = letters(look::MUTED, HEADER, false).pos(Pos::new(HPos::Center, VPos::Center));
         return sheet.draw_text(said, &style, ((from.0 + to.0) / 2, (from.1 + to.1) / 2));
     }
-    // The first curve is the most important one: it lies on top.
+    // The first curve is the most important one, and is drawn on top.
     for (i, trace) in traces.iter().enumerate().rev() {
         for piece in &trace.pieces {
             sheet.draw(&PathElement::new(piece.clone(), stroke(pen_of(i).line, trace.width())))?;

@@ -1,4 +1,4 @@
-//! From where to where an axis has to reach.
+//! The ranges of axes.
 
 use super::axis::Axis;
 use super::{Abscissa, Curve, Figure, NoPicture, Panel, Scale};
@@ -26,9 +26,9 @@ pub(super) fn time_axis(figure: &Figure) -> Result<Axis, NoPicture> {
     Ok(Axis::linear(first, last, 9))
 }
 
-/// The ordinate of a panel that is about so many pixels high; nothing if the panel has no value to show.
+/// The ordinate of a panel that is about `height` pixels high; `None` if the panel has no value to show.
 pub(super) fn value_axis(panel: &Panel, height: f64) -> Result<Option<Axis>, NoPicture> {
-    // What is below a floor has a decade of its own, for the words in it.
+    // A floor gets a decade below it, for its text.
     let below = if panel.scale == Scale::Logarithmic { 0.1 } else { 1.0 };
     let floor = panel.floor.iter().map(|(value, _)| below * *value);
     let shown = panel.curves.iter().flat_map(values).chain(floor).filter(|value| is_shown(panel.scale, *value));
@@ -46,7 +46,7 @@ pub(super) fn value_axis(panel: &Panel, height: f64) -> Result<Option<Axis>, NoP
     Ok(Some(Axis::linear(low, high, (height / 38.0) as usize)))
 }
 
-/// Widens two axes on areas of these sizes, so that a unit is as long on both and, if so wanted, zero is inside.
+/// Widens two axes on areas of these sizes to equal scales and, if `with_zero`, to contain zero.
 pub(super) fn equalize(axes: [&mut Axis; 2], sizes: [f64; 2], with_zero: bool) {
     let wanted = |(low, high): (f64, f64)| if with_zero { (low.min(0.0), high.max(0.0)) } else { (low, high) };
     let spans = [0, 1].map(|i| padded(wanted(axes[i].span()), 0.04, 1.0));
@@ -65,7 +65,7 @@ fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// Whether the scale has a place for a value.
+/// Whether a value can be shown on a scale.
 pub(super) fn is_shown(scale: Scale, value: f64) -> bool {
     scale == Scale::Linear || value > 0.0
 }
@@ -75,8 +75,8 @@ fn values(curve: &Curve) -> impl Iterator<Item = f64> {
     curve.points.iter().map(|point| point.1).chain(marked)
 }
 
-/// A range wide enough to be divided: what is constant gets room on both sides, and so does what differs by rounding
-/// errors only.
+/// Widens a range that is too narrow to be divided: constant values get room on both sides, and so do values that
+/// differ only by rounding errors.
 fn widened((low, high): (f64, f64)) -> (f64, f64) {
     let size = low.abs().max(high.abs());
     let wanted = match high - low {
@@ -93,7 +93,7 @@ fn widened((low, high): (f64, f64)) -> (f64, f64) {
     (middle - 0.5 * wanted, middle + 0.5 * wanted)
 }
 
-/// A range with room for `room` of `length` pixels at each end.
+/// Extends a range by `room` of `length` pixels at each end.
 fn padded((low, high): (f64, f64), room: f64, length: f64) -> (f64, f64) {
     let pad = (high - low) * room / (length - 2.0 * room).max(1.0);
     (low - pad, high + pad)

@@ -1,6 +1,6 @@
-//! Room that text takes, and text that fits.
+//! Widths of texts, and truncation.
 
-/// About how wide a text is in CSS pixels, rather too much than too little: which font draws it is not known.
+/// An upper estimate of the width of a text in CSS pixels, since the font is unknown.
 pub(super) fn width(text: &str, size: f64) -> f64 {
     let of = |c: char| match c {
         'i' | 'j' | 'l' | '\'' | '\u{202f}' => 0.23,
@@ -15,7 +15,7 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
     text.chars().map(of).sum::<f64>() * size * 1.04
 }
 
-/// The text, or its beginning if it is wider than `most` CSS pixels.
+/// The text, truncated to `most` CSS pixels.
 pub(super) fn cut(text: &str, size: f64, most: f64) -> String {
     if width(text, size) <= most {
         return text.to_owned();
@@ -32,7 +32,7 @@ pub(super) fn cut(text: &str, size: f64, most: f64) -> String {
     kept.trim_end().to_owned() + "…"
 }
 
-/// The text without the characters that XML forbids; line breaks become spaces.
+/// The text without characters that XML forbids; line breaks become spaces.
 pub(super) fn clean(text: &str) -> String {
     let of = |c: char| match c {
         '\n' | '\r' | '\t' => ' ',
@@ -42,7 +42,7 @@ pub(super) fn clean(text: &str) -> String {
     text.chars().map(of).collect()
 }
 
-/// The text as it stands in an attribute or an element.
+/// The text, escaped for an attribute or an element.
 pub(super) fn escaped(text: &str) -> String {
     let mut out = String::new();
     for c in clean(text).chars() {

@@ -1,13 +1,13 @@
-//! The line of a curve on the sheet.
+//! The line of a curve in the drawing.
 
 use super::chart::Chart;
 use super::look;
 use super::path::{Place, simplified};
 use super::{Curve, Scale, span};
 
-/// More points than this in a figure make a file too large.
+/// The largest number of points in a figure of acceptable file size.
 const MOST_POINTS: usize = 10_000;
-/// And so do more pieces than this.
+/// The largest number of pieces in a figure of acceptable file size.
 const MOST_PIECES: usize = 1_200;
 
 /// The line of a curve.
@@ -19,7 +19,7 @@ pub(super) struct Trace {
 }
 
 impl Trace {
-    /// The line of one of so many curves in a figure.
+    /// Creates the line of one of `curves` curves in a figure.
     pub(super) fn new(chart: &Chart<'_>, scale: Scale, curve: &Curve, curves: usize) -> Self {
         let points = with_extremes(curve);
         let share = MOST_POINTS / curves.max(1);
@@ -28,7 +28,7 @@ impl Trace {
             let places: Vec<Place> = piece.iter().map(|point| chart.backend_coord(point)).collect();
             let mut path = simplified(&places, share * piece.len() / points.len());
             if path.len() == 1 {
-                // The round ends of a line without length make a dot.
+                // The round ends of a line without length form a dot.
                 path.push(path[0]);
             }
             path
@@ -38,13 +38,13 @@ impl Trace {
         Self { pieces, is_restless }
     }
 
-    /// How wide the line is, in hundredths of a pixel.
+    /// The width of the line, in hundredths of a pixel.
     pub(super) fn width(&self) -> u32 {
         if self.is_restless { look::THIN } else { look::CURVE }
     }
 }
 
-/// If a curve is torn into more pieces than `most`, those that end close behind another one are left out.
+/// If a curve has more than `most` pieces, those that end close to another one are omitted.
 fn sparse(pieces: Vec<Vec<Place>>, most: usize) -> Vec<Vec<Place>> {
     if pieces.len() <= most {
         return pieces;
@@ -61,7 +61,7 @@ fn sparse(pieces: Vec<Vec<Place>>, most: usize) -> Vec<Vec<Place>> {
     pieces.into_iter().filter(is_kept).collect()
 }
 
-/// The points of a curve, and the extremes that it reaches between them.
+/// The points of a curve, and its extremes between them.
 fn with_extremes(curve: &Curve) -> Vec<(f64, f64)> {
     let mut points = curve.points.clone();
     for extreme in curve.extremes.iter().flat_map(|e| [e.minimum, e.maximum]) {
@@ -73,7 +73,7 @@ fn with_extremes(curve: &Curve) -> Vec<(f64, f64)> {
     points
 }
 
-/// Whether a curve goes up and down so often that a line of the usual width would blacken the paper.
+/// Whether a curve oscillates so often that a line of the usual width would blacken the area.
 fn is_restless(pieces: &[Vec<Place>]) -> bool {
     let steps = || pieces.iter().flat_map(|piece| piece.windows(2));
     let across: f64 = steps().map(|step| f64::from((step[1].0 - step[0].0).abs())).sum();

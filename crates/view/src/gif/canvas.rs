@@ -1,4 +1,4 @@
-//! A picture to draw on.
+//! A canvas.
 
 use std::convert::Infallible;
 
@@ -21,34 +21,34 @@ pub(super) struct Canvas {
 }
 
 impl Canvas {
-    /// Empty paper; nothing if it has no area.
+    /// Creates an empty canvas; `None` if it has no area.
     pub(super) fn new(width: u32, height: u32) -> Option<Self> {
         let mut pixmap = Pixmap::new(width, height)?;
         pixmap.fill(Color::from_rgba8(PAPER[0], PAPER[1], PAPER[2], 255));
         Some(Self { pixmap })
     }
 
-    /// Row by row.
+    /// The colours of all pixels, row by row.
     pub(super) fn colours(&self) -> impl Iterator<Item = Rgb> {
         self.pixmap.pixels().iter().map(|pixel| [pixel.red(), pixel.green(), pixel.blue()])
     }
 
-    /// A line through points, with round ends.
+    /// Draws a line through points, with round ends.
     pub(super) fn line(&mut self, points: &[Point], width: f32, colour: Rgb) {
         self.stroke(path(points, false), width, colour);
     }
 
-    /// The outline of a polygon, with round corners.
+    /// Draws the outline of a polygon, with round corners.
     pub(super) fn outline(&mut self, points: &[Point], width: f32, colour: Rgb) {
         self.stroke(path(points, true), width, colour);
     }
 
-    /// A polygon.
+    /// Fills a polygon.
     pub(super) fn polygon(&mut self, points: &[Point], colour: Rgb, opacity: u8) {
         self.fill(path(points, true), colour, opacity);
     }
 
-    /// Fills the region within one polygon and outside of another one.
+    /// Fills the region inside one polygon and outside another.
     pub(super) fn ring(&mut self, outside: &[Point], inside: &[Point], colour: Rgb) {
         let mut builder = PathBuilder::new();
         for polygon in [outside, inside] {
@@ -61,12 +61,12 @@ impl Canvas {
         }
     }
 
-    /// A disc.
+    /// Fills a disc.
     pub(super) fn disc(&mut self, centre: Point, radius: f32, colour: Rgb) {
         self.fill(PathBuilder::from_circle(centre.0, centre.1, radius), colour, 255);
     }
 
-    /// Writes to the right of and below a point, with a rim that keeps the letters readable on anything.
+    /// Writes text to the right of and below a point, with a halo that keeps the letters readable on any background.
     pub(super) fn write(&mut self, text: &str, font: &MonoFont<'_>, (x, y): (i32, i32), colour: Rgb) {
         let style = |colour: Rgb| MonoTextStyle::new(font, Rgb888::new(colour[0], colour[1], colour[2]));
         let rim = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];

@@ -1,6 +1,6 @@
-//! How fast the animation runs.
+//! The speed of the animation.
 
-/// Delays of a GIF are counted in hundredths of a second.
+/// The delay between pictures, in hundredths of a second as in GIF.
 const DELAY: usize = 4;
 const MOST_FRAMES: usize = 400;
 
@@ -9,16 +9,16 @@ const MOST_FRAMES: usize = 400;
 pub(super) struct Clock {
     /// The time of each picture in the motion.
     pub(super) times: Vec<f64>,
-    /// How long each is shown, in hundredths of a second.
+    /// The time for which each picture is shown, in hundredths of a second.
     pub(super) delay: u16,
     /// The text about the speed of the animation; empty in real time.
     pub(super) speed: String,
-    /// Between the times of two pictures.
+    /// The time between two pictures in the motion.
     step: f64,
 }
 
 impl Clock {
-    /// For a motion that is recorded at these times; nothing if they do not rise.
+    /// Creates the clock of a motion recorded at these times; `None` if they do not increase.
     pub(super) fn new(times: &[f64]) -> Option<Self> {
         let (first, last) = (*times.first()?, *times.last()?);
         let length = last - first;
@@ -34,7 +34,7 @@ impl Clock {
         Some(Self { times, delay: delay as u16, speed, step })
     }
 
-    /// `t = 0.123 s`.
+    /// Formats a time: `t = 0.123 s`.
     pub(super) fn reading(&self, time: f64) -> String {
         let decimals = 1 - self.step.log10().floor() as i32;
         match decimals {
@@ -44,12 +44,12 @@ impl Clock {
     }
 }
 
-/// By how much longer a run of so many seconds is shown than it lasts, and what to say about it.
+/// The ratio of the displayed duration to the length of a run in seconds, and the text about it.
 fn pace(length: f64) -> (f64, String) {
     if (1.0..=20.0).contains(&length) {
         return (1.0, String::new());
     }
-    // From 2 s for what is slowed, and up to 15 s for what is quickened.
+    // Slow motion takes at least 2 s, fast motion at most 15 s.
     let (least, is_slowed) = if length < 1.0 { (2.0 / length, true) } else { (length / 15.0, false) };
     let mut factor = 10f64.powf(least.log10().floor());
     // A logarithm may be rounded up.

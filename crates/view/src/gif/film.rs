@@ -1,4 +1,4 @@
-//! Takes the pictures and writes them one after the other.
+//! Draws the pictures and encodes them one after another.
 
 use std::io;
 
@@ -15,7 +15,7 @@ use super::shapes;
 use super::stage::Stage;
 use super::track::Moment;
 
-/// The whole animation.
+/// Encodes the whole animation.
 pub(super) fn shot(motion: &Motion, stage: &Stage, clock: &Clock) -> Result<Vec<u8>, EncodingError> {
     let (width, height) = (stage.width as u16, stage.height as u16);
     let mut palette = Palette::new();
@@ -40,7 +40,7 @@ pub(super) fn shot(motion: &Motion, stage: &Stage, clock: &Clock) -> Result<Vec<
     Ok(bytes)
 }
 
-/// The parts that all pictures share: title, paths, and what the arrows mean.
+/// Draws the parts that all pictures share: title, paths, and the scale of the arrows.
 fn backdrop(motion: &Motion, stage: &Stage) -> Option<Canvas> {
     let mut canvas = Canvas::new(stage.width, stage.height)?;
     shapes::draw_traces(&mut canvas, motion, stage);
@@ -74,11 +74,11 @@ fn newtons(force: f64) -> String {
     format!("{number:.*} {unit}", (2 - number.log10().floor() as i32).clamp(0, 4) as usize)
 }
 
-/// The picture in the colours of the palette.
+/// Converts a picture to the colours of the palette.
 fn indexed(canvas: &Canvas, palette: &mut Palette) -> Vec<u8> {
     let mut last = ([0, 0, 0], palette.nearest([0, 0, 0]));
     let place = |colour| {
-        // Most neighbours are of one colour.
+        // Most neighbouring pixels have the same colour.
         if colour != last.0 {
             last = (colour, palette.nearest(colour));
         }
@@ -87,13 +87,13 @@ fn indexed(canvas: &Canvas, palette: &mut Palette) -> Vec<u8> {
     canvas.colours().map(place).collect()
 }
 
-/// The part of a picture that differs from the one before, without what is the same in it.
+/// The part of a picture that differs from the previous one, with equal pixels transparent.
 fn changed<'a>(before: &[u8], picture: &[u8], width: usize, delay: u16) -> Frame<'a> {
     let height = picture.len() / width;
     let differs = |x: usize, y: usize| before.get(y * width + x) != picture.get(y * width + x);
     let rows: Vec<usize> = (0..height).filter(|y| (0..width).any(|x| differs(x, *y))).collect();
     let columns: Vec<usize> = (0..width).filter(|x| rows.iter().any(|y| differs(*x, *y))).collect();
-    // A frame has one pixel at least.
+    // A frame has at least one pixel.
     let range = |kept: &[usize]| (kept.first().copied().unwrap_or(0), kept.last().copied().unwrap_or(0) + 1);
     let ((top, bottom), (left, right)) = (range(&rows), range(&columns));
     let pixels = (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y)));

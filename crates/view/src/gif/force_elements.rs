@@ -6,14 +6,14 @@ use super::canvas::Canvas;
 use super::palette::{GROUND, INK, PIN};
 use super::stage::{Point, frame_along};
 
-/// Half the width of a spring or a cylinder, and the distance of those side by side.
+/// Half the width of a spring or a cylinder, and the distance between parallel ones.
 const HALF: f32 = 6.5;
 const LANE: f32 = 19.0;
-/// The straight piece at each end.
+/// The length of the straight piece at each end.
 const LEAD: f32 = 9.0;
 const LINE: f32 = 1.6;
 
-/// Draws the parts between two places, whose distance moves in a range.
+/// Draws the parts between two positions whose distance has the given range.
 pub(super) fn draw(canvas: &mut Canvas, parts: &[ForceElementPart], ends: [Point; 2], range: [f32; 2]) {
     let Some((length, at)) = frame_along(ends[0], ends[1]) else { return };
     let lead = LEAD.min(0.14 * length);
@@ -29,7 +29,7 @@ pub(super) fn draw(canvas: &mut Canvas, parts: &[ForceElementPart], ends: [Point
         let at = |along: f32, own: f32| at(along, aside + own);
         if *part == ForceElementPart::Spring {
             let straight = 0.06 * (to - from);
-            // As many turns as look well at the mean length.
+            // The number of turns that looks best at the mean length.
             let count = 2 * ((range[0] + range[1]) / (4.6 * HALF)).round().clamp(4.0, 16.0) as u32;
             let step = (to - from - 2.0 * straight) / count as f32;
             let peak =
@@ -60,7 +60,7 @@ pub(super) fn draw(canvas: &mut Canvas, parts: &[ForceElementPart], ends: [Point
     }
 }
 
-/// Where a cylinder begins and ends, and where its piston is. A stroke that fits is shown as it is.
+/// The ends of a cylinder, and its piston. The stroke is shown to scale if it fits.
 fn cylinder(from: f32, to: f32, length: f32, [low, high]: [f32; 2]) -> [f32; 3] {
     let stroke = high - low;
     let least = low.max(0.3 * high);

@@ -2,7 +2,7 @@
 
 use crate::motion::Node;
 
-/// The nodes on the convex hull, in order; bodies are rigid, so that one frame tells it.
+/// The nodes on the convex hull, in order. A single frame suffices, since bodies are rigid.
 pub(super) fn hull(nodes: &[Node], ids: &[usize]) -> Vec<usize> {
     let at = |id: usize| [nodes[id].x[0], nodes[id].y[0]];
     let mut sorted = ids.to_vec();

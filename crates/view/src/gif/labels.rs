@@ -1,4 +1,4 @@
-//! Where the names of nodes are written.
+//! The placement of node names.
 
 use embedded_graphics::mono_font::MonoFont;
 use embedded_graphics::mono_font::ascii::FONT_7X13;
@@ -12,19 +12,19 @@ use super::track::Moment;
 
 const FONT: &MonoFont<'_> = &FONT_7X13;
 const LETTER: (f32, f32) = (7.0, 13.0);
-/// The number of moments of the motion that are checked for names that are in the way.
+/// The number of moments of the motion at which overlaps are tested.
 const LOOKS: usize = 12;
 
-/// The name of a node, always written on the same side of it so that it does not jump about.
+/// The name of a node, always on the same side of it, so that it does not jump.
 #[derive(Clone, Debug)]
 pub(super) struct Label {
     node: usize,
     text: String,
-    /// From the node to the left upper corner of the name.
+    /// The vector from the node to the upper left corner of the name.
     offset: Point,
 }
 
-/// The names of all nodes that have one.
+/// Places the names of all named nodes.
 pub(super) fn placed(motion: &Motion, stage: &Stage) -> Vec<Label> {
     let frames = motion.times.len();
     let moments: Vec<Moment> = (0..LOOKS).map(|i| Moment::from_frame(i * (frames - 1) / (LOOKS - 1))).collect();
@@ -48,7 +48,7 @@ pub(super) fn placed(motion: &Motion, stage: &Stage) -> Vec<Label> {
     labels
 }
 
-/// The font has nothing but ASCII.
+/// Replaces characters outside ASCII, which the font lacks.
 pub(super) fn plain(text: &str) -> String {
     text.chars().map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '?' }).collect()
 }
@@ -69,7 +69,7 @@ impl Label {
         LETTER.0 * self.text.len() as f32
     }
 
-    /// How much is in the way at a moment.
+    /// The amount of overlap at a moment.
     fn cost(&self, motion: &Motion, stage: &Stage, moment: Moment, others: &[Self]) -> u32 {
         let (x, y) = self.corner(motion, stage, moment);
         let (width, height) = (self.width(), LETTER.1);
@@ -94,7 +94,7 @@ impl Label {
             Shape::Block { node, .. } => usize::from(*node != self.node && covers(seen(*node), 12.0)),
             Shape::Pivot { node } => usize::from(covers((seen(*node).0, seen(*node).1 + 12.0), 10.0)),
             Shape::Mass { node, .. } => usize::from(covers(seen(*node), 5.0)),
-            // There is no room beside these.
+            // Names cannot avoid these.
             Shape::Gear { .. } | Shape::Rack { .. } | Shape::Rail { .. } | Shape::Outline { .. } => 0,
         });
         let crossed = crossed.sum::<usize>() as u32;
@@ -102,7 +102,7 @@ impl Label {
     }
 }
 
-/// Places on a line, close together.
+/// Closely spaced positions on a line.
 fn along(from: Point, to: Point) -> impl Iterator<Item = Point> {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let steps = (dx.hypot(dy) / 5.0).ceil().clamp(1.0, 400.0);

@@ -1,15 +1,15 @@
-//! Why a motion cannot be shown.
+//! The reasons why a motion cannot be shown.
 
 use std::fmt;
 
-/// Why a motion cannot be shown.
+/// The reason why a motion cannot be shown.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NoAnimation {
-    /// There are fewer than two frames, or their times do not rise.
+    /// There are fewer than two frames, or their times do not increase.
     NotRising,
-    /// This node, arrow or shape has no value for each frame, or means a node that does not exist.
+    /// This node, arrow or shape does not have one value per frame, or refers to a node that does not exist.
     Inconsistent(String),
-    /// A number is not finite, or numbers lie so far apart that their difference is not.
+    /// A number is not finite, or a range of numbers is too large.
     NotFinite,
     /// The picture could not be written.
     NotWritten(String),

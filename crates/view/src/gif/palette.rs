@@ -1,4 +1,4 @@
-//! The colours of the animation, and the fixed palette they are written with.
+//! The colours of the animation, and its fixed palette.
 
 use std::collections::HashMap;
 
@@ -14,7 +14,7 @@ pub(super) const PIN: Rgb = [255, 255, 255];
 pub(super) const REACTION: Rgb = [204, 51, 17];
 pub(super) const LOAD: Rgb = [0, 119, 90];
 
-/// Inside and edge of bodies, one after the other.
+/// Fill and edge colours of successive bodies.
 pub(super) const BODIES: [(Rgb, Rgb); 6] = [
     ([148, 196, 230], [0, 82, 132]),
     ([248, 190, 140], [160, 70, 0]),
@@ -24,10 +24,10 @@ pub(super) const BODIES: [(Rgb, Rgb); 6] = [
     ([200, 204, 208], [70, 74, 80]),
 ];
 
-/// Inside and edge of what belongs to the ground.
+/// Fill and edge colours of the ground.
 pub(super) const FIXED: (Rgb, Rgb) = BODIES[5];
 
-/// The transparent colour index of pixels that stay as in the picture before.
+/// The transparent colour index, for pixels that equal those of the previous picture.
 pub(super) const UNCHANGED: u8 = 255;
 
 /// The palette of all animations.
@@ -38,7 +38,7 @@ pub(super) struct Palette {
 }
 
 impl Palette {
-    /// All colours, and their blends where one borders on another.
+    /// Creates the palette from all colours, and their blends where two of them meet.
     pub(super) fn new() -> Self {
         let mut colours = vec![PAPER, INK, GROUND, GUIDE, TRACE, PIN, REACTION, LOAD];
         colours.extend(BODIES.iter().flat_map(|(inside, edge)| [*inside, *edge]));
@@ -58,14 +58,14 @@ impl Palette {
         Self { colours, known: HashMap::new() }
     }
 
-    /// As the file wants it: with a place for [`UNCHANGED`].
+    /// The table for the file, including [`UNCHANGED`].
     pub(super) fn table(&self) -> Vec<u8> {
         let mut table: Vec<u8> = self.colours.iter().flatten().copied().collect();
         table.resize(3 * 256, 0);
         table
     }
 
-    /// The place of the colour that is nearest.
+    /// The index of the nearest colour.
     pub(super) fn nearest(&mut self, colour: Rgb) -> u8 {
         let colours = &self.colours;
         *self.known.entry(colour).or_insert_with(|| {
@@ -78,7 +78,7 @@ impl Palette {
     }
 }
 
-/// `part` of `whole` of one colour, and the rest of another.
+/// Blends two colours with the weights `part` and `whole - part`.
 fn blend(one: Rgb, other: Rgb, part: u32, whole: u32) -> Rgb {
     std::array::from_fn(|i| {
         ((u32::from(one[i]) * part + u32::from(other[i]) * (whole - part) + whole / 2) / whole) as u8

@@ -1,4 +1,4 @@
-//! Draws what moves.
+//! Draws the moving parts.
 
 use crate::motion::{Arrow, Motion, Shape};
 
@@ -85,7 +85,7 @@ pub(super) fn draw(canvas: &mut Canvas, motion: &Motion, stage: &Stage, moment: 
             }
         }
     }
-    // Joints connect what lies above and below: they are seen on top of both.
+    // Joints connect shapes above and below, and are drawn on top of both.
     for shape in &motion.shapes {
         let pins = match shape {
             Shape::Link { nodes, .. } | Shape::Rod { nodes, .. } => &nodes[..],
@@ -103,7 +103,8 @@ pub(super) fn draw(canvas: &mut Canvas, motion: &Motion, stage: &Stage, moment: 
     }
 }
 
-/// Inside and edge of each shape. Those of one name are one body; a gear or rack without one belongs to the ground.
+/// Fill and edge colours of each shape. Shapes with one name are one body; a gear or rack without a name belongs to the
+/// ground.
 fn colours(motion: &Motion) -> Vec<(Rgb, Rgb)> {
     let mut bodies: Vec<String> = Vec::new();
     let mut colour = |(place, shape): (usize, &Shape)| {
@@ -126,7 +127,7 @@ fn colours(motion: &Motion) -> Vec<(Rgb, Rgb)> {
     motion.shapes.iter().enumerate().map(&mut colour).collect()
 }
 
-/// The least and the largest distance of two nodes.
+/// The smallest and the largest distance of two nodes.
 fn distances(motion: &Motion, stage: &Stage, from: usize, to: usize) -> [f32; 2] {
     let apart = |frame: usize| {
         let [(ax, ay), (bx, by)] = [from, to].map(|node| stage.seen(&motion.nodes[node], Moment::from_frame(frame)));
@@ -145,7 +146,7 @@ pub(super) fn colour_of(arrow: &Arrow) -> Rgb {
     if arrow.is_reaction { REACTION } else { LOAD }
 }
 
-/// A bar, or a plate if there are more nodes than two.
+/// Draws a bar, or a plate if there are more than two nodes.
 fn draw_link(canvas: &mut Canvas, places: &[Point], (inside, edge): (Rgb, Rgb)) {
     match places {
         [] => {}
@@ -166,7 +167,7 @@ fn draw_link(canvas: &mut Canvas, places: &[Point], (inside, edge): (Rgb, Rgb)) 
 }
 
 fn draw_block(canvas: &mut Canvas, (x, y): Point, angle: f64, (inside, edge): (Rgb, Rgb)) {
-    // Wide outlines round the corners.
+    // A wide outline rounds the corners.
     const CORNER: f32 = 4.0;
     let (sin, cos) = (angle.sin() as f32, angle.cos() as f32);
     let corners = [(-14.0, -7.0), (14.0, -7.0), (14.0, 7.0), (-14.0, 7.0)];
@@ -177,7 +178,7 @@ fn draw_block(canvas: &mut Canvas, (x, y): Point, angle: f64, (inside, edge): (R
     }
 }
 
-/// Walls with hatching, one at each side of a block.
+/// Draws hatched walls on both sides of a block.
 fn draw_channel(canvas: &mut Canvas, places: &[Point]) {
     const ASIDE: f32 = 12.5;
     let [from, .., to] = *places else { return };
@@ -206,7 +207,7 @@ fn draw_pivot(canvas: &mut Canvas, (x, y): Point) {
     canvas.disc((x, y), 4.0, PIN);
 }
 
-/// A disc with two of its quarters filled.
+/// Draws a disc with two of its quarters filled.
 fn draw_mass(canvas: &mut Canvas, (x, y): Point) {
     const RADIUS: f32 = 5.0;
     canvas.disc((x, y), RADIUS + 1.0, INK);
@@ -219,7 +220,7 @@ fn draw_mass(canvas: &mut Canvas, (x, y): Point) {
     }
 }
 
-/// Two pulleys, each with a spoke, and the belt around them.
+/// Draws two pulleys, each with a spoke, and the belt around them.
 fn draw_belt(canvas: &mut Canvas, centres: [Point; 2], radii: [f32; 2], is_crossed: bool, angle: f32) {
     let [first, second] = centres;
     let line = (first.1 - second.1).atan2(second.0 - first.0);

@@ -1,38 +1,38 @@
-//! Where the drawing stands in the picture.
+//! The position of the drawing in the picture.
 
 use crate::motion::{Motion, Node, Shape};
 
 use super::track::{Moment, angle, value};
 
-/// The longest arrow, as a part of the drawing.
+/// The length of the longest arrow, relative to the drawing.
 const LONGEST: f64 = 0.28;
-/// Free around the drawing: joints, bearings and labels reach beyond the nodes.
+/// The margin around the drawing: joints, bearings and labels extend beyond the nodes.
 const MARGIN: f64 = 44.0;
-/// For the title and the time at the top, and for the scale of the arrows at the bottom.
+/// The room for the title and the time at the top, and for the scale of the arrows at the bottom.
 const HEAD: f64 = 46.0;
 const FOOT: f64 = 12.0;
 
-/// A place in the picture.
+/// A position in the picture.
 pub(super) type Point = (f32, f32);
 
-/// How the drawing is fitted into the picture.
+/// The mapping of the drawing into the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Stage {
     pub(super) width: u32,
     pub(super) height: u32,
     /// The largest force in N; zero if there is none.
     pub(super) largest: f64,
-    /// m per N of arrows.
+    /// The scale of arrows, in m per N.
     arrow: f64,
-    /// Pixels per m.
+    /// The scale of lengths, in pixels per m.
     scale: f64,
-    /// The point of the motion in the middle of the stage in m, and its place in the picture in pixels.
+    /// The point of the motion at the centre of the stage in m, and its position in the picture in pixels.
     middle: (f64, f64),
     centre: (f64, f64),
 }
 
 impl Stage {
-    /// Fits all that is reached; nothing if it lies too far apart.
+    /// Fits everything into the picture; `None` if the range is too large.
     pub(super) fn new(motion: &Motion) -> Option<Self> {
         let forces = motion
             .arrows
@@ -40,7 +40,7 @@ impl Stage {
             .flat_map(|arrow| frames(motion).map(|moment| value(&arrow.x, moment).hypot(value(&arrow.y, moment))));
         let largest = forces.fold(0.0, f64::max);
         let bodies = Extent::around(reached(motion))?;
-        // If nothing has an extent, anything is a fair scale.
+        // If nothing has an extent, any scale will do.
         let size = bodies.width().max(bodies.height());
         let size = if size > 0.0 { size } else { 1.0 };
         let arrow = if largest > 0.0 { LONGEST * size / largest } else { 0.0 };
@@ -57,7 +57,7 @@ impl Stage {
     }
 
     fn fitted(all: &Extent, size: f64, largest: f64, arrow: f64) -> Self {
-        // Thin drawings get room at their sides, and rounding errors of far places none.
+        // Thin drawings get margins, and rounding errors of large coordinates are ignored.
         let far = all.low.0.abs().max(all.high.0.abs()).max(all.low.1.abs()).max(all.high.1.abs());
         let least = (0.05 * size).max(1e-9 * far);
         let (width, height) = (all.width().max(least), all.height().max(least));
@@ -70,7 +70,7 @@ impl Stage {
         Self { width: wide as u32, height: high as u32, largest, arrow, scale, middle, centre }
     }
 
-    /// Where a node is seen.
+    /// The position of a node in the picture.
     pub(super) fn seen(&self, node: &Node, moment: Moment) -> Point {
         self.pixel(place(node, moment))
     }
@@ -81,17 +81,17 @@ impl Stage {
         (x as f32, y as f32)
     }
 
-    /// Where a place in a frame at a node is seen, the frame turned by an angle.
+    /// The picture position of a point in a frame at a node, turned by an angle.
     pub(super) fn seen_from(&self, node: &Node, angle: f64, at: [f64; 2], moment: Moment) -> Point {
         self.pixel(moved(place(node, moment), angle, at))
     }
 
-    /// How long a length is seen.
+    /// A length in the picture.
     pub(super) fn length(&self, metres: f64) -> f32 {
         (self.scale * metres) as f32
     }
 
-    /// A force as it is seen from where it acts.
+    /// A force as a vector in the picture.
     pub(super) fn arrow(&self, (x, y): (f64, f64)) -> Point {
         let pixels = self.arrow * self.scale;
         ((pixels * x) as f32, (-pixels * y) as f32)
@@ -106,7 +106,7 @@ fn place(node: &Node, moment: Moment) -> (f64, f64) {
     (value(&node.x, moment), value(&node.y, moment))
 }
 
-/// The places of all that is drawn somehow.
+/// The positions of everything that is drawn.
 fn reached(motion: &Motion) -> impl Iterator<Item = (f64, f64)> {
     let of_arrows = motion.arrows.iter().map(|arrow| &motion.nodes[arrow.node]);
     let seen = motion.nodes.iter().filter(|node| node.is_traced || !node.name.is_empty());
@@ -114,7 +114,7 @@ fn reached(motion: &Motion) -> impl Iterator<Item = (f64, f64)> {
     motion.shapes.iter().flat_map(|shape| reached_by(motion, shape)).chain(nodes)
 }
 
-/// The places that a shape reaches.
+/// The extreme positions of a shape.
 fn reached_by<'m>(motion: &'m Motion, shape: &'m Shape) -> impl Iterator<Item = (f64, f64)> + 'm {
     let discs = shape.nodes().iter().zip(shape.radii()).flat_map(move |(node, radius)| {
         let corners = move |(x, y): (f64, f64)| [(x - radius, y - radius), (x + radius, y + radius)];
@@ -127,8 +127,8 @@ fn reached_by<'m>(motion: &'m Motion, shape: &'m Shape) -> impl Iterator<Item = 
     discs.chain(ends)
 }
 
-/// The distance of two points, and the place at a distance along their line and another one to its right; nothing for
-/// points that cannot be told apart.
+/// The distance of two points, and a function from positions along their line and to its right to the picture; `None`
+/// for points that coincide.
 pub(super) fn frame_along((x, y): Point, (to_x, to_y): Point) -> Option<(f32, impl Fn(f32, f32) -> Point)> {
     let length = (to_x - x).hypot(to_y - y);
     let (ux, uy) = ((to_x - x) / length, (to_y - y) / length);
@@ -136,20 +136,20 @@ pub(super) fn frame_along((x, y): Point, (to_x, to_y): Point) -> Option<(f32, im
     (length > 1.0).then_some((length, at))
 }
 
-/// A place in a frame at an origin that is turned by an angle.
+/// A position in a frame with this origin and angle.
 fn moved((x, y): (f64, f64), angle: f64, [along, across]: [f64; 2]) -> (f64, f64) {
     let (sin, cos) = angle.sin_cos();
     (x + along * cos - across * sin, y + along * sin + across * cos)
 }
 
-/// A rectangle along the axes.
+/// A rectangle aligned with the axes.
 struct Extent {
     low: (f64, f64),
     high: (f64, f64),
 }
 
 impl Extent {
-    /// Nothing if it has no finite extent; a point if there are no places.
+    /// Encloses positions; `None` if the extent is not finite, a single point if there are none.
     fn around(places: impl Iterator<Item = (f64, f64)>) -> Option<Self> {
         let grown = |found: Option<Self>, (x, y): (f64, f64)| match found {
             None => Some(Self { low: (x, y), high: (x, y) }),

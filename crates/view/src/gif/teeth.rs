@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 
 use crate::motion::{RIM, TIP};
 
-/// How far teeth reach below the pitch circle, in modules.
+/// The depth of teeth below the pitch circle, in modules.
 const ROOT: f64 = 1.0;
 /// Half the width of a tooth at its root and at its tip, in pitches.
 const FLANKS: [f64; 2] = [0.32, 0.13];
 
-/// The outline of a gear in its frame.
+/// The outline of a gear in its own frame.
 pub(super) fn gear(radius: f64, teeth: u32, phase: f64, is_internal: bool) -> Vec<[f64; 2]> {
     let module = 2.0 * radius / f64::from(teeth.max(1));
     let sign = if is_internal { -1.0 } else { 1.0 };
@@ -22,19 +22,19 @@ pub(super) fn gear(radius: f64, teeth: u32, phase: f64, is_internal: bool) -> Ve
     (0..teeth).flat_map(tooth).collect()
 }
 
-/// The rim of a ring in its frame.
+/// The rim of a ring gear in its own frame.
 pub(super) fn rim(radius: f64, teeth: u32) -> Vec<[f64; 2]> {
     let outside = radius + RIM * 2.0 * radius / f64::from(teeth.max(1));
     (0..90).map(|part| polar(outside, TAU * f64::from(part) / 90.0)).collect()
 }
 
-/// The outline of a rack in its frame, from one end to the other one, with its back.
+/// The outline of a rack in its own frame, between two ends, with its back.
 pub(super) fn rack([from, to]: [f64; 2], across: f64, pitch: f64, phase: f64) -> Vec<[f64; 2]> {
     let (size, sign) = (pitch.abs(), pitch.signum());
     let module = size / (0.5 * TAU);
     let [root, tip, back] = [-ROOT, TIP, -RIM].map(|modules| across + sign * modules * module);
     let (first, last) = (((from - phase) / size).ceil(), ((to - phase) / size).floor());
-    // Of very fine teeth not all are drawn.
+    // The number of very fine teeth is limited.
     let count = (last - first + 1.0).clamp(0.0, 1000.0) as u32;
     let tooth = |number: u32| {
         let middle = phase + size * (first + f64::from(number));
@@ -44,7 +44,7 @@ pub(super) fn rack([from, to]: [f64; 2], across: f64, pitch: f64, phase: f64) ->
     (0..count).flat_map(tooth).chain(ends).collect()
 }
 
-/// The path of a belt around two pulleys; nothing if one of them lies within the other.
+/// The path of a belt around two pulleys; empty if one of them lies within the other.
 pub(super) fn belt(first: [f64; 2], second: [f64; 2], [r, s]: [f64; 2], is_crossed: bool) -> Vec<[f64; 2]> {
     let (dx, dy) = (second[0] - first[0], second[1] - first[1]);
     let line = dy.atan2(dx);
@@ -67,7 +67,7 @@ pub(super) fn belt(first: [f64; 2], second: [f64; 2], [r, s]: [f64; 2], is_cross
     arc(first, r, line + opening, around).chain(far).collect()
 }
 
-/// The corners of a tooth: their heights, and where they are beside its middle in pitches.
+/// The corners of a tooth: their heights, and their offsets from its middle in pitches.
 fn corners(root: f64, tip: f64) -> [(f64, f64); 4] {
     [(root, -FLANKS[0]), (tip, -FLANKS[1]), (tip, FLANKS[1]), (root, FLANKS[0])]
 }
@@ -101,7 +101,7 @@ mod tests {
             let on =
                 |[x, y]: &[f64; 2]| (x.hypot(*y) - 1.0).abs() < 1e-12 || ((x - 3.0).hypot(y - 4.0) - 2.0).abs() < 1e-12;
             assert!(path.len() == 66 && path.iter().all(on), "{path:?}");
-            // Straight parts are tangents of both.
+            // The straight parts are tangents of both pulleys.
             let [[ax, ay], [bx, by]] = [path[32], path[33]];
             assert!((ax * (bx - ax) + ay * (by - ay)).abs() < 1e-12, "{is_crossed}");
             assert!(((bx - 3.0) * (bx - ax) + (by - 4.0) * (by - ay)).abs() < 1e-12, "{is_crossed}");

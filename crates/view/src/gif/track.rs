@@ -6,7 +6,7 @@ use crate::motion::{Motion, Shape};
 
 use super::no_animation::NoAnimation;
 
-/// A time of a motion: the frame before it, and how far it is on the way to the next one.
+/// A time of a motion: the preceding frame, and the fraction of the way to the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Moment {
     frame: usize,
@@ -14,26 +14,26 @@ pub(super) struct Moment {
 }
 
 impl Moment {
-    /// The moment at `time`, or at the end that is nearer to it.
+    /// The moment at `time`, or at the nearer end.
     pub(super) fn at(times: &[f64], time: f64) -> Self {
         let after = times.partition_point(|t| *t <= time).clamp(1, times.len() - 1);
         let (from, to) = (times[after - 1], times[after]);
         Self { frame: after - 1, fraction: ((time - from) / (to - from)).clamp(0.0, 1.0) }
     }
 
-    /// A recorded one.
+    /// The moment of a frame.
     pub(super) fn from_frame(frame: usize) -> Self {
         Self { frame, fraction: 0.0 }
     }
 }
 
-/// The value of a track.
+/// Interpolates a track.
 pub(super) fn value(track: &[f64], moment: Moment) -> f64 {
     let (from, to) = ends(track, moment);
     from + moment.fraction * (to - from)
 }
 
-/// The value of a track of angles, on the shorter way from frame to frame.
+/// Interpolates a track of angles, along the shorter way between frames.
 pub(super) fn angle(track: &[f64], moment: Moment) -> f64 {
     let (from, to) = ends(track, moment);
     from + moment.fraction * ((to - from + PI).rem_euclid(2.0 * PI) - PI)
@@ -44,7 +44,7 @@ fn ends(track: &[f64], moment: Moment) -> (f64, f64) {
     (at(moment.frame), at(moment.frame + 1))
 }
 
-/// Whether all that is drawn has values for all frames, and nodes that exist.
+/// Checks that everything drawn has one value per frame, and that all nodes exist.
 pub(super) fn check(motion: &Motion) -> Result<(), NoAnimation> {
     let frames = motion.times.len();
     let rises = motion.times.windows(2).all(|pair| pair[0] < pair[1]);

@@ -1,8 +1,8 @@
-//! A shape of a drawing that moves.
+//! Shapes of a moving drawing.
 
 use serde::Serialize;
 
-/// Something drawn at or between nodes, which are given by their places in [`Motion::nodes`](super::Motion::nodes).
+/// A shape at or between nodes, which are indices into [`Motion::nodes`](super::Motion::nodes).
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "camelCase")]
 pub enum Shape {
@@ -17,21 +17,21 @@ pub enum Shape {
     Block {
         /// The name of the block.
         name: String,
-        /// The node at the middle of the block.
+        /// The node at the centre of the block.
         node: usize,
-        /// The direction it slides in, counter-clockwise from the x axis in rad.
+        /// The sliding direction, counter-clockwise from the x axis in rad.
         angle: Track,
     },
     /// A bearing that is fixed to the ground.
     Pivot {
-        /// The node at the middle of the bearing.
+        /// The node at the centre of the bearing.
         node: usize,
     },
-    /// A line that something slides along.
+    /// A line along which something slides.
     Guide {
         /// The nodes of the line.
         nodes: Vec<usize>,
-        /// Whether it is a channel with walls at both sides of a block.
+        /// Whether the guide is a channel with walls on both sides of a block.
         is_channel: bool,
     },
     /// A thin rod, or a rope.
@@ -41,7 +41,7 @@ pub enum Shape {
         /// The nodes at the two ends of the rod.
         nodes: Vec<usize>,
     },
-    /// Springs, dampers and actuators, side by side.
+    /// Parallel springs, dampers and actuators.
     ForceElement {
         /// The name of the force element.
         name: String,
@@ -54,15 +54,15 @@ pub enum Shape {
     Gear {
         /// The name of the gear.
         name: String,
-        /// The node at the middle of the gear.
+        /// The node at the centre of the gear.
         node: usize,
-        /// How far it has turned, counter-clockwise in rad.
+        /// The angle by which it has turned, counter-clockwise in rad.
         angle: Track,
         /// The radius of its pitch circle in m.
         radius: f64,
-        /// How many teeth it has.
+        /// The number of teeth.
         teeth: u32,
-        /// The angle of the first of them in its frame.
+        /// The angle of the first tooth in its frame.
         phase: f64,
         /// Whether its teeth point inward.
         is_internal: bool,
@@ -71,42 +71,42 @@ pub enum Shape {
     Rack {
         /// The name of the rack.
         name: String,
-        /// A place that moves with it.
+        /// A point that moves with it.
         node: usize,
         /// The direction of the rack, counter-clockwise from the x axis in rad.
         angle: Track,
-        /// Where it begins and ends, from the node along its direction in m.
+        /// Its ends, measured from the node along its direction in m.
         along: [f64; 2],
-        /// How far its pitch line is on the left of the node.
+        /// The distance of its pitch line to the left of the node, in m.
         across: f64,
-        /// From tooth to tooth; negative where teeth are on its right.
+        /// The distance between teeth in m; negative if the teeth are on its right.
         pitch: f64,
-        /// Where one of its teeth is.
+        /// The position of one of its teeth along the rack.
         phase: f64,
     },
-    /// A slot or a rod that something slides along, and that moves itself.
+    /// A moving slot or rod along which something slides.
     Rail {
-        /// A place that moves with it.
+        /// A point that moves with it.
         node: usize,
         /// The direction of the rail, counter-clockwise from the x axis in rad.
         angle: Track,
-        /// Where it begins and ends, from the node along its direction in m.
+        /// Its ends, measured from the node along its direction in m.
         along: [f64; 2],
     },
     /// A belt over two pulleys.
     Belt {
         /// The name of the belt.
         name: String,
-        /// The middles of the pulleys.
+        /// The centres of the pulleys.
         nodes: Vec<usize>,
         /// The radii of the pulleys in m.
         radii: [f64; 2],
         /// Whether the belt crosses itself.
         is_crossed: bool,
-        /// How far the first pulley has turned against the line of both, in rad.
+        /// The angle by which the first pulley has turned relative to the line between the centres, in rad.
         angle: Track,
     },
-    /// A body by its outline.
+    /// A body drawn by its outline.
     Outline {
         /// The name of the body.
         name: String,
@@ -116,19 +116,19 @@ pub enum Shape {
         angle: Track,
         /// Abscissae of its corners in its frame in m.
         x: Vec<f64>,
-        /// Ordinates.
+        /// Ordinates of its corners in its frame in m.
         y: Vec<f64>,
     },
     /// A centre of mass.
     Mass {
         /// The name of the body.
         name: String,
-        /// Where it is.
+        /// The node at its position.
         node: usize,
     },
 }
 
-/// How far teeth reach beyond the pitch circle, and the rim of a ring, in modules.
+/// The height of teeth above the pitch circle, and the rim of a ring, in modules.
 pub(crate) const TIP: f64 = 0.8;
 pub(crate) const RIM: f64 = 2.6;
 
@@ -144,7 +144,7 @@ pub enum ForceElementPart {
     Actuator,
 }
 
-/// The angle of a shape, shared or to be changed as the shape is.
+/// The angle of a shape, borrowed like the shape itself.
 macro_rules! angle_of {
     ($shape:expr) => {
         match $shape {
@@ -160,7 +160,7 @@ macro_rules! angle_of {
 }
 
 impl Shape {
-    /// The nodes that it is drawn at or between.
+    /// The nodes at or between which it is drawn.
     pub fn nodes(&self) -> &[usize] {
         match self {
             Self::Link { nodes, .. }
@@ -199,7 +199,7 @@ impl Shape {
         angle_of!(self)
     }
 
-    /// The angle of the shape, if it has one, for changes.
+    /// The mutable angle of the shape, if it has one.
     pub fn angle_mut(&mut self) -> Option<&mut Track> {
         angle_of!(self)
     }
@@ -216,10 +216,10 @@ impl Shape {
         }
     }
 
-    /// How far it reaches around each of its nodes in m.
+    /// The extent of the shape around each of its nodes, in m.
     pub fn radii(&self) -> Vec<f64> {
         match self {
-            // The rim of a ring is outside of its teeth.
+            // The rim of a ring gear is outside of its teeth.
             Self::Gear { radius, teeth, is_internal, .. } => {
                 let module = 2.0 * radius / f64::from((*teeth).max(1));
                 vec![radius + module * if *is_internal { RIM } else { TIP }]
@@ -242,5 +242,5 @@ impl Shape {
     }
 }
 
-/// A value for each frame, or a single one if it never changes.
+/// One value per frame, or a single one if it never changes.
 pub type Track = Vec<f64>;

@@ -1,4 +1,4 @@
-//! The time at which a coordinate of an enclosed motion takes a value.
+//! The time at which a coordinate of an enclosed motion reaches a value.
 
 use qrm_core::Interval;
 
@@ -9,27 +9,28 @@ use super::step::Step;
 
 /// The result of a step towards a value of a coordinate.
 pub(super) enum Passage {
-    /// The coordinate has not taken the value up to the time of these states.
+    /// The coordinate has not reached the value by the time of these states.
     Not(StateSet),
-    /// The time at which it took the value, and the states at that time.
+    /// The time at which it reached the value, and the states at that time.
     At(Interval, Vec<Interval>),
 }
 
-/// The part of a step around an estimated time in which the value must be taken.
+/// The fraction of a step around the estimated time within which the value must be reached.
 const WINDOW: f64 = 1e-3;
-/// Halvings of a step that ends too near to the value.
+/// The number of halvings of a step that ends too near the value.
 const HALVINGS: u32 = 20;
-/// Bisections to estimate a time.
+/// The number of bisections for the estimate of a time.
 const BISECTIONS: u32 = 60;
 
 impl Step {
-    /// The states at a time of the step, or at the time before at which a coordinate takes one of two values.
+    /// Returns the states at a time of the step, or at the earlier time at which a coordinate reaches one of two
+    /// values.
     ///
-    /// The coordinate has not taken them when the step begins. While its rate has one sign in the whole bound of the
-    /// step, it takes a value once at most. A step that ends too near to it is made shorter.
+    /// The coordinate has not reached them at the beginning of the step. If its rate has one sign in the whole bound of
+    /// the step, it reaches a value at most once. A step that ends too near a value is shortened.
     ///
     /// # Errors
-    /// It is not certain whether the value is taken.
+    /// It is not certain whether the value is reached.
     pub(super) fn passage(
         &self,
         flow: &mut Flow,
@@ -67,8 +68,8 @@ impl Step {
         Err(Reason::NotCrossed)
     }
 
-    /// The time at which a coordinate takes a value, and the states then: one step of the interval Newton method in
-    /// time, from an estimate.
+    /// The time at which a coordinate reaches a value, and the states at that time: one step of the interval Newton
+    /// method in time, from an estimate.
     fn cross(
         &self,
         flow: &mut Flow,

@@ -8,15 +8,15 @@ use super::matrix::IntervalMatrix;
 
 /// The equations of motion, which determine the Taylor series of a motion from its state.
 ///
-/// A state has `n` coordinates, then `n` rates. Accelerations and multipliers of each order solve
-/// `M x + C_q' w = f`, `C_q x = -b`, whose matrix is that of order zero for all orders.
+/// A state has `n` coordinates, then `n` rates. Accelerations and multipliers of each order solve `M x + C_q' w = f`,
+/// `C_q x = -b`, with the matrix of order zero for all orders.
 pub(super) struct Flow {
     pub(super) manifold: Manifold,
-    /// The tape's `dynamics`, without derivatives and with those in as many directions as a state has.
+    /// The tape's `dynamics`, without derivatives and with derivatives in all directions of the state.
     series: [TapeSeries; 2],
 }
 
-/// The Taylor coefficients of a state; each is a value, and derivatives after it if it was asked for them.
+/// The Taylor coefficients of a state; each is a value, followed by derivatives if requested.
 #[derive(Clone, Debug)]
 pub(super) struct Expansion {
     states: usize,
@@ -26,7 +26,7 @@ pub(super) struct Expansion {
     pub(super) forces: Vec<Interval>,
 }
 
-/// Why a motion has no series.
+/// The reason why a motion has no series.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NoSeries {
     /// An operation has no finite value.
@@ -36,18 +36,18 @@ pub enum NoSeries {
 }
 
 impl Flow {
-    /// The equations of a tape with some parameters replaced by their index, for series up to an order.
+    /// Creates the equations of a tape, with some parameters replaced by index, for series up to an order.
     pub(super) fn new(tape: &Tape, replace: &dyn Fn(usize) -> Option<Interval>, order: usize) -> Self {
         let directions = 2 * tape.coordinates as usize;
         let series = [0, directions].map(|width| TapeSeries::new(tape, &tape.dynamics, replace, [order, width]));
         Self { manifold: Manifold::new(tape, replace), series }
     }
 
-    /// The series of all motions through a box of states in an interval of time, up to an order; with their
-    /// derivatives, of which those of the state are given.
+    /// Expands all motions through a box of states in an interval of time, up to an order, with their derivatives;
+    /// those of the state are given.
     ///
     /// # Errors
-    /// Some state of the box has no accelerations, or it is not proved that all have.
+    /// Some state of the box has no accelerations, or their existence is not proved.
     pub(super) fn expand(
         &mut self,
         t: Interval,
@@ -112,7 +112,7 @@ impl Expansion {
         self.states
     }
 
-    /// A coefficient with its derivatives.
+    /// A coefficient and its derivatives.
     pub(super) fn at(&self, order: usize, i: usize) -> &[Interval] {
         &self.coefficients[(order * self.states + i) * self.width..][..self.width]
     }
@@ -121,7 +121,7 @@ impl Expansion {
         &mut self.coefficients[(order * self.states + i) * self.width..][..self.width]
     }
 
-    /// The sum of the first so many terms, of a component and of its derivatives.
+    /// The sum of the first `terms` terms of a component and of its derivatives.
     pub(super) fn sum(&self, terms: usize, i: usize, t: Interval) -> Vec<Interval> {
         let mut sum = vec![Interval::ZERO; self.width];
         for k in (0..terms).rev() {
@@ -131,7 +131,7 @@ impl Expansion {
     }
 }
 
-/// The place of an entry of the saddle-point matrix in the results of `dynamics`; `None` for zero.
+/// The index of an entry of the saddle-point matrix in the results of `dynamics`; `None` for zero.
 fn place(i: usize, j: usize, n: usize) -> Option<usize> {
     match (i < n, j < n) {
         (true, true) => Some(i * n + j),

@@ -1,14 +1,14 @@
-//! Linear equations with intervals as coefficients.
+//! Linear equations with interval coefficients.
 
 use qrm_core::Interval;
 
 use super::matrix::{IntervalMatrix, sum};
 
-/// Linear equations that have one solution for every matrix in an interval matrix `A`.
+/// Linear equations with a unique solution for every matrix in an interval matrix `A`.
 ///
-/// With an approximate inverse `R` of the midpoints and `G = I - R A`, a solution is `x = R b + G x`. Where `|G| d <= g
-/// d` with positive weights `d` and `g < 1`, every matrix has an inverse, and `x` is at most `|R b| / (1 - g)` in the
-/// norm with these weights (S. M. Rump, Verification methods, Acta Numerica 19, 2010).
+/// With an approximate inverse `R` of the midpoints and `G = I - R A`, a solution is `x = R b + G x`. If `|G| d <= g d`
+/// with positive weights `d` and `g < 1`, every matrix has an inverse, and `x` is at most `|R b| / (1 - g)` in the norm
+/// with these weights (S. M. Rump, Verification methods, Acta Numerica 19, 2010).
 #[derive(Clone, Debug)]
 pub(super) struct Linear {
     /// `R`.
@@ -20,13 +20,13 @@ pub(super) struct Linear {
     margin: Interval,
 }
 
-/// Passes that make weights fit the matrix.
+/// The number of passes that adapt the weights to the matrix.
 const WEIGHT_PASSES: usize = 8;
-/// Passes that make an enclosure of a solution smaller.
+/// The number of passes that tighten the enclosure of a solution.
 const PASSES: usize = 2;
 
 impl Linear {
-    /// The equations with a square matrix; `None` if it is not proved that all of its matrices have an inverse.
+    /// Creates the equations of a square matrix; `None` if it is not proved that all of its matrices have an inverse.
     pub(super) fn new(matrix: &IntervalMatrix) -> Option<Self> {
         if !matrix.is_finite() {
             return None;
@@ -66,7 +66,7 @@ impl Linear {
     }
 }
 
-/// An upper bound of the largest size of a component against its weight.
+/// An upper bound of the largest ratio of a component to its weight.
 fn norm(vector: &[Interval], weights: &[Interval]) -> f64 {
     let ratio = |(value, weight): (&Interval, &Interval)| (Interval::point(value.magnitude()) / *weight).hi();
     vector.iter().zip(weights).map(ratio).fold(0.0, f64::max)
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn solutions_at_all_corners_are_contained() {
-        // Unknowns of very different sizes, as accelerations and forces have them.
+        // Unknowns of very different sizes, like accelerations and forces.
         let (entries, width) = ([[100.0, 0.3], [0.2, 1e-3]], 1e-6);
         let linear = Linear::new(&matrix(entries, width)).expect("all have an inverse");
         let right = [1.0, 2.0];

@@ -1,4 +1,4 @@
-//! The states that meet the constraints.
+//! The states that satisfy the constraints.
 
 use qrm_core::{Interval, Obstacle, Tape, TapeSeries};
 
@@ -8,7 +8,7 @@ use super::matrix::IntervalMatrix;
 pub(super) struct Manifold {
     coordinates: usize,
     constraints: usize,
-    /// The tape's `loop_constraints`, with derivatives by the coordinates.
+    /// The tape's `loop_constraints`, with derivatives with respect to the coordinates.
     series: TapeSeries,
 }
 
@@ -16,12 +16,12 @@ pub(super) struct Manifold {
 pub(super) struct Linearized {
     /// The residuals of `C`, then those of its rate.
     pub(super) residuals: Vec<Interval>,
-    /// The derivatives of the residuals by the coordinates, then by the rates.
+    /// The derivatives of the residuals with respect to the coordinates, then to the rates.
     pub(super) jacobian: IntervalMatrix,
 }
 
 impl Manifold {
-    /// The constraints of a tape with some parameters replaced by their index.
+    /// Creates the constraints of a tape, with some parameters replaced by index.
     pub(super) fn new(tape: &Tape, replace: &dyn Fn(usize) -> Option<Interval>) -> Self {
         let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
         let series = TapeSeries::new(tape, &tape.loop_constraints, replace, [0, n]);
@@ -33,12 +33,12 @@ impl Manifold {
         [self.coordinates, self.constraints]
     }
 
-    /// The operation that had no finite value in the last box.
+    /// The operation without a finite value in the last box.
     pub(super) fn obstacle(&self) -> Option<Obstacle> {
         self.series.obstacle()
     }
 
-    /// The constraints in an interval of time and a box of states.
+    /// Evaluates the constraints in an interval of time and a box of states.
     pub(super) fn linearized(&mut self, t: Interval, state: &[Interval]) -> Linearized {
         let [n, m] = self.sizes();
         let (q, qd) = state.split_at(n);
@@ -53,7 +53,7 @@ impl Manifold {
         }
         self.series.advance(0);
         let result = |i: usize| self.series.result(0, i);
-        // The rates of the constraints, with their derivatives.
+        // The rates of the constraints and their derivatives.
         let rates: Vec<Vec<Interval>> = (0..m)
             .map(|k| {
                 qd.iter().enumerate().fold(result(m + m * n + k).to_vec(), |rate, (i, qd)| {

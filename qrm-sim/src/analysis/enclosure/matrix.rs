@@ -50,7 +50,7 @@ impl IntervalMatrix {
         (0..self.rows).map(|i| self.at(i, j)).collect()
     }
 
-    /// Some of its columns.
+    /// A range of its columns.
     pub(super) fn part(&self, columns: Range<usize>) -> Self {
         Self::from_fn(self.rows, columns.len(), |i, j| self.at(i, columns.start + j))
     }

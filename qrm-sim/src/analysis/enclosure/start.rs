@@ -1,26 +1,26 @@
 //! The enclosed start of a motion.
 
-use crate::position::{Start, assemble};
 use qrm_core::{Interval, Model, TapeSeries};
 
 use super::linear::Linear;
 use super::manifold::{Linearized, Manifold};
 use super::matrix::{IntervalMatrix, negative};
 use super::{NoSeries, Reason, Values, replaced};
+use crate::position::{Start, assemble};
 
-/// How much wider a box is made than the last one, and by how much at least, before it is tried.
+/// The relative and the absolute amount by which a box is widened before each attempt.
 const INFLATION: f64 = 0.1;
 const SMALLEST: f64 = 1e-15;
-/// Attempts to prove a box.
+/// The number of attempts to prove a box.
 const ATTEMPTS: u32 = 12;
 
-/// A box with exactly one start on the constraints for all given values: coordinates, then rates.
+/// Finds a box with exactly one start on the constraints for all given values: coordinates, then rates.
 ///
-/// Values that the scene gives are those of its formulae. The others follow by the interval Newton method in the form
-/// of R. Krawczyk (1969) from the start that a run has.
+/// Given values are those of the scene's formulae. The others follow by the interval Newton method in the form of R.
+/// Krawczyk (1969), starting from the start of a run.
 ///
 /// # Errors
-/// The given values do not determine the others, or this was not proved.
+/// The given values do not determine the others, or the proof failed.
 pub(super) fn start(model: &Model, values: Values, manifold: &mut Manifold) -> Result<Vec<Interval>, Reason> {
     let mechanism = model.mechanism(values);
     let Start { given, given_rates, .. } = Start::new(&*mechanism);
@@ -48,7 +48,7 @@ pub(super) fn start(model: &Model, values: Values, manifold: &mut Manifold) -> R
     Ok(state)
 }
 
-/// The state with its free coordinates in a box that contains exactly one position for all given ones.
+/// Replaces the free coordinates of a state by a box that contains exactly one position for all given ones.
 fn position(manifold: &mut Manifold, mut state: Vec<Interval>, free: &[usize]) -> Option<Vec<Interval>> {
     for _ in 0..ATTEMPTS {
         let (mut center, mut wider) = (state.clone(), state.clone());

@@ -1,4 +1,4 @@
-//! A set of states that meet the constraints.
+//! A set of states that satisfy the constraints.
 
 use nalgebra::DMatrix;
 use qrm_core::Interval;
@@ -9,10 +9,10 @@ use super::matrix::{IntervalMatrix, sum};
 
 /// States `center + basis r` on the constraints, at a time, for all `r` in a box.
 ///
-/// The first columns of the basis are normals of the constraints, the others span their tangents. It is nearly
-/// orthogonal and turns with the motion, so that boxes of `r` need not contain boxes that are turned against them
-/// (R. J. Lohner, Enclosing the solutions of ordinary initial and boundary value problems, 1987). What a set is wide
-/// across the constraints follows from them, and does not grow from step to step.
+/// The first columns of the basis are normals of the constraints, the others span their tangents. The basis is nearly
+/// orthogonal and turns with the motion, which avoids enclosing rotated boxes in boxes (R. J. Lohner, Enclosing the
+/// solutions of ordinary initial and boundary value problems, 1987). The width of a set normal to the constraints
+/// follows from the constraints, and does not grow from step to step.
 #[derive(Clone, Debug)]
 pub(super) struct StateSet {
     pub(super) t: f64,
@@ -20,19 +20,19 @@ pub(super) struct StateSet {
     pub(super) basis: IntervalMatrix,
     /// The box of `r`.
     pub(super) parts: Vec<Interval>,
-    /// A box around all states, and around the center.
+    /// A box that contains all states and the center.
     pub(super) hull: Vec<Interval>,
 }
 
 impl StateSet {
-    /// The states of a box that meet the constraints; `None` if these do not determine their part of a state.
+    /// The states of a box that satisfy the constraints; `None` if the constraints do not determine the normal part.
     pub(super) fn from_box(manifold: &mut Manifold, t: f64, states: &[Interval]) -> Option<Self> {
         let zero = vec![Interval::ZERO; states.len()];
         Self::moved(manifold, t, states, &IntervalMatrix::identity(states.len()), &zero)
     }
 
-    /// The states `moved + derivatives r` that meet the constraints; `None` if these do not determine their part of a
-    /// state.
+    /// The states `moved + derivatives r` that satisfy the constraints; `None` if the constraints do not determine the
+    /// normal part.
     pub(super) fn moved(
         manifold: &mut Manifold,
         t: f64,
@@ -47,7 +47,7 @@ impl StateSet {
         let basis = basis(&at_center.jacobian, derivatives, r);
         let inverse = Linear::new(&basis)?;
         let mut parts = sum(&inverse.solve(&shift), &inverse.solve_columns(derivatives).applied(r));
-        // The mean value form of the constraints determines what is across from what is along.
+        // The mean value form of the constraints determines the normal part from the tangential part.
         let count = at_center.residuals.len();
         let (normals, tangents) = (basis.part(0..count), basis.part(count..size));
         let jacobian = manifold.linearized(time, &hull(&center, &basis, &parts)).jacobian;
@@ -61,14 +61,14 @@ impl StateSet {
     }
 }
 
-/// A box around all states, and around the center.
+/// A box that contains all states and the center.
 fn hull(center: &[Interval], basis: &IntervalMatrix, parts: &[Interval]) -> Vec<Interval> {
     let states = sum(center, &basis.applied(parts));
     states.into_iter().zip(center).map(|(x, center)| x.hull(*center)).collect()
 }
 
-/// A nearly orthogonal basis: the normals of constraints, then the directions of derivatives, those of the longest
-/// sides first.
+/// A nearly orthogonal basis: the normals of the constraints, then the directions of the derivatives, longest sides
+/// first.
 fn basis(constraint_jacobian: &IntervalMatrix, derivatives: &IntervalMatrix, r: &[Interval]) -> IntervalMatrix {
     let (normals, directions) = (constraint_jacobian.mid().transpose(), derivatives.mid());
     let length = |j: usize| directions.column(j).norm() * r[j].width();

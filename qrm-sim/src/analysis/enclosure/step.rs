@@ -6,29 +6,29 @@ use super::flow::{Expansion, Flow, NoSeries};
 use super::matrix::IntervalMatrix;
 use super::state_set::StateSet;
 
-/// Terms of a Taylor series before its remainder.
+/// The number of terms of a Taylor series before its remainder.
 pub(super) const ORDER: usize = 20;
-/// The largest remainder of a step, against the size of the state.
+/// The largest remainder of a step, relative to the size of the state.
 const TOLERANCE: f64 = f64::EPSILON;
-/// The least size of a state that the tolerance refers to.
+/// The smallest size of a state for that ratio.
 const SMALLEST: f64 = 1e-3;
-/// The widening of the range of a series to guess a bound, on each side as a fraction of its width.
+/// The fraction of its width by which the range of a series is widened on each side to guess a bound.
 const INFLATION: f64 = 1e-3;
-/// Attempts to find a bound, each with a shorter step.
+/// The number of attempts to find a bound, each with a shorter step.
 const ATTEMPTS: u32 = 60;
-/// Where the parts of a step end in which the remainder is bounded, in parts of its length.
+/// The ends, in fractions of a step, of the parts in which the remainder is bounded.
 const PARTS: [f64; 5] = [0.0625, 0.15625, 0.28125, 0.5, 1.0];
 
-/// Where the motions from a set go within some time.
+/// The motions from a set during a step.
 pub(super) struct Step {
     from: StateSet,
-    /// How long the bound holds.
+    /// The time for which the bound holds.
     pub(super) length: f64,
     /// A box that no motion leaves within that time.
     pub(super) bound: Vec<Interval>,
     /// The series at the center of the set.
     center: Expansion,
-    /// The series of the set, with derivatives by `r`.
+    /// The series of the set, with derivatives with respect to `r`.
     hull: Expansion,
     /// The coefficients of the remainder, for all times within the step.
     remainder: Vec<Interval>,
@@ -37,7 +37,7 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// A step of this length at most, which is made shorter until its bound is proved and its remainder is small.
+    /// Makes a step of this length at most. It is shortened until its bound is proved and its remainder is small.
     ///
     /// # Errors
     /// No bound was found.
@@ -56,7 +56,7 @@ impl Step {
                     if error <= 1.0 {
                         return Ok(Self { from, length, bound, center, hull, remainder, obstacle });
                     }
-                    // Bounds of remainders fall faster than the remainders themselves.
+                    // Bounds of remainders decrease faster than the remainders themselves.
                     length *= error.powf(-0.8 / ORDER as f64).clamp(0.3, 0.95);
                 }
                 Err(met) => {
@@ -68,14 +68,15 @@ impl Step {
         Err(obstacle.unwrap_or(NoSeries::Singular))
     }
 
-    /// When it begins.
+    /// The time at the beginning of the step.
     pub(super) fn begin(&self) -> f64 {
         self.from.t
     }
 
     /// The states at a time within the step.
     ///
-    /// The mean value form: the series at the center, and the derivatives on the whole set times the distance from it.
+    /// They follow from the mean value form: the series at the center, plus the derivatives on the whole set times the
+    /// distance from the center.
     pub(super) fn states(&self, flow: &mut Flow, t: f64) -> Option<StateSet> {
         let (size, time) = (self.bound.len(), Interval::point(t) - Interval::point(self.from.t));
         let moved: Vec<Interval> = (0..size).map(|i| self.center.sum(ORDER, i, time)[0] + self.rest(i, time)).collect();
@@ -84,7 +85,7 @@ impl Step {
         StateSet::moved(&mut flow.manifold, t, &moved, &derivatives, &self.from.parts)
     }
 
-    /// A component in an interval of time since the step began.
+    /// A component in an interval of time since the beginning of the step.
     pub(super) fn range(&self, i: usize, time: Interval) -> Interval {
         self.hull.sum(ORDER, i, time)[0] + self.rest(i, time)
     }
@@ -95,12 +96,12 @@ impl Step {
     }
 }
 
-/// A box that no motion from the set leaves within a time, and the coefficients of the remainder; an error where the
-/// box is not proved, with its reason if there is no series in it.
+/// Finds a box that no motion from the set leaves within a time, and the coefficients of the remainder. Fails if the
+/// box is not proved; the error is the reason, if the box has no series.
 ///
-/// The high-order enclosure of G. F. Corliss and R. Rihm (1996): where the series with its remainder over the box lies
-/// inside the box for all times, no motion gets to its border. The remainder `p (1 - s)^(p - 1) x_p ds`, integrated
-/// over the step, has most of its weight where the step begins, so that it is bounded in parts.
+/// This is the high-order enclosure of G. F. Corliss and R. Rihm (1996): if the series with its remainder over the box
+/// lies inside the box at all times, no motion reaches its border. The remainder `p (1 - s)^(p - 1) x_p ds`, integrated
+/// over the step, has most of its weight at the beginning of the step, so it is bounded in parts.
 fn bound(
     flow: &mut Flow,
     t: Interval,
@@ -147,7 +148,7 @@ fn bound(
     Ok((bound, sum))
 }
 
-/// The powers of all numbers between zero and this one.
+/// The powers of all numbers between zero and `end`.
 fn powers(end: f64) -> Vec<Interval> {
     let mut powers = vec![Interval::ONE, Interval::new(0.0, end)];
     while powers.len() <= ORDER {
@@ -157,12 +158,12 @@ fn powers(end: f64) -> Vec<Interval> {
     powers
 }
 
-/// The power of the order of a series.
+/// The power of `x` whose exponent is the order of a series.
 fn power(x: Interval) -> Interval {
     (0..ORDER).fold(Interval::ONE, |power, _| power * x)
 }
 
-/// The length of a step whose last terms are within the tolerance.
+/// Estimates the length of a step whose last terms are within the tolerance.
 fn estimate(center: &Expansion, tolerance: f64) -> f64 {
     let length = |order: usize| {
         let largest = (0..center.states()).map(|i| center.at(order, i)[0].magnitude()).fold(0.0, f64::max);
@@ -177,7 +178,7 @@ mod tests {
 
     use super::*;
 
-    /// The motion `x'' = 6 x^2`, which is `1 / (1 - t)^2` from `x = 1`, `x' = 2`.
+    /// The motion `x'' = 6 x^2`, with the solution `1 / (1 - t)^2` from `x = 1`, `x' = 2`.
     fn flow() -> Flow {
         let operations = vec![Op::Number(1.0), Op::Mul(1, 1), Op::Number(6.0), Op::Mul(8, 7)];
         let dynamics = TapeFunction { operations: operations.into(), results: vec![6, 9].into() };
@@ -220,7 +221,7 @@ mod tests {
         let hull = flow.expand(Interval::ZERO, &set.hull, Some(&set.basis), ORDER - 1).expect("a series");
         let mut proved = 0;
         for k in 1..=40 {
-            // The motion goes to infinity at t = 1: every bound beyond is wrong.
+            // The motion goes to infinity at t = 1: every bound beyond that is wrong.
             let length = 0.05 * f64::from(k);
             let found = bound(&mut flow, Interval::ZERO, &hull, length, 1e-16);
             assert!(found.is_err() || length < 1.0, "{length}");

@@ -7,23 +7,23 @@ use super::number::Number;
 use super::{At, Motion};
 use crate::integrate::StepError;
 
-/// The signs of switching functions are those after this part of a step: behind the corner that it begins at.
+/// The fraction of a step after which the signs of switching functions are taken: behind the corner at its beginning.
 const BEHIND: f64 = 1e-9;
-/// A step is looked at in so many places by its cubic.
+/// The number of points at which a step is inspected by its cubic.
 const LOOKS: i32 = 32;
-/// Most steps to a corner, and what is left then of the bracket or the value.
+/// The largest number of steps to a corner, and the final size of the bracket or the value.
 const MOST: usize = 100;
 const LEFT: f64 = 1e-29;
 
 impl Equations<'_> {
-    /// The smooth continuation of the equations from a state on.
+    /// The smooth continuation of the equations from a state.
     pub(super) fn smooth_from(&mut self, at: &At) -> Tape {
         let (t, y) = behind(at);
         let (q, qd) = y.split_at(y.len() / 2);
         self.evaluator.with_signs_of(t, q, qd)
     }
 
-    /// The signs of the switching functions from a state on.
+    /// The signs of the switching functions from a state.
     pub(super) fn signs_from(&mut self, at: &At) -> Vec<f64> {
         let (t, y) = behind(at);
         self.switching_functions(t, &y).iter().map(|value| value.to_f64().signum()).collect()
@@ -44,7 +44,7 @@ fn behind(at: &At) -> (Number, Vec<Number>) {
 }
 
 impl Motion<'_> {
-    /// The first corner in a step from here to `next`; `None` if there is none.
+    /// Finds the first corner in a step from here to `next`; `None` if there is none.
     ///
     /// # Errors
     /// A step to it could not be made.
@@ -65,7 +65,7 @@ impl Motion<'_> {
             if self.least(self.at.t + part * h, &y) > Number::zero() {
                 continue;
             }
-            // The cubic only says where to look.
+            // The cubic only tells where to search.
             let mut high = (part, if is_end { y } else { self.extrapolated(part * h)?.0 });
             let mut value_high = self.least(self.at.t + part * h, &high.1);
             if value_high > Number::zero() {
@@ -84,7 +84,7 @@ impl Motion<'_> {
         Ok(None)
     }
 
-    /// The zero between two parts of a step, by the secant of the Illinois method, and the state there.
+    /// Finds the zero between two fractions of a step by the Illinois method, and the state there.
     ///
     /// # Errors
     /// A step to it could not be made.
@@ -121,7 +121,7 @@ impl Motion<'_> {
         Ok((self.at.t + high * h, state))
     }
 
-    /// The smallest value of a switching function, with the signs of this part of the motion.
+    /// The smallest value of the switching functions, each multiplied by its sign in this part of the motion.
     fn least(&mut self, t: Number, y: &[Number]) -> Number {
         let values = self.equations.switching_functions(t, y);
         let signed = values.iter().zip(&self.signs).map(|(value, sign)| *value * Number::from(*sign));

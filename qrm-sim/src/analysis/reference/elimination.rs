@@ -1,13 +1,13 @@
-//! Square systems in double-double numbers.
+//! Square systems in double-double precision.
 
 use qrm_core::Scalar;
 
 use super::number::Number;
 
-/// The factors of a square matrix by Gaussian elimination, rows exchanged.
+/// The factors of a square matrix by Gaussian elimination with row exchanges.
 pub(super) struct Elimination {
     size: usize,
-    /// Row by row; below the diagonal the multiples of rows above.
+    /// The factors row by row; below the diagonal, the multiples of the rows above.
     factors: Vec<Number>,
     /// The rows in the order of their pivots.
     order: Vec<usize>,
@@ -15,11 +15,11 @@ pub(super) struct Elimination {
     scales: Vec<f64>,
 }
 
-/// A pivot as small as this against its row is a rounding error.
+/// The ratio of a pivot to its row below which it is a rounding error.
 const SINGULAR: f64 = 1e-26;
 
 impl Elimination {
-    /// Room for a matrix of this size.
+    /// Creates the factors of a zero matrix of this size.
     pub(super) fn zero(size: usize) -> Self {
         Self { size, factors: vec![Number::zero(); size * size], order: Vec::new(), scales: Vec::new() }
     }
@@ -68,7 +68,7 @@ impl Elimination {
         true
     }
 
-    /// The solution for a right-hand side.
+    /// Solves for a right-hand side.
     pub(super) fn solve(&self, right: &[Number], x: &mut [Number]) {
         for (i, &place) in self.order.iter().enumerate() {
             let row = &self.factors[i * self.size..][..i];

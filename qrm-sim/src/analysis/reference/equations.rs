@@ -1,6 +1,5 @@
-//! The equations of motion in double-double numbers.
+//! The equations of motion in double-double precision.
 
-use crate::position::{DependentCoordinates, NotAssembled, Start, assemble};
 use qrm_core::{Mechanism, Scalar, Tape, TapeEvaluator};
 
 use super::elimination::Elimination;
@@ -8,15 +7,16 @@ use super::least_norm::least_norm;
 use super::number::Number;
 use crate::analysis::measure::StateAt;
 use crate::integrate::StepError;
+use crate::position::{DependentCoordinates, NotAssembled, Start, assemble};
 use crate::solve::{LoopConstraints, PivotedLdl, constraint_rank, row_products};
 
-/// The equations of motion of a mechanism by its tape.
+/// The equations of motion of a mechanism, evaluated by its tape.
 ///
 /// States are coordinates followed by rates. Accelerations, multipliers and corrections solve a saddle-point system
 /// `M x + C_q' w = f`, `C_q x = -b`, in which `C_q` has independent rows.
 pub(super) struct Equations<'t> {
     pub(super) evaluator: TapeEvaluator<'t, Vec<Number>>,
-    /// The constraints that do not repeat others.
+    /// The constraints that are independent of each other.
     independent: Vec<usize>,
     saddle: Elimination,
     /// Right-hand side of the system, `f` then `-b`, and its solution, `x` then `w`.
@@ -26,18 +26,18 @@ pub(super) struct Equations<'t> {
     dynamics: Vec<Number>,
     constraints: Vec<Number>,
     mass_matrix: Vec<Number>,
-    /// Operations that are left.
+    /// The number of operations left.
     pub(super) budget: u64,
 }
 
-/// Most operations on numbers in one run: a few seconds.
+/// The largest number of operations in one run: a few seconds.
 const BUDGET: u64 = 100_000_000;
 
-/// Passes to a start on the constraints, each of which adds some twelve digits to the sixteen that there are.
+/// The number of passes to a start on the constraints. Each adds about twelve digits to the initial sixteen.
 const PASSES: usize = 4;
 
 impl<'t> Equations<'t> {
-    /// The equations with these values of all parameters, and with all constraints.
+    /// Creates the equations with these values of all parameters, and with all constraints.
     pub(super) fn new(tape: &'t Tape, parameters: &[f64]) -> Self {
         let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
         let zero = |size| vec![Number::zero(); size];
@@ -54,12 +54,12 @@ impl<'t> Equations<'t> {
         }
     }
 
-    /// The equations with the constraints of others, which have the same ones.
+    /// Takes the independent constraints from equations with the same constraints.
     pub(super) fn with_constraints_of(self, others: &Equations) -> Self {
         self.with_constraints(others.independent.clone())
     }
 
-    /// The equations without the constraints that repeat others wherever the motion goes from a closed position.
+    /// Removes the constraints that are redundant along the motion from a closed position.
     pub(super) fn without_redundancy(self, mechanism: &dyn Mechanism, q: &[Number]) -> Self {
         let q: Vec<f64> = q.iter().map(|q| q.to_f64()).collect();
         let rank = constraint_rank(mechanism, 0.0, &q);
@@ -78,10 +78,10 @@ impl<'t> Equations<'t> {
         Self { independent, saddle: Elimination::zero(size), right, solution, ..self }
     }
 
-    /// Coordinates and rates at the start: given ones are kept, the others follow by the constraints.
+    /// Computes coordinates and rates at the start: given ones are kept, the others follow from the constraints.
     ///
     /// # Errors
-    /// The constraints cannot be met.
+    /// The constraints cannot be satisfied.
     pub(super) fn start(&mut self, mechanism: &dyn Mechanism) -> Result<Vec<Number>, NotAssembled> {
         let start = Start::new(mechanism);
         let (q, qd) = assemble(mechanism, Start::new(mechanism))?;
@@ -95,7 +95,7 @@ impl<'t> Equations<'t> {
                 *own = (*value).into();
             }
         }
-        // The Jacobian in doubles is good enough for corrections of the last digits.
+        // The Jacobian in double precision suffices for corrections of the last digits.
         let jacobian = LoopConstraints::at(mechanism, 0.0, &q).constraint_jacobian;
         for (rates, given) in [(false, &start.given), (true, &start.given_rates)] {
             let dependents = DependentCoordinates::new(&jacobian, given);
@@ -110,12 +110,12 @@ impl<'t> Equations<'t> {
         Ok(y)
     }
 
-    /// Whether the operations of a run are spent.
+    /// Whether the operations of a run are used up.
     pub(super) fn is_spent(&self) -> bool {
         self.budget == 0
     }
 
-    /// The derivative of a state by time: rates, then accelerations.
+    /// The derivative of a state with respect to time: rates, then accelerations.
     ///
     /// # Errors
     /// The accelerations are not determined.
@@ -137,9 +137,9 @@ impl<'t> Equations<'t> {
         Ok(())
     }
 
-    /// Moves a state that is near the constraints onto them, by the smallest corrections in the mass metric.
+    /// Projects a state that is near the constraints onto them, by the smallest corrections in the mass metric.
     ///
-    /// One step of Newton's method is enough: it squares errors that are as small as a tolerance.
+    /// One step of Newton's method suffices: it squares errors that are as small as a tolerance.
     ///
     /// # Errors
     /// The corrections are not determined.
@@ -164,7 +164,7 @@ impl<'t> Equations<'t> {
         Ok(())
     }
 
-    /// A state with its outputs and checks, rounded.
+    /// Rounds a state, and adds outputs and checks.
     ///
     /// # Errors
     /// The accelerations are not determined.
@@ -199,7 +199,7 @@ impl<'t> Equations<'t> {
         })
     }
 
-    /// How far the constraints are from being met, `C`, or their rates, `C_q qd + C_t`.
+    /// The residuals of the constraints, `C`, or of their rates, `C_q qd + C_t`.
     pub(super) fn open(&mut self, t: Number, y: &[Number], rates: bool) -> Vec<Number> {
         let (q, qd) = y.split_at(y.len() / 2);
         self.evaluator.loop_constraints(t, q, &mut self.constraints);

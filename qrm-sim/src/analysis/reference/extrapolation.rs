@@ -5,12 +5,12 @@ use qrm_core::Scalar;
 use super::number::Number;
 use crate::integrate::StepError;
 
-/// The value after one step from `(t, y, y')`, and an estimate of its error: the largest of `|error| / (1 + |y|)`.
+/// Makes one step from `(t, y, y')`; returns the value and an error estimate, the largest `|error| / (1 + |y|)`.
 ///
-/// The midpoint rule makes the step in n = 2, 4, 6, ... parts. Its error is a series in `1/n^2`, terms of which are
-/// removed one after the other by `T(j, k+1) = T(j, k) + (T(j, k) - T(j-1, k)) / ((n(j) / n(j-k))^2 - 1)`. The error is
-/// the difference of the last two columns. Each row sees the slope at its end by Gragg's smoothing step, so that a load
-/// that jumps shortly before it does not pass unseen.
+/// The midpoint rule makes the step in n = 2, 4, 6, ... parts. Its error is a series in `1/n^2`; its terms are removed
+/// one after another by `T(j, k+1) = T(j, k) + (T(j, k) - T(j-1, k)) / ((n(j) / n(j-k))^2 - 1)`. The error estimate is
+/// the difference of the last two columns. Each row uses the slope at its end through Gragg's smoothing step, so that a
+/// load that jumps shortly before the end is not missed.
 ///
 /// # Errors
 /// A slope has no value.
@@ -22,7 +22,7 @@ pub(super) fn extrapolated(
     let mut row: Vec<Vec<Number>> = Vec::with_capacity(COLUMNS);
     for j in 1..=COLUMNS {
         let mut column = midpoint(slope, from, h, 2 * j)?;
-        // The row above gives way to the new one.
+        // The new row replaces the row above.
         for (k, above) in row.iter_mut().enumerate() {
             let other = j - 1 - k;
             let weight = whole(other * other) / whole(j * j - other * other);
@@ -33,7 +33,7 @@ pub(super) fn extrapolated(
     }
     let [.., before, last] = &row[..] else { return Err(StepError::NotFinite) };
     let relative = |(a, b): (&Number, &Number)| ((*a - *b).abs() / (whole(1) + a.abs())).to_f64();
-    // `max` would pass over what is not a number.
+    // `max` would skip values that are not numbers.
     let larger = |most: f64, error: f64| if error <= most { most } else { error };
     let error = last.iter().zip(before).map(relative).fold(0.0, larger);
     Ok((row.pop().unwrap_or_default(), error))

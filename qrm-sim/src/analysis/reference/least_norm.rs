@@ -1,15 +1,15 @@
-//! Multipliers of constraints that repeat others.
+//! Multipliers of redundant constraints.
 
 use qrm_core::Scalar;
 
 use super::elimination::Elimination;
 use super::number::Number;
 
-/// The multipliers of all constraints that have the least norm and the same force as some multipliers of independent
-/// constraints; `None` if those are not independent.
+/// The multipliers of all constraints that have the smallest norm and exert the same force as given multipliers of
+/// independent constraints; `None` if those constraints are dependent.
 ///
-/// With the rows `C` of the Jacobian, `n` entries each, and `D` of the independent constraints they are `C D' z`, where
-/// `(D C')(C D') z = D D' multipliers`.
+/// With the rows `C` of the Jacobian, `n` entries each, and the rows `D` of the independent constraints, the
+/// multipliers are `C D' z`, where `(D C')(C D') z = D D' multipliers`.
 pub(super) fn least_norm(
     jacobian: &[Number],
     n: usize,

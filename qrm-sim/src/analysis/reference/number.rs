@@ -2,5 +2,5 @@
 
 use qrm_core::DoubleDouble;
 
-/// A number of 32 digits.
+/// A double-double number, about 32 digits.
 pub(super) type Number = DoubleDouble;

@@ -1,16 +1,17 @@
 //! A mass 1 on a rod in the plane: `(x^2 + y^2 - r^2) / 2 = 0` with `r = l + a t`, under gravity `g` against y.
 
+use std::borrow::Cow;
+
 use qrm_core::Operation::{Add, Mul, Neg, Number as Constant, Sub};
 use qrm_core::{Scalar, Tape, TapeFunction, TapeKernel};
-use std::borrow::Cow;
 
 use super::equations::Equations;
 use super::{At, Motion, Number, ReferenceState};
 use crate::analysis::StateAt;
 use crate::integrate::StepError;
 
-/// Parameters `l`, `a`, `g` have the places 0 to 2, time 3, coordinates, rates and accelerations 4 to 9, the multiplier
-/// 10; those of a kernel follow.
+/// The places are: parameters `l`, `a`, `g` 0 to 2; time 3; coordinates, rates and accelerations 4 to 9; the multiplier
+/// 10; then those of a kernel.
 static ROD: Tape = Tape {
     coordinates: 2,
     constraints: 1,
@@ -70,7 +71,7 @@ fn far(a: Number, b: Number) -> f64 {
     (a - b).to_f64().abs()
 }
 
-/// Without gravity the angular momentum `l v` stays: the angle is `l v (1/l - 1/r) / a`.
+/// Without gravity the angular momentum `l v` is constant: the angle is `l v (1/l - 1/r) / a`.
 #[test]
 fn a_rod_that_grows_turns_as_it_must() {
     let [l, a, v] = [1.0, 0.25, 3.0];

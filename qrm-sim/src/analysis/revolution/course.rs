@@ -7,19 +7,21 @@ use super::series::{Series, Vertex, parabola};
 use crate::position::{LimitPosition, Position};
 use crate::solve::{Matrix, dot};
 
-/// Between positions whose determinants are this small against the largest one, forces are lost in rounding errors.
+/// The smallest determinant, relative to the largest one, between positions whose forces are not lost in rounding
+/// errors.
 const SINGULAR: f64 = 1e-3;
-/// The step of a difference quotient, against the range of a coordinate.
+/// The step of a difference quotient, relative to the range of a coordinate.
 const DIFFERENCE: f64 = 1e-6;
-/// Rounding errors of a sum, against the size of its terms.
+/// The rounding errors of a sum, relative to its terms.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
-/// How near a position is to a lock, against the next one.
+/// The distance of a position from a lock, relative to that of the next position.
 const NEAR_LOCK: f64 = 1e-3;
-/// A quantity that grows by more to there has no bound: forces grow with one over the root of the distance.
+/// A quantity that grows by more than this towards a lock is unbounded: forces grow with one over the root of the
+/// distance.
 const GROWTH: f64 = 5.0;
 
 impl Round<'_> {
-    /// How a quantity with these `rounding` errors goes over positions that follow each other.
+    /// The course of a quantity with these `rounding` errors over consecutive positions.
     pub(super) fn course(
         &self,
         positions: &[Position],
@@ -48,7 +50,7 @@ impl Round<'_> {
                 (i, _) => (i - 1, i + 1),
             };
             let [v0, v, v1] = [values[before], values[i], values[after]];
-            // Changes at the size of rounding errors are none.
+            // Changes of the size of rounding errors are ignored.
             let noise = rounding.max(1e-12 * (high - low).max(v.abs() * 1e-2));
             let sign = if v >= v0 && v >= v1 { 1.0 } else { -1.0 };
             if !(sign * (v - v0) >= 0.0 && sign * (v - v1) >= 0.0 && (v - v0).abs().max((v - v1).abs()) > noise) {
@@ -64,7 +66,7 @@ impl Round<'_> {
                 || parabola(three.map(|position| position.q[self.driven]), [v0, v, v1]),
                 |vertex| Vertex { value: sign * vertex.value, ..vertex },
             );
-            // A vertex that lies on a sample is found from both sides.
+            // A vertex at a sample is found from both sides.
             if course.vertices.last().is_none_or(|before| !self.is_near(before.angle, vertex.angle, NEAR)) {
                 course.vertices.push(vertex);
             }
@@ -76,7 +78,7 @@ impl Round<'_> {
         course
     }
 
-    /// The course of a quantity that may grow without bound towards locks, and is infinite there.
+    /// The course of a quantity between locks; it may grow without bound towards them.
     pub(super) fn between_locks(
         &self,
         positions: &[Position],
@@ -122,13 +124,13 @@ impl Round<'_> {
         self.drive.outputs(q, &multipliers)
     }
 
-    /// The sizes of rounding errors in the outputs: those of terms that grow with the coordinates and may cancel.
+    /// The rounding errors of the outputs: those of terms that grow with the coordinates and may cancel.
     pub(super) fn rounding_of_outputs(&self) -> Vec<f64> {
         let q = &self.start.q;
         let here = self.outputs(q);
         let mut sizes: Vec<f64> = here.iter().map(|value| value.abs()).collect();
         for i in 0..q.len() {
-            // An angle goes through a turn, whatever it is at the start.
+            // An angle passes through a whole turn, from any start.
             let range = q[i].abs() + if self.drive.is_angle(i) { TAU } else { 0.0 };
             let mut beside = q.clone();
             beside[i] += DIFFERENCE * range;

@@ -9,21 +9,21 @@ use crate::maximum::largest_between;
 use crate::position::{CONTINUATION, LimitPosition, LoopSolver, NotAssembled, Position, Start, assemble};
 use crate::solve::constraint_rank;
 
-/// How far a driven length is moved, against the size of the mechanism.
+/// The range of a driven length, relative to the size of the mechanism.
 const REACH: f64 = 4.0;
-/// Values are the same that are this near to each other, against the whole way.
+/// The distance below which values are equal, relative to the whole range.
 pub(super) const NEAR: f64 = 2e-5;
-/// How well a vertex is located, likewise.
+/// The resolution of a vertex, relative to the whole range.
 const RESOLUTION: f64 = 1.6e-10;
-/// Limit positions this near to each other, likewise, are one change point.
+/// Limit positions closer than this, relative to the whole range, are one change point.
 pub(super) const GAP: f64 = 1.6e-7;
 
-/// A turn to be made.
+/// A turn of the driven coordinate.
 pub(super) struct Round<'m> {
     pub(super) drive: LoopSolver<'m>,
     pub(super) start: Position,
     pub(super) driven: usize,
-    /// A whole turn, or how far a length is moved.
+    /// A whole turn, or the range of a length.
     span: f64,
     /// 1 or -1.
     pub(super) direction: f64,
@@ -51,12 +51,12 @@ impl<'m> Round<'m> {
         Ok(Self { drive, start, driven, span, direction })
     }
 
-    /// Whether two values of the driven coordinate are the same, up to a part of the whole way.
+    /// Whether two values of the driven coordinate agree up to a fraction of the whole range.
     pub(super) fn is_near(&self, one: f64, other: f64, part: f64) -> bool {
         (one - other).abs() < part * self.span
     }
 
-    /// Goes the whole way, in one direction or the other, and says where that ends.
+    /// Moves through the whole range in one direction; returns the end.
     pub(super) fn follow(
         &self,
         direction: f64,
@@ -64,12 +64,12 @@ impl<'m> Round<'m> {
         visit: &mut dyn FnMut(Step),
     ) -> Result<Position, LimitPosition> {
         let mut last = [self.start.clone(), self.start.clone(), self.start.clone()];
-        // One step more, so that a smallest determinant at the start is between two others as well.
+        // One more step, so that a smallest determinant at the start also lies between two others.
         for i in 1..=samples + 1 {
             let angle = self.start.q[self.driven] + direction * self.span * i as f64 / samples as f64;
             let next = match self.at(&last[2], angle) {
                 Ok(next) => next,
-                // The turn is made already.
+                // The turn is complete.
                 Err(_) if i > samples => return Ok(last[2].clone()),
                 Err(limit) => {
                     let next = self.beyond_change_point(&last, angle, &limit).ok_or_else(|| limit.clone())?;
@@ -100,7 +100,7 @@ impl<'m> Round<'m> {
     }
 
     /// A position at or behind an angle, on the branch of the positions before a singular one; `None` if that is a
-    /// limit position, behind which the branch does not go on.
+    /// limit position, where the branch ends.
     fn beyond_change_point(&self, before: &[Position; 3], angle: f64, limit: &LimitPosition) -> Option<Position> {
         let singular = limit.position.q[self.driven];
         let spacing = angle - before[2].q[self.driven];
@@ -114,19 +114,19 @@ impl<'m> Round<'m> {
         self.at(&beyond, if is_behind { angle } else { singular + 0.5 * spacing }).ok()
     }
 
-    /// Whether a branch goes on from one position to another through a singular one in between: by its direction, and
-    /// without a gap.
+    /// Whether a branch continues from one position to another through a singular one in between: its direction must
+    /// match, and there must be no gap.
     fn crosses(&self, from: &Position, to: &Position, singular: f64) -> bool {
         let change = self.drive.linear_change(from, |i| to.q[i] - from.q[i]);
         let largest = change.iter().fold(0.0, |most: f64, change| most.max(change.abs()));
         let missed = from.q.iter().zip(&to.q).zip(&change).map(|((from, to), change)| (to - from - change).abs());
         let is_continued = missed.fold(0.0, f64::max) <= CONTINUATION * largest;
-        // A gap may be shorter than the way between two positions.
+        // A gap may be shorter than the distance between two positions.
         let back = || self.at(to, from.q[self.driven]).and_then(|_| self.lock_between(to, from));
         is_continued && back().err().is_none_or(|limit| self.is_near(limit.position.q[self.driven], singular, GAP))
     }
 
-    /// An error if the mechanism locks between two positions, around the smallest determinant.
+    /// Returns an error if the mechanism locks between two positions, around the smallest determinant.
     fn lock_between(&self, from: &Position, to: &Position) -> Result<(), LimitPosition> {
         self.vertex(from, to, |position| -position.determinant.abs()).map(|_| ())
     }
@@ -137,7 +137,7 @@ impl<'m> Round<'m> {
         self.drive.move_to(from, &target)
     }
 
-    /// Where a quantity is largest between two positions, by golden sections.
+    /// Locates the largest value of a quantity between two positions, by golden section search.
     pub(super) fn vertex(
         &self,
         from: &Position,
@@ -151,7 +151,7 @@ impl<'m> Round<'m> {
     }
 }
 
-/// A part of the way around.
+/// A step of the revolution.
 pub(super) enum Step {
     /// The next position.
     To(Position),
@@ -159,7 +159,7 @@ pub(super) enum Step {
     ChangePoint(f64),
 }
 
-/// Why there is no revolution.
+/// The reason why there is no revolution.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NoRevolution {
     /// The mechanism has this number of degrees of freedom instead of one.

@@ -11,18 +11,19 @@ use super::Adaptive;
 use crate::solve::Solver;
 use crate::state::State;
 
-/// Steps as short as this against the time are not shortened where they fail.
+/// The shortest step, relative to the time, that is shortened after a failure.
 const SHORTEST: f64 = 1e-10;
-/// Corners nearer to the ends of a step than this part of it do not end it; one just behind the beginning is crossed.
+/// The distance from the ends of a step, relative to its length, within which corners do not end it; a corner just
+/// after the beginning is crossed.
 const SHORTEST_TO_CORNER: f64 = 1e-6;
-/// Steps as short as this against the time may be rejected for a jump just behind their beginning.
+/// The longest step, relative to the time, that may be rejected because of a jump just after its beginning.
 const SHORT: f64 = 1e-8;
-/// A jump is just behind the beginning of a step where it is as near as this against the time.
+/// The distance from the beginning of a step, relative to the time, within which a jump is just after it.
 const NEAR_CORNER: f64 = 1e-12;
 
 impl Adaptive {
-    /// Makes one accepted step, which ends where the equations of motion have a corner; `meets_corner_at_once` if there
-    /// may be one just behind its beginning, to be crossed first.
+    /// Makes one accepted step, which ends at the first corner of the equations of motion. `meets_corner_at_once` is
+    /// true if there may be a corner just after its beginning, which is then crossed first.
     pub(super) fn step(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -31,7 +32,7 @@ impl Adaptive {
     ) -> Result<(), StepError> {
         self.cross_corner(mechanism, solver)?;
         let t = self.dense_output.to.t;
-        // The corner that the step ends at.
+        // The corner at which the step ends.
         let mut corner = self.corners.as_ref().and_then(|corners| corners.next_time(t));
         let end = corner.map_or(f64::INFINITY, Corner::just_before);
         let end_time = self.task.end_time.min(self.task.bounds.next_end(t)).min(end);
@@ -41,7 +42,7 @@ impl Adaptive {
         let wanted = self.control.h;
         loop {
             let left = task.end_time - t;
-            // Two even steps to the end are better than a long and a very short one.
+            // Two equal steps to the end are better than a long and a very short one.
             let h = match self.control.h {
                 h if h >= left => left,
                 h if h > 0.5 * left => 0.5 * left,
@@ -87,23 +88,23 @@ impl Adaptive {
             self.accept(mechanism, t, h, error);
             self.corner = corner.filter(|corner| self.dense_output.to.t == corner.just_before());
             if self.corner.is_some() {
-                // The step was short for the sake of the corner, and that says little of the next one.
+                // The step was shortened to end at the corner, which says little about the next one.
                 self.control.h = self.control.h.max(wanted);
             }
-            // The end of the next step is not known yet: its room serves.
+            // The end of the next step is not known yet: its buffer can be used.
             let Self { formula, task, dense_output, next, balance, .. } = self;
             balance.add(mechanism, &mut **formula, (task, solver), dense_output, next);
             return Ok(());
         }
     }
 
-    /// Makes the step that was tried again with length `h`.
+    /// Repeats the attempted step with length `h`.
     fn reject(&mut self, h: f64) {
         self.counts.rejected += 1;
         self.control.reject(h);
     }
 
-    /// Whether a rejected step of length `h` met a jump just behind its beginning, to be crossed there.
+    /// Whether a rejected step of length `h` met a jump just after its beginning, which must be crossed there.
     fn jump_at_step_start(&mut self, h: f64) -> bool {
         let from = self.dense_output.to.as_ref();
         let size = 1.0 + from.t.abs();
@@ -116,13 +117,13 @@ impl Adaptive {
         near.is_some()
     }
 
-    /// How far the step that was just made passes through a transition; more than 1 is too far.
+    /// The change of the last step relative to the largest allowed change in a transition; above 1 is too much.
     fn transition(&mut self) -> f64 {
         let (from, to) = (self.dense_output.to.as_ref(), self.next.as_ref());
         self.transitions.as_mut().map_or(0.0, |transitions| transitions.change(&from, &to))
     }
 
-    /// Takes over an accepted step of length `h` from `t` on, and chooses the length of the next one.
+    /// Records an accepted step of length `h` from `t`, and chooses the length of the next one.
     fn accept(&mut self, mechanism: &dyn Mechanism, t: f64, h: f64, error: f64) {
         self.control.accept(h, error, self.formula.order(), self.formula.beta());
         let accepted = self.formula.accepted(mechanism, &self.dense_output.to, &self.next);
@@ -135,7 +136,7 @@ impl Adaptive {
         self.dense_output.go_on(&mut self.next);
     }
 
-    /// Begins behind the corner that the last step ended at.
+    /// Moves across the corner at which the last step ended.
     fn cross_corner(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<(), StepError> {
         let Some(corners) = &mut self.corners else { return Ok(()) };
         let now = &mut self.dense_output.to;
@@ -148,7 +149,7 @@ impl Adaptive {
         corners.leave(mechanism, (self.task.projection, solver), SHORTEST_TO_CORNER * self.control.h, now)
     }
 
-    /// The first corner inside the step that was just made, further than `shortest` behind its beginning.
+    /// The first corner inside the last step, further than `shortest` from its beginning.
     fn corner_inside(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -162,7 +163,7 @@ impl Adaptive {
             return Ok(None);
         }
         let h = next.t - from.t;
-        // The step may be made again, and its states inside are not those of the method.
+        // The step may be repeated, and the states inside it are not those of the method.
         let mut formula = formula.clone();
         formula.accepted(mechanism, from, next);
         let mut inside = DenseOutput::new(from.clone(), next.clone());

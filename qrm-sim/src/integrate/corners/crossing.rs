@@ -8,10 +8,10 @@ use super::Corners;
 use crate::event::location::{locate, touched};
 use crate::state::State;
 
-/// A switching function may have two zeros in a step where its smallest value at an end is less than so many of its
-/// changes in a step.
+/// The largest ratio of a switching function at an end of a step to its change in the step, for which it may have two
+/// zeros in the step.
 const NEAR: f64 = 4.0;
-/// Steps towards a jump are shortened by at least this part of them, and at most to it.
+/// The smallest fraction by which a step towards a jump is shortened, and the smallest fraction that remains.
 const SHORTEST_PART: f64 = 0.01;
 
 impl Corners {
@@ -41,12 +41,12 @@ impl Corners {
         may || self.is_seen_by_stages
     }
 
-    /// Whether stages of the last step may lie behind a corner that its end does not reach.
+    /// Whether stages of the last step may lie behind a corner that the end of the step does not reach.
     pub(in crate::integrate) fn is_seen_by_stages(&self) -> bool {
         self.is_seen_by_stages
     }
 
-    /// The part of the last step that lies before a corner which its end or its stages may have passed, by a secant.
+    /// The fraction of the last step before a corner that its end or its stages may have passed, by a secant.
     pub(in crate::integrate) fn part_before(&self) -> Option<f64> {
         let [begin, end] = &self.values;
         let [.., corrected] = &self.moved;
@@ -58,8 +58,8 @@ impl Corners {
         parts.reduce(f64::min).map(|part| part.clamp(SHORTEST_PART, 1.0 - SHORTEST_PART))
     }
 
-    /// Whether a switching function changes its sign up to an end by the trapezoidal rule, and not up to the end of the
-    /// step: a jump that its last stages saw may have kept it from there.
+    /// Whether a switching function changes its sign up to an end by the trapezoidal rule, but not up to the end of the
+    /// step: its last stages may have seen a jump that kept the end away.
     fn corrected_end_is_behind(&mut self, from: &StateRef, to: &StateRef) -> bool {
         let [q, qd, values] = &mut self.moved;
         let half = 0.5 * (to.t - from.t);
@@ -75,11 +75,11 @@ impl Corners {
         })
     }
 
-    /// The first corner that the motion meets inside a step, and the state there or just behind it; `step` makes states
-    /// inside the step. Corners nearer to its beginning than `shortest` do not count.
+    /// Finds the first corner inside a step, and the state there or just behind it; `step` computes states inside the
+    /// step. Corners nearer to its beginning than `shortest` do not count.
     ///
     /// # Errors
-    /// A state inside the step could not be made.
+    /// A state inside the step could not be computed.
     pub(crate) fn first_inside(
         &mut self,
         [from, to]: [&State; 2],
@@ -91,7 +91,7 @@ impl Corners {
         let mut all = vec![0.0; values[0].len()];
         for i in self.others.clone().filter(|i| candidates[*i]) {
             let [a, b] = [values[0][i], values[1][i]];
-            // The function with a sign by which it rises through zero.
+            // The function multiplied by the sign with which it rises through zero.
             let mut rising = |at: &State| {
                 evaluator.switching_functions(at.t, &at.q, &at.qd, &mut all);
                 -a.signum() * all[i]
@@ -114,7 +114,7 @@ impl Corners {
         Ok(first)
     }
 
-    /// The first corner that the tangent of the motion meets within a time so short that nothing else changes.
+    /// The first corner on the tangent of the motion within a time so short that nothing else changes.
     pub(in crate::integrate) fn along_tangent(&mut self, from: &StateRef, h: f64) -> Option<Corner> {
         self.forget();
         self.begin_at(from);

@@ -8,7 +8,7 @@ use super::super::step_error::StepError;
 use super::{Integrator, Steps};
 use crate::state::{State, state_in};
 
-/// Rows that the kernel makes before it is known whether the equations of motion had a corner between them.
+/// The number of rows that the kernel makes before they are tested for corners.
 const ROWS_BETWEEN_CORNERS: usize = 16;
 
 /// The end of a block of rows.
@@ -16,18 +16,18 @@ const ROWS_BETWEEN_CORNERS: usize = 16;
 pub(crate) struct Block {
     /// The number of rows.
     pub(crate) rows_written: usize,
-    /// The reason why it ended; an error if the next row could not be made.
+    /// The reason to stop; an error if the next row could not be computed.
     pub(crate) reason: Result<StopReason, StepError>,
 }
 
 impl Integrator {
-    /// Fills a block with rows after its first one, by the generated kernel where the method allows it.
+    /// Fills a block with rows after its first one, by the generated kernel if the method allows it.
     pub(crate) fn fill(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, rows: &mut [f64]) -> Block {
         self.inner.clear();
         if let Steps::Adaptive(adaptive) = &mut self.steps {
             adaptive.forget_steps();
         }
-        // The rows are borrowed beside the rest of the integrator.
+        // Moved out, since the rows are borrowed together with the rest of the integrator.
         let mut pair = std::mem::replace(&mut self.pair, [State::zero(0, 0), State::zero(0, 0)]);
         let block = self.fill_with(mechanism, request, rows, &mut pair);
         self.pair = pair;
@@ -78,7 +78,7 @@ impl Integrator {
         }
     }
 
-    /// The number of rows, at most `room`, for the kernel to make from `t` on.
+    /// The number of rows, at most `room`, that the kernel can make from `t` before the next known corner.
     fn rows_to_corner(&mut self, request: &RowRequest, room: usize, t: f64) -> usize {
         let Some(corners) = self.corners() else { return room };
         if corners.at(t).is_some() {
@@ -89,7 +89,7 @@ impl Integrator {
         (0..room).take_while(|row| request.time(request.first + *row as u64 + 1) <= end).count()
     }
 
-    /// The corners that end steps of a fixed length.
+    /// The corners at which fixed steps end.
     fn corners(&mut self) -> Option<&mut Corners> {
         match &mut self.steps {
             Steps::Fixed(fixed) => fixed.corners.as_mut(),
@@ -97,7 +97,7 @@ impl Integrator {
         }
     }
 
-    /// The number of rows of a block after its first one before which the motion meets no corner.
+    /// The number of rows after the first one before which the motion meets no corner.
     fn rows_without_corner(&mut self, rows: &[f64]) -> usize {
         let (layout, width) = (self.layout, self.layout.width());
         let count = rows.len() / width - 1;
@@ -106,7 +106,7 @@ impl Integrator {
         (0..count).find(|i| corners.may_meet(&row(*i), &row(i + 1))).unwrap_or(count)
     }
 
-    /// Makes the row after row `row` by the plain functions, and returns the value of the event there.
+    /// Computes the row after row `row` by the plain functions, and returns the value of the event there.
     fn row(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -122,7 +122,7 @@ impl Integrator {
 }
 
 fn end_of_row(event: f64, row: &State, request: &RowRequest, made: usize, room: usize) -> Option<StopReason> {
-    // Written so that a value that is not a number ends the block too.
+    // Written so that a value that is not a number also ends the block.
     if !(event < 0.0) {
         Some(StopReason::Event)
     } else if row.t >= request.end_time {

@@ -1,4 +1,4 @@
-//! The errors of a run by the differences of its companion.
+//! The error estimates of a run from the differences of its companion.
 
 use std::f64::consts::TAU;
 
@@ -6,17 +6,17 @@ use super::super::differences::Difference;
 use super::super::error_estimate::{ErrorEstimates, rounding};
 use super::{Companion, ESTIMATES_EXTREMES};
 
-/// The ratio of the difference of the two to the error of the finer one. It is `(3/2)^p - 1`, 4.06 for order 4, where
-/// errors follow an order; long steps show less.
+/// The divisor of the difference that gives the error of the finer run. For errors of order p it is `(3/2)^p - 1`, 4.06
+/// for order 4; in long steps the ratio is smaller.
 const RICHARDSON_FACTOR: f64 = 2.0;
-/// The ratio where steps are so long that errors follow no order: ratios from 0.43 to 4.06 were measured, and estimates
-/// are to hold within a factor of 3 both ways.
+/// The divisor for steps so long that errors follow no order. Ratios from 0.43 to 4.06 were measured, and estimates
+/// should hold within a factor of 3 in both directions.
 const RATIO_OF_LONG_STEPS: f64 = 1.37;
-/// Steps are long where the difference is a larger part than this of the largest coordinate, or of a turn.
+/// The smallest difference, relative to the largest coordinate or to a turn, that indicates long steps.
 const LONG: f64 = 1e-5;
 
 impl Companion {
-    /// The errors after so many steps; `None` if the companion broke off or never met the run.
+    /// The errors after this number of steps; `None` if the companion failed or was never compared with the run.
     pub(crate) fn errors(&self, steps: u64) -> Option<ErrorEstimates> {
         if self.failed || !self.differences.has_met {
             return None;
@@ -53,7 +53,7 @@ impl Companion {
         if total.fold(0.0, f64::max) > LONG * size.min(TAU) { RATIO_OF_LONG_STEPS } else { RICHARDSON_FACTOR }
     }
 
-    /// The errors below which a difference says nothing: the rounding errors of both runs may agree.
+    /// The errors below which a difference carries no information: the rounding errors of both runs may agree.
     fn floors(&self, steps: u64) -> Vec<f64> {
         let groups = self.differences.quantities.groups().into_iter().map(|group| &self.differences.each[group]);
         groups

@@ -1,4 +1,4 @@
-//! The advance of a motion to a time that its user asks for.
+//! The advance of a motion to a requested time.
 
 use std::sync::Arc;
 
@@ -9,28 +9,28 @@ use super::{Simulation, error};
 use crate::integrate::StepError;
 use crate::state::State;
 
-/// Most steps on the way to a time.
+/// The largest number of steps to a requested time.
 const MAX_STEPS: f64 = 1e11;
-/// Times nearer to each other than this part of a step are equal.
+/// The difference of times, relative to a step, below which they are equal.
 const NEAR: f64 = 1e-9;
-/// Rows of a block.
+/// The number of rows in a block.
 const CHUNK: u64 = 256;
 
 impl Simulation {
-    /// The state at time `t`, which is not before the last one.
+    /// Advances to the time `t`, which must not be before the last one, and returns the state.
     ///
     /// # Errors
-    /// The motion does not get there; the state stays what it was.
+    /// The motion cannot be continued to that time; the state stays unchanged.
     pub fn advance(&mut self, t: f64) -> Result<&State, SimError> {
         *self = self.advanced(t)?;
         Ok(&self.now)
     }
 
-    /// The state at time `t`, which is not before the last one, as long as there is no reason to distrust the motion:
-    /// see [`rejection_reasons`](Self::rejection_reasons).
+    /// Advances to the time `t`, which must not be before the last one, and returns the state if the motion can be
+    /// trusted: see [`rejection_reasons`](Self::rejection_reasons).
     ///
     /// # Errors
-    /// The motion does not get there, or its numbers cannot be trusted there; the state stays what it was.
+    /// The motion cannot be continued to that time, or cannot be trusted there; the state stays unchanged.
     pub fn advance_trusted(&mut self, t: f64) -> Result<&State, SimError> {
         let advanced = self.advanced(t)?;
         let rejection_reasons = advanced.rejection_reasons();
@@ -44,7 +44,7 @@ impl Simulation {
 
     fn advanced(&self, t: f64) -> Result<Self, SimError> {
         let from = self.now.t;
-        // Not a number is no time that can be reached either.
+        // Written so that NaN is rejected too.
         if !(t - from <= MAX_STEPS * self.step) {
             return Err(error(&self.model, Reason::NoTime { from, to: t }));
         }
@@ -58,7 +58,7 @@ impl Simulation {
         }
     }
 
-    /// Makes the steps to a time; where one of them fails, this is of no use any more.
+    /// Makes the steps to a time; if one of them fails, the simulation must not be used any more.
     fn advance_to(&mut self, t: f64) -> Result<(), StepError> {
         // Rows up to this time are made on the way.
         let latest = t + NEAR * self.step;
@@ -69,7 +69,7 @@ impl Simulation {
         let layout = RowLayout { n: row.q.len(), m: row.multipliers.len() };
         let mut buffer = Vec::new();
         while time(*rows + 1) <= latest {
-            // Whole steps of which the last one is not beyond the time that is asked for.
+            // The whole steps that do not pass the requested time.
             let mut steps = (((latest - time(*rows)) / step) as u64).clamp(1, CHUNK);
             while time(*rows + steps) > latest {
                 steps -= 1;

@@ -12,7 +12,7 @@ impl Study {
         let mut curves: Vec<Curve> = Vec::new();
         for sample in &self.samples {
             let Ok(measured) = &sample.result else { continue };
-            // Errors below the floor are not known: a line ends where it gets there.
+            // Errors below the floor are unknown: a line ends where it reaches the floor.
             let point = (measured.seconds[1], measured.errors.judged().max(floor));
             match curves.last_mut().filter(|curve| curve.name == sample.method) {
                 Some(curve) if curve.points.iter().any(|point| point.1 <= floor) => {}

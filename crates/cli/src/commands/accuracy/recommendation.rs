@@ -7,25 +7,25 @@ use crate::methods::series_name;
 use qrm_sim::integrate::RK4;
 use qrm_sim::solve::Projection;
 
-/// Errors of the coordinates that are asked for, or parts of the size of a column.
+/// The goals: errors of the coordinates, or errors relative to the size of a column.
 const GOALS: [f64; 5] = [1e-4, 1e-6, 1e-8, 1e-10, 1e-11];
 
-/// An error so many times larger than the method's own estimate is not the method's.
+/// The largest credible ratio of an error to the method's own estimate.
 const INCREDIBLE: f64 = 1e3;
 
-/// The method that others are compared with.
+/// The method to which others are compared.
 fn yardstick() -> String {
     series_name(RK4, Projection::default())
 }
 
 impl Study {
-    /// Each goal with a sentence about it.
+    /// The goals, each with a sentence about it.
     pub(crate) fn recommendations(&self) -> Vec<(String, String)> {
         let size = self.reference.size();
         GOALS.map(|goal| (format!("{:.0e}", goal * size), self.cheapest(goal * size))).into()
     }
 
-    /// The rejection_reasons that the measurements leave.
+    /// Warnings about the measurements.
     pub(crate) fn warnings(&self, budget: &str) -> Vec<Message> {
         let cut = (self.cut == Some(Cut::Budget)).then(|| {
             Message::new("finer steps were not measured: there was no time left")
@@ -34,8 +34,7 @@ impl Study {
         cut.into_iter().chain(self.doubt()).collect()
     }
 
-    /// A warning where fine steps agree with themselves and not with the reference: it may have passed over something
-    /// short.
+    /// A warning if fine steps agree with each other, but not with the reference: they may have missed a short event.
     fn doubt(&self) -> Option<Message> {
         let name = yardstick();
         let measured = |sample: &&Sample| sample.method == name && sample.result.is_ok();
@@ -63,7 +62,8 @@ impl Study {
         let time = |sample: &Sample| sample.result.as_ref().map_or(f64::INFINITY, |m| m.seconds[1]);
         let reaches = |sample: &&Sample| sample.result.as_ref().is_ok_and(|m| m.errors.judged() <= goal);
         let order = |a: &&Sample, b: &&Sample| {
-            // Between methods, the time interpolated between their points; within one, its own fastest point.
+            // Times of different methods are interpolated between measurements; for one method, its fastest measurement
+            // counts.
             let of = |sample: &Sample| needed(&sample.method).unwrap_or(f64::INFINITY);
             of(a).total_cmp(&of(b)).then(time(a).total_cmp(&time(b)))
         };
@@ -90,7 +90,7 @@ impl Study {
         }
     }
 
-    /// The time in which a method just reaches a goal, on straight lines between its points in the picture.
+    /// The time in which a method just reaches a goal, interpolated linearly between its points in the picture.
     fn time_needed(&self, method: &str, goal: f64) -> Option<f64> {
         let samples = self.samples.iter().filter(|sample| sample.method == method);
         let points: Vec<&Measured> = samples.filter_map(|sample| sample.result.as_ref().ok()).collect();

@@ -15,14 +15,14 @@ use crate::progress::{Progress, interrupted};
 use crate::reference::{Errors, Reference, ReferenceKind};
 use crate::setup::Setup;
 
-/// The measurements of a scene, and what they are compared with.
+/// The measurements of a scene, and their reference.
 pub(crate) struct Study {
     pub(super) reference: Reference,
-    /// The column whose errors are looked at, instead of those of the coordinates.
+    /// The column whose errors are measured, instead of those of the coordinates.
     pub(super) of: Option<Column>,
     /// Method by method, from coarse to fine.
     pub(super) samples: Vec<Sample>,
-    /// The reason why there are no more.
+    /// The reason why there are no more measurements.
     pub(super) cut: Option<Cut>,
 }
 
@@ -31,11 +31,11 @@ pub(super) struct Sample {
     /// The method with its projection.
     pub(super) method: String,
     pub(super) setting: Setting,
-    /// The measurement, or the reason why the method did not get to the end.
+    /// The measurement, or the reason why the method did not reach the end.
     pub(super) result: Result<Measured, Message>,
 }
 
-/// The setting that makes a method more or less accurate.
+/// The setting that controls the accuracy of a method.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Setting {
     /// Length of the steps.
@@ -48,40 +48,39 @@ pub(super) enum Setting {
 pub(super) struct Measured {
     pub(super) steps: u64,
     pub(super) evaluations: u64,
-    /// Seconds: a quarter of the repetitions were faster, the median, a quarter were slower.
+    /// The lower quartile, the median and the upper quartile of the run times, in s.
     pub(super) seconds: [f64; 3],
     pub(super) errors: Errors,
     pub(super) residual: f64,
     pub(super) energy_drift: Option<f64>,
-    /// The error at the end as a plain run estimates it.
+    /// The estimated error at the end from an ordinary run.
     pub(super) estimate: Option<f64>,
 }
 
-/// An early end of the measurements.
+/// The reason for an early end of the measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cut {
     /// There was no time left for finer steps.
     Budget,
-    /// The user wanted it to end.
+    /// The user interrupted the measurements.
     Interrupted,
 }
 
 /// The repetitions of each measurement.
 const PATIENCE: Repetitions = Repetitions { least: 7, time: Duration::from_millis(15) };
-/// The longest steps, in steps of the scene; further ones are halves.
+/// The longest steps, in steps of the scene; each further one is half as long.
 const COARSEST: f64 = 8.0;
 const HALVINGS: i32 = 11;
-/// Above this part of the column, or this error of a coordinate, and above so many times the reference's own, it may be
-/// chance that a smaller step brought nothing.
+/// The error, relative to the column or absolute for coordinates, above which a smaller step may fail to reduce the
+/// error by chance. The error must also exceed a multiple of the reference's own.
 const FINE: f64 = 1e-9;
 const NEAR: f64 = 30.0;
-/// Tolerances go from one power of ten to another.
+/// The tolerances are negative powers of ten with these exponents.
 const TOLERANCES: std::ops::RangeInclusive<i32> = 3..=14;
 
 impl Study {
-    /// Measures what can be begun before the deadline: each method with its coarsest setting, then each with the next,
-    /// so that
-    /// none is forgotten. The first measurement is made in any case.
+    /// Measures until the deadline: each method with its coarsest setting, then each with the next one, so that none is
+    /// left out. The first measurement is always made.
     pub(crate) fn new(
         setup: &Setup,
         at: &[String],
@@ -107,7 +106,7 @@ impl Study {
         }
     }
 
-    /// The origin of the exact values.
+    /// The source of the exact values.
     pub(crate) fn origin(&self) -> String {
         format!("{}, uncertain by {:.1e}", self.reference.origin, self.reference.uncertainty.judged())
     }
@@ -117,16 +116,16 @@ impl Study {
     }
 }
 
-/// A method with a projection, on its way to finer settings.
+/// A method with a projection, measured with finer and finer settings.
 struct Series {
     method: &'static Method,
     projection: Projection,
     settings: std::vec::IntoIter<Setting>,
     samples: Vec<Sample>,
-    /// The time that the last sample took.
+    /// The time for the last sample.
     took: Duration,
     best: f64,
-    /// Samples in a row that brought nothing.
+    /// The number of consecutive samples without improvement.
     idle: usize,
 }
 
@@ -144,7 +143,7 @@ fn run_study(setup: &Setup, reference: &Reference, deadline: Instant) -> (Vec<Sa
                 series.stop();
             }
             let Some(setting) = series.settings.next() else { continue };
-            // A step half as long takes twice the time.
+            // Half the step takes twice the time.
             if !is_first && Instant::now() + 2 * series.took >= deadline {
                 cut = cut.or(Some(Cut::Budget));
                 series.stop();
@@ -196,7 +195,7 @@ impl Series {
     fn take(&mut self, sample: Sample, took: Duration, [floor, size]: [f64; 2]) {
         self.took = took;
         if let Ok(measured) = &sample.result {
-            // Where rounding errors or the reference's own are reached, more work brings nothing.
+            // Once rounding errors or those of the reference are reached, finer settings do not help.
             let error = measured.errors.judged();
             self.idle = if error < 0.5 * self.best { 0 } else { self.idle + 1 };
             self.best = self.best.min(error);
@@ -241,7 +240,7 @@ fn compare(setup: &Setup, reference: &Reference, measurement: &Measurement) -> M
     }
 }
 
-/// The error at the last time as `qrm run` would estimate it.
+/// The error at the last time, estimated like in `qrm run`.
 fn estimate(setup: &Setup, of: Option<Kind>, trial: &Trial, end: f64) -> Option<f64> {
     let request = Request {
         settings: trial.settings,

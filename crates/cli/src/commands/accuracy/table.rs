@@ -48,7 +48,7 @@ impl Study {
                 record.extend([m.steps.to_string(), m.evaluations.to_string()]);
                 let [quarter, median, three_quarters] = m.seconds;
                 record.extend([median, quarter, three_quarters].map(full));
-                // Errors below the reference's own uncertainty are not known.
+                // Errors below the uncertainty of the reference are unknown.
                 let error = |(error, uncertainty): (f64, f64)| match error > uncertainty {
                     true => full(error),
                     false if uncertainty == 0.0 => String::new(),
@@ -116,10 +116,10 @@ impl Study {
             Ok(m) => m,
             Err(reason) => return format!("  {setting:>16} {}\n", reason.text),
         };
-        // Errors below the reference's own uncertainty are not known.
+        // Errors below the uncertainty of the reference are unknown.
         let error = |error: f64, uncertainty: f64| match error > uncertainty {
             true => format!("{error:.1e}"),
-            // Nothing is without rounding errors: there are no such values.
+            // Zero uncertainty means that there are no such values, since rounding errors always exist.
             false if uncertainty == 0.0 => "-".to_owned(),
             false => format!("<{uncertainty:.0e}"),
         };
@@ -139,9 +139,8 @@ impl Study {
         )
     }
 
-    /// The order that a method with fixed steps shows in the errors of the coordinates: the slope of the straight line
-    /// nearest
-    /// to its points, as far as they are clear of rounding errors, and of steps that are too long.
+    /// The observed order of a method with fixed steps, from the errors of the coordinates: the slope of a straight
+    /// line fitted to its points. Points near rounding errors, and too long steps, are excluded.
     fn order(&self, method: &str) -> Option<f64> {
         let floor = CLEAR * self.reference.uncertainty.judged();
         let point = |sample: &Sample| match (&sample.setting, &sample.result) {
@@ -158,13 +157,13 @@ impl Study {
         let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0 / count, y + point.1 / count));
         let sum = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>();
         let order = sum(&|point| (point.0 - x) * (point.1 - y)) / sum(&|point| (point.0 - x).powi(2));
-        // Points on no straight line show no order.
+        // Points that are not on a straight line show no order.
         let mut slopes = points.windows(2).map(|pair| (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0));
         slopes.all(|slope| (slope - order).abs() < 1.0).then_some(order)
     }
 }
 
-/// The multiple of the uncertainty that is clear of rounding errors.
+/// The multiple of the uncertainty above which rounding errors do not matter.
 const CLEAR: f64 = 250.0;
-/// The longest steps do not show the order yet.
+/// The number of longest steps that do not show the order yet.
 const SKIPPED: usize = 1;

@@ -10,14 +10,14 @@ use serde::Serialize;
 use crate::format::counted;
 use crate::setup::Setup;
 
-/// Most digits behind the point.
+/// The largest number of decimals.
 const MOST_DECIMALS: f64 = 18.0;
 
 /// The intervals at the end of a motion.
 #[derive(Serialize)]
 pub(super) struct Report {
     scene: &'static str,
-    /// Whether the given angle has made its turn.
+    /// Whether the given angle has completed its turn.
     has_turned: bool,
     steps: u64,
     columns: Vec<Column>,
@@ -85,7 +85,7 @@ impl Column {
     }
 }
 
-/// The ends of an interval, rounded outward, so that their shortest decimals lie outside too.
+/// Rounds the ends of an interval outward, so that their shortest decimals lie outside too.
 fn outward(interval: Interval) -> [f64; 2] {
     let is_exact = |end: f64| Interval::rounded(end) == Interval::point(end);
     let (lower, upper) = (interval.lo(), interval.hi());
@@ -93,7 +93,7 @@ fn outward(interval: Interval) -> [f64; 2] {
     [lower, if is_exact(upper) { upper } else { upper.next_up() }]
 }
 
-/// The number in the middle in digits of which the last one is off by one at most, for all numbers between two.
+/// The midpoint with as many digits as all numbers between two share, up to one unit in the last digit.
 fn digits(lower: f64, upper: f64) -> String {
     let (middle, width) = (0.5 * lower + 0.5 * upper, upper - lower);
     if width == 0.0 {

@@ -1,4 +1,4 @@
-//! The positions at which a mechanism can be assembled.
+//! The positions in which a mechanism can be assembled.
 
 use qrm_sim::analysis::{MAX_BRANCHES, branches};
 use qrm_sim::position::Start;
@@ -9,7 +9,7 @@ use crate::format::{counted, quantity};
 use crate::progress::{interrupted, watch_interrupts};
 use crate::setup::Setup;
 
-/// A table of the branches: the coordinates of each.
+/// Creates a table with the coordinates of each branch.
 pub(super) fn text(setup: &Setup) -> Result<String, Error> {
     let start = setup.start();
     let mechanism = setup.mechanism();

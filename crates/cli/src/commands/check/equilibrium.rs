@@ -12,13 +12,13 @@ use crate::format::quantity;
 use crate::options::number;
 use crate::setup::Setup;
 
-/// Farther from the start a position is not looked for.
+/// The largest distance of a position from the start, in turns.
 const MAX_TURNS: f64 = 100.0;
 
-/// Values of coordinates that the scene gives.
+/// Values of given coordinates.
 type Wanted = Vec<(usize, f64)>;
 
-/// Reads `phi2=45deg` or `phi=0.5,s=0.1`. A coordinate that is asked for again begins another position.
+/// Reads `phi2=45deg` or `phi=0.5,s=0.1`. A repeated coordinate begins another position.
 pub(super) fn positions(mechanism: &dyn Mechanism, texts: &[String]) -> Result<Vec<Wanted>, Error> {
     let mut positions: Vec<Wanted> = Vec::new();
     for text in texts {
@@ -48,7 +48,7 @@ fn value(mechanism: &dyn Mechanism, text: &str, part: &str) -> Result<(usize, f6
         return Err(wrong(format!("`{part}` has no `=`"), format!("write `--static {first}=45deg`")));
     };
     let name = name.trim();
-    // A released drive may have the name of the coordinate that it prescribes.
+    // A released drive may have the same name as the coordinate that it prescribes.
     let places = || (0..coordinates.len()).filter(|&i| coordinates[i].name == name);
     let Some(place) = places().find(|&i| is_given[i]).or_else(|| places().next()) else {
         let help = suggestion(name, given.iter().copied(), || format!("these can be given: {}", given.join(", ")));
@@ -72,7 +72,7 @@ fn value(mechanism: &dyn Mechanism, text: &str, part: &str) -> Result<(usize, f6
     Ok((place, value))
 }
 
-/// A note that loads which depend on time are taken at its beginning.
+/// A note that loads which depend on time are evaluated at the start.
 pub(super) fn when(setup: &Setup) -> &'static str {
     let values = setup.scene.loads.iter().flat_map(|load| load.kind.forces());
     let mut names = values.flat_map(|value| value.names());

@@ -5,7 +5,7 @@ use qrm_sim::analysis::{MechanismWithoutDrive, can_revolve};
 
 use crate::setup::Setup;
 
-/// The values between which a length allows a full turn, where an end was found.
+/// The range in which a length allows a full turn, with the limits that were found.
 pub(super) struct ParameterRange {
     pub(super) name: &'static str,
     pub(super) unit: &'static str,
@@ -14,15 +14,15 @@ pub(super) struct ParameterRange {
     pub(super) high: Option<f64>,
 }
 
-/// Searched this many times the present value, upward and downward.
+/// The search range, as a multiple of the present value, upward and downward.
 const REACH: f64 = 20.0;
-/// From one trial to the next.
+/// The ratio of consecutive trials.
 const FACTOR: f64 = 1.25;
 /// Relative accuracy of a limit.
 const ACCURACY: f64 = 1e-10;
 
-/// The limits of every parameter that the constraints contain, the others held: between them the turn is possible,
-/// whether it is now or not. The constraint of a released drive does not count.
+/// Finds the limits of every parameter in the constraints, with the other parameters fixed: between them the turn is
+/// possible, whether it is possible now or not. The constraint of a released drive is ignored.
 pub(super) fn parameter_ranges(setup: &Setup, drive: Option<usize>, turns: bool) -> Vec<ParameterRange> {
     let used = parameters_of_constraints(&setup.scene, drive);
     let values = setup.model.parameter_values(&setup.replace());
@@ -40,14 +40,14 @@ pub(super) fn parameter_ranges(setup: &Setup, drive: Option<usize>, turns: bool)
             }
         };
         let [down, up] = [1.0 / FACTOR, FACTOR].map(|factor| limit(&turns_with, value, factor, turns));
-        // If the mechanism cannot turn now, a longer length with which it can is the lower limit.
+        // If the mechanism cannot turn now, the first longer length with which it can is the lower limit.
         let (low, high) = if (value > 0.0) == turns { (down, up) } else { (up, down) };
         ParameterRange { name: parameter.name, unit: parameter.unit, value, low, high }
     });
     limits.collect()
 }
 
-/// The value at which a full turn ends or begins to be possible, going from the present one by a factor.
+/// The value at which a full turn becomes possible or impossible, searched from the present value by a factor.
 fn limit(turns_with: &dyn Fn(f64) -> bool, value: f64, factor: f64, turns: bool) -> Option<f64> {
     let (mut same, mut other) = (value, value * factor);
     while turns_with(other) == turns {
@@ -63,7 +63,7 @@ fn limit(turns_with: &dyn Fn(f64) -> bool, value: f64, factor: f64, turns: bool)
     Some(if turns { same } else { other })
 }
 
-/// The names of parameters in the constraints, through points and other parameters too.
+/// The names of parameters in the constraints, also through points and other parameters.
 fn parameters_of_constraints(scene: &Scene, drive: Option<usize>) -> Vec<String> {
     let constraints = scene.constraints.iter().enumerate().filter(|(i, _)| Some(*i) != drive);
     let mut pending: Vec<&Value> = constraints.map(|(_, constraint)| &constraint.residual).collect();

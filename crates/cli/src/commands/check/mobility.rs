@@ -1,4 +1,4 @@
-//! Degrees of freedom, by count and by rank, and what the lengths of four-bar linkages allow.
+//! Degrees of freedom, by count and by rank, and the classes of four-bar linkages.
 
 use qrm_scene::document;
 use qrm_scene::evaluate::State;

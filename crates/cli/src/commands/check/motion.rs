@@ -18,7 +18,7 @@ use crate::run_report::RunReport;
 use crate::setup::Setup;
 use qrm_pictures::Recording;
 
-/// The lines about the motion, and an error if its run did not do what was asked.
+/// The lines about the motion, and an error if its run failed.
 pub(super) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>), Error> {
     let mut observer = (Progress::new(), (Recording::new(setup.description), Balance::default()));
     let outcome = setup.simulate(false, &mut observer)?;
@@ -77,7 +77,7 @@ fn energy(balance: &Balance, is_conservative: bool) -> Topic {
     Topic::new("energy", [line])
 }
 
-/// Whether the state comes back after a turn of the driven angle.
+/// Tests whether the state returns after a turn of the driven angle.
 fn recurrence(setup: &Setup, driven: usize) -> Result<Option<Topic>, Error> {
     let name = setup.description.coordinates[driven].name;
     let mut observer = (Progress::new(), Recording::new(setup.description));
@@ -130,7 +130,7 @@ fn recurrence(setup: &Setup, driven: usize) -> Result<Option<Topic>, Error> {
     Ok(Some(Topic::new("cycle", lines)))
 }
 
-/// The durations of the two strokes of an output in one turn, if it has no more than two.
+/// The durations of the two strokes of an output in one turn, if it has at most two.
 fn strokes(output: &Output, series: &[(f64, f64)], e: Option<Extremes>, period: f64) -> Option<String> {
     let (OutputKind::Value(_), Some(e)) = (&output.kind, e) else { return None };
     let signs = || series.windows(2).map(|pair| pair[1].1 - pair[0].1).filter(|change| *change != 0.0);

@@ -1,4 +1,4 @@
-//! A slow full turn, or the way of a length: strokes, dead points, limit positions, torque at rest.
+//! A quasi-static full turn, or motion along a length: strokes, dead points, limit positions, torque at rest.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::format::{number, quantity};
 use crate::setup::Setup;
 
-/// The lines about the way of the driven coordinate, or of each drive.
+/// The lines about the revolution of the driven coordinate, or of each drive.
 pub(super) fn report_lines(setup: &Setup) -> Result<Vec<Topic>, Error> {
     let drives = setup.scene.drives();
     if drives.is_empty() {
@@ -108,15 +108,15 @@ fn turning(setup: &Setup, turn: &Revolution, driven: &QuantityDescription) -> Ve
     lines
 }
 
-/// A value of the driven coordinate: an angle within one turn, or what it is between locks.
+/// A value of the driven coordinate: an angle modulo one turn, or the plain value between locks.
 fn place(value: f64, turn: &Revolution, unit: &str) -> String {
     let within = value.rem_euclid(TAU);
-    // Rounding may leave the beginning of a turn at its end.
+    // Rounding may move the beginning of a turn to its end.
     let within = if TAU - within < 1e-7 { 0.0 } else { within };
     quantity(if turn.range.is_none() && turn.returns { within } else { value }, unit)
 }
 
-/// For which lengths the turn is or would be possible, like Grashof's condition for four bars.
+/// The ranges of lengths for which a turn is possible, like Grashof's condition for four-bar linkages.
 fn lengths(setup: &Setup, drive: Option<usize>, turns: bool) -> Option<Topic> {
     let line = |limit: &ParameterRange| {
         let (name, unit) = (limit.name, limit.unit);

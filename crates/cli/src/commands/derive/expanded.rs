@@ -1,4 +1,4 @@
-//! A scene in links and joints as an ordinary one.
+//! Expands a scene in links and joints into an ordinary one.
 
 use qrm_scene::document::{
     Along, BodySyntax, CoordinateSyntax, DisplacementSyntax, Document, DrawnSyntax, FrictionSyntax, Identifier,
@@ -25,7 +25,7 @@ const SECTIONS: [&str; 12] = [
     "run",
 ];
 
-/// The text of a scene without links and joints; the rest of it stays as it is.
+/// The text of a scene without links and joints; everything else is unchanged.
 pub(super) fn expanded(source: &str) -> Result<String, String> {
     let mut text: DocumentMut = source.parse().map_err(|e| format!("{e}"))?;
     let (own, _) = Document::parse(source);
@@ -61,7 +61,7 @@ pub(super) fn expanded(source: &str) -> Result<String, String> {
             (&own.identifier, table([residual, unit, ("one_sided", side.into()), doc]))
         }),
     );
-    // Those of joints follow the scene's own.
+    // Loads of joints follow the scene's own.
     let written = text.remove("loads");
     put(&mut text, "loads", whole.loads[own.loads.len()..].iter().map(|(name, own)| (name, load(own))));
     put_first(&mut text, "loads", written);
@@ -83,7 +83,7 @@ pub(super) fn expanded(source: &str) -> Result<String, String> {
     Ok(text.to_string())
 }
 
-/// Adds entries to a section, before those that it has.
+/// Adds entries to a section, before the existing ones.
 fn put<'d>(text: &mut DocumentMut, section: &str, entries: impl Iterator<Item = (&'d Identifier, Value)>) {
     let mut entries = entries.peekable();
     if entries.peek().is_none() {
@@ -91,7 +91,7 @@ fn put<'d>(text: &mut DocumentMut, section: &str, entries: impl Iterator<Item = 
     }
     let mut table = Table::new();
     for (name, value) in entries {
-        // Parts of one body are drawn under one name.
+        // Parts of one body share a base name.
         let numbers = (2..).map(|number| format!("{}_{number}", name.name));
         let mut names = std::iter::once(name.name.clone()).chain(numbers);
         let free = names.find(|name| !table.contains_key(name)).unwrap_or_default();
@@ -103,7 +103,7 @@ fn put<'d>(text: &mut DocumentMut, section: &str, entries: impl Iterator<Item = 
     text.insert(section, Item::Table(table));
 }
 
-/// Puts what a section had before its entries.
+/// Moves the previous entries of a section to its beginning.
 fn put_first(text: &mut DocumentMut, section: &str, written: Option<Item>) {
     let Some(mut written) = written else { return };
     if let (Some(own), Some(others)) = (written.as_table_like_mut(), text.remove(section)) {
@@ -114,7 +114,7 @@ fn put_first(text: &mut DocumentMut, section: &str, written: Option<Item>) {
     text.insert(section, written);
 }
 
-/// Writes the outputs of joints as what they become, in their place.
+/// Replaces the outputs of joints by their expansions, in place.
 fn put_outputs(text: &mut DocumentMut, own: &Document, whole: &Document) {
     let power = |output: &OutputSyntax| match &output.value {
         OutputValue::Power(of) => Some((output.identifier.name.clone(), of.name.clone())),
@@ -200,7 +200,7 @@ fn displacement(own: &DisplacementSyntax) -> Value {
     Value::InlineTable(table)
 }
 
-/// Gives all sections their order, each after an empty line.
+/// Sorts all sections, with an empty line before each.
 fn order(text: &mut DocumentMut) {
     for (place, section) in SECTIONS.iter().enumerate() {
         let position = isize::try_from(place).ok();
@@ -243,7 +243,7 @@ fn body(own: &BodySyntax) -> Value {
 fn drawn(own: &DrawnSyntax) -> Value {
     let list = |places: &[Position]| Value::Array(places.iter().map(place).collect());
     let optional = |value: &Option<Formula>| value.as_ref().map_or_else(|| Value::from(""), formula);
-    // What is false by default is left out.
+    // Flags that are false by default are omitted.
     let flag = |is_set: bool| if is_set { Value::from(true) } else { Value::from("") };
     match own {
         DrawnSyntax::Link(places) => table([("link", list(places))]),
@@ -286,7 +286,7 @@ fn pair(components: &[Formula; 2]) -> Value {
     Value::Array(components.iter().map(formula).collect())
 }
 
-/// A formula, which is a plain number where it can be one.
+/// A formula, written as a plain number if possible.
 fn formula(formula: &Formula) -> Value {
     let text = print_formula(formula);
     text.parse::<Value>()

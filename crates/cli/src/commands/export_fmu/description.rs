@@ -1,4 +1,4 @@
-//! `modelDescription.xml`: the description of a unit for importers.
+//! `modelDescription.xml`: the description of an FMU for importers.
 
 use std::collections::BTreeSet;
 use std::io;
@@ -12,7 +12,7 @@ use quick_xml::events::{BytesDecl, Event};
 use super::roles::{Role, Roles};
 use super::units::{NAMES, base_unit};
 
-/// The text of the file.
+/// Creates the text of the file.
 pub(super) fn xml(
     description: &Description,
     identifier: &str,
@@ -37,7 +37,7 @@ pub(super) fn xml(
     let interface = [("modelIdentifier", identifier), ("canGetAndSetFMUState", "true")];
     xml.create_element("fmiModelDescription").with_attributes(of_model).write_inner_content(|xml| {
         let model_exchange = xml.create_element("ModelExchange").with_attributes(interface);
-        // After each of the importer's steps the unit looks whether the loops are still closed.
+        // After each of the importer's steps the FMU checks whether the loops are still closed.
         model_exchange.with_attribute(("needsCompletedIntegratorStep", "true")).write_empty()?;
         let co_simulation = xml.create_element("CoSimulation").with_attributes(interface);
         co_simulation.with_attribute(("canHandleVariableCommunicationStepSize", "true")).write_empty()?;
@@ -65,12 +65,12 @@ pub(super) fn xml(
     Ok(text.chars().filter(|character| is_allowed(*character)).collect())
 }
 
-/// Whether XML 1.0 can hold a character at all; a scene's texts may have others, and no escape helps there.
+/// Whether XML 1.0 allows a character; a scene's texts may contain others, which no escape can represent.
 fn is_allowed(character: char) -> bool {
     matches!(character, '\t' | '\n' | '\r' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..)
 }
 
-/// A double, in the digits that read back as the same.
+/// A double in the shortest decimal that reads back exactly.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }
@@ -133,7 +133,7 @@ fn write_variable(
     }
     match variable.kind {
         Kind::Parameter(i) => {
-            // A start value below the smallest one would not be valid.
+            // A start value below the minimum would be invalid.
             if roles.is_mass(i) && !(values[i] < 0.0) {
                 element = element.with_attribute(("min", "0"));
             }
@@ -141,7 +141,7 @@ fn write_variable(
                 element = element.with_attribute(("start", number(values[i]).as_str()));
             }
         }
-        // The variable before a rate is what it is the rate of.
+        // The variable before a rate is its integral.
         Kind::Rate(_) | Kind::Acceleration(_) => {
             element = element.with_attribute(("derivative", (reference - 1).to_string().as_str()));
         }
@@ -210,7 +210,7 @@ mod tests {
         xml(&description, "ugly", &token, &roles, &[1.0], 1.0).expect("a text")
     }
 
-    /// The attributes of all elements, parsed.
+    /// Parses the attributes of all elements.
     fn attributes(text: &str) -> Vec<(String, String)> {
         let mut reader = Reader::from_str(text);
         reader.config_mut().check_end_names = true;
@@ -240,7 +240,7 @@ mod tests {
             attributes.iter().filter(|(own, _)| own == name).map(|(_, value)| &**value).collect()
         };
         assert_eq!(values("description").iter().filter(|text| **text == CLEAN).count(), 3, "{attributes:?}");
-        // The name of a unit is the same where it is defined and where it is used.
+        // A unit has the same name in its definition and in its uses.
         assert!(values("name").contains(&"m") && values("unit").contains(&"m"), "{attributes:?}");
         assert_eq!(values("min"), ["0"]);
     }

@@ -10,15 +10,15 @@ use crate::setup::Setup;
 /// The role of a parameter for an importer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
-    /// Connect it.
+    /// An input that can be connected.
     Input,
-    /// Set it at any time.
+    /// A value that can be set at any time.
     Tunable,
-    /// Set it before the start.
+    /// A value that can be set before the start.
     Fixed,
-    /// Ask for it: it follows from others, of which at least one can be set at any time, or none.
+    /// A value that follows from other parameters.
     Computed {
-        /// Whether one can.
+        /// Whether at least one of those can be set at any time.
         is_tunable: bool,
     },
 }
@@ -31,12 +31,12 @@ pub(super) struct Roles {
 }
 
 impl Roles {
-    /// Parameters with these roles, and which of them are masses.
+    /// Creates the parameters with these roles; `masses` are those that are masses.
     pub(super) fn new(roles: Vec<(&'static str, Role)>, masses: Vec<&'static str>) -> Self {
         Self { roles, masses }
     }
 
-    /// Whether the parameter in this place is a mass or an inertia.
+    /// Whether the parameter with this index is a mass or an inertia.
     pub(super) fn is_mass(&self, place: usize) -> bool {
         self.masses.contains(&self.roles[place].0)
     }
@@ -69,9 +69,8 @@ impl Roles {
     }
 }
 
-/// The roles: lengths that shape the loops are settled when the motion begins, and so is what the start alone depends
-/// on;
-/// masses, springs and loads can change at any time.
+/// Determines the roles: lengths that shape the loops are fixed when the motion begins, and so are parameters that only
+/// the start depends on; masses, springs and loads can change at any time.
 pub(super) fn roles(setup: &Setup, inputs: &[String]) -> Result<Roles, Error> {
     let scene = &setup.scene;
     let shaping = scene.parameters_of(scene.constraints.iter().map(|c| &c.residual));

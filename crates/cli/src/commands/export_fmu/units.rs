@@ -1,6 +1,6 @@
-//! Units by the base units of SI, so that an importer can convert them.
+//! Units in terms of SI base units, so that an importer can convert them.
 
-/// Exponents of kg, m, s and rad, and the factor to them.
+/// The exponents of kg, m, s and rad, and the conversion factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct BaseUnit {
     pub(super) exponents: [i32; 4],
@@ -10,7 +10,7 @@ pub(super) struct BaseUnit {
 /// The names of the exponents.
 pub(super) const NAMES: [&str; 4] = ["kg", "m", "s", "rad"];
 
-/// The units that are known by name.
+/// The known units by name.
 const KNOWN: [(&str, [i32; 4], f64); 22] = [
     ("kg", [1, 0, 0, 0], 1.0),
     ("g", [1, 0, 0, 0], 1e-3),
@@ -36,17 +36,17 @@ const KNOWN: [(&str, [i32; 4], f64); 22] = [
     ("Pa", [1, -1, -2, 0], 1.0),
 ];
 
-/// A unit such as `kg m^2`, `N s/m` or `(m/s)/s`; `None` if a part of it is not known.
+/// Reads a unit such as `kg m^2`, `N s/m` or `(m/s)/s`; `None` if a part of it is unknown.
 pub(super) fn base_unit(text: &str) -> Option<BaseUnit> {
     let mut unit = BaseUnit { exponents: [0; 4], factor: 1.0 };
-    // Everything behind a stroke divides, up to the end of its parentheses.
+    // Everything after a slash is in the denominator, up to the end of its parentheses.
     let (above, below) = split(text);
     multiply(&mut unit, above, 1)?;
     below.into_iter().try_for_each(|part| multiply(&mut unit, part, -1))?;
     Some(unit)
 }
 
-/// The text before the first stroke outside of parentheses, and the texts between the others.
+/// The text before the first slash outside of parentheses, and the texts between the others.
 fn split(text: &str) -> (&str, Vec<&str>) {
     let (mut depth, mut start, mut parts) = (0, 0, Vec::new());
     for (i, character) in text.char_indices() {

@@ -8,7 +8,7 @@ use crate::setup::Setup;
 
 /// The forces and torques of all drives.
 pub(super) struct Actuators {
-    /// Each of them.
+    /// All actuators.
     pub(super) all: Vec<Actuator>,
 }
 
@@ -16,7 +16,7 @@ pub(super) struct Actuators {
 pub(super) struct Actuator {
     /// The name of its column.
     pub(super) name: String,
-    /// N m or N.
+    /// The unit, N m or N.
     pub(super) unit: &'static str,
     source: Source,
 }
@@ -34,7 +34,7 @@ impl Actuators {
             let (what, unit) = kind(scene.coordinates[i].unit == "rad");
             Actuator { name: format!("{what}_{}", scene.coordinates[i].name), unit, source: Source::Coordinate(i) }
         };
-        // A drive acts along its residual, whatever that is.
+        // A drive acts along its residual, for any form of residual.
         let drive = |k: usize| {
             let (what, unit) = match scene.constraints[k].unit.as_str() {
                 "rad" => kind(true),
@@ -52,13 +52,13 @@ impl Actuators {
     pub(super) fn forces(&self, state: &PrescribedState) -> Vec<f64> {
         let force = |own: &Actuator| match own.source {
             Source::Coordinate(i) => state.forces[i],
-            // That of a constraint acts towards smaller residuals.
+            // The force of a constraint acts towards smaller residuals.
             Source::Constraint(k) => -state.multipliers[k],
         };
         self.all.iter().map(force).collect()
     }
 
-    /// The power that they give the mechanism: force times rate, and `lambda' C_t` of drives.
+    /// The power supplied to the mechanism: force times rate, and `lambda' C_t` of drives.
     pub(super) fn power(&self, mechanism: &dyn Mechanism, state: &PrescribedState) -> f64 {
         let along = |own: &Actuator| match own.source {
             Source::Coordinate(i) => state.forces[i] * state.qd[i],

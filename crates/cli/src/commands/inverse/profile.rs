@@ -26,12 +26,13 @@ pub(super) struct Piece {
 }
 
 impl Profile {
-    /// From a value on at a constant rate.
+    /// Motion from a value at a constant rate.
     pub(super) fn constant(from: f64, rate: f64, time: f64) -> Self {
         Self::Pieces(vec![Piece { begin: 0.0, end: time, coefficients: vec![from, rate] }])
     }
 
-    /// From rest to rest: a third of the time at constant acceleration, a third at constant rate, a third slowing down.
+    /// Motion from rest to rest: one third of the time at constant acceleration, one third at constant rate, one third
+    /// at constant deceleration.
     pub(super) fn trapezoid(from: f64, distance: f64, time: f64) -> Self {
         let (third, rate) = (time / 3.0, 1.5 * distance / time);
         let half = 0.5 * rate / third;
@@ -46,14 +47,14 @@ impl Profile {
         ])
     }
 
-    /// From rest to rest by the polynomial of degree 5 whose accelerations vanish at both ends.
+    /// Motion from rest to rest by the polynomial of degree 5 with zero accelerations at both ends.
     pub(super) fn polynomial(from: f64, distance: f64, time: f64) -> Self {
         let scaled = |factor: f64, power: i32| factor * distance / time.powi(power);
         let coefficients = vec![from, 0.0, 0.0, scaled(10.0, 3), scaled(-15.0, 4), scaled(6.0, 5)];
         Self::Pieces(vec![Piece { begin: 0.0, end: time, coefficients }])
     }
 
-    /// A cubic spline through the rows of a CSV file: time and value.
+    /// Motion along a cubic spline through the rows of a CSV file: time and value.
     pub(super) fn table(path: &Path) -> Result<Self, Error> {
         let wrong = |why: String| {
             Error::usage(format!("`{}` is no table of a motion: {why}", path.display())).help(
@@ -75,7 +76,7 @@ impl Profile {
                     times.push(t);
                     values.push(value);
                 }
-                // The first row may have names.
+                // The first row may be a header.
                 _ if number == 0 => {}
                 _ => return Err(wrong(format!("row {} has no two numbers", number + 1))),
             }
@@ -91,7 +92,7 @@ impl Profile {
         Ok(Self::Pieces(pieces.collect()))
     }
 
-    /// A formula of `t`.
+    /// Motion by a formula of `t`.
     pub(super) fn formula(text: &str) -> Result<Self, Error> {
         let formula = parse_formula(text, 0, &[]).map_err(|finding| Report::new("--motion", text, vec![finding]))?;
         if let Some(name) = formula.names().find(|name| !["t", "pi"].contains(&name.as_str())) {
@@ -102,7 +103,7 @@ impl Profile {
         Ok(Self::Formula(formula))
     }
 
-    /// The times at which the motion begins, may change its acceleration, and ends; of a formula nothing is known.
+    /// The times at which the motion begins, may change its acceleration, and ends; unknown for a formula.
     pub(super) fn times(&self) -> Vec<f64> {
         match self {
             Self::Pieces(pieces) => {
@@ -113,7 +114,7 @@ impl Profile {
         }
     }
 
-    /// Value, rate and acceleration at a time between two others at which nothing changes.
+    /// Value, rate and acceleration at a time in an interval in which the motion is smooth.
     pub(super) fn at(&self, t: f64, [from, to]: [f64; 2]) -> [f64; 3] {
         match self {
             Self::Pieces(pieces) => {

@@ -11,7 +11,7 @@ use crate::format::number;
 use crate::output::{Named, csv};
 use crate::setup::Setup;
 
-/// The forces and torques of a motion, row by row and in sum.
+/// The forces and torques of a motion, row by row, and their statistics.
 #[derive(Serialize)]
 pub(super) struct Report<'r> {
     scene: &'static str,
@@ -67,7 +67,7 @@ impl<'r> Report<'r> {
         }
     }
 
-    /// The results as a text below a title.
+    /// The results as text with this title.
     pub(super) fn text(&self, title: &str) -> String {
         let mut text = format!(
             "{title}\n\n  {:12}{:>15}{:>12}{:>15}{:>12}{:>15}{:>15}\n",
@@ -145,12 +145,12 @@ impl Statistics {
     }
 }
 
-/// Value and time at the vertex of the parabola through a row and its neighbours; `None` if they are not three.
+/// Value and time at the vertex of the parabola through a row and its neighbours; `None` at the ends.
 fn vertex(times: &[f64], values: &[f64], place: usize) -> Option<[f64; 2]> {
     let [before, after] = [place.checked_sub(1)?, place + 1];
     let (t, v) = (times[place], values[place]);
     let [left, right] = [t - times[before], times.get(after)? - t];
-    // A jump between two rows at the same time is no parabola.
+    // Two rows at the same time mean a jump.
     if left <= 0.0 || right <= 0.0 {
         return None;
     }

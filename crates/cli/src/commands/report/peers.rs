@@ -1,11 +1,11 @@
-//! Run times of other programs on the same mechanism, as `benches/peers/run` measured them.
+//! Run times of other programs on the same mechanism, measured by `benches/peers/run`.
 
 use qrm_view::report::Content;
 
 /// Problem, kind, tool with method, and microseconds at errors of 1e-6, 1e-9 and 1e-12; written by the benchmark.
 const TIMES: &str = include_str!("peers.csv");
 
-/// The tables for a scene; none where it was not measured.
+/// The tables for a scene; empty if it was not measured.
 pub(super) fn tables(scene: &str) -> Vec<Content<'static>> {
     let of_kind = |kind: &str| -> Vec<Vec<String>> {
         let rows = TIMES.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());

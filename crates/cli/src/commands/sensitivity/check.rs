@@ -1,4 +1,4 @@
-//! Derivatives against difference quotients, and their estimated errors.
+//! Comparison of derivatives with difference quotients, and their estimated errors.
 
 use std::collections::BTreeSet;
 
@@ -10,39 +10,39 @@ use crate::error::Error;
 use crate::progress::{Progress, interrupted};
 use crate::setup::Setup;
 
-/// Parameters are changed by this part of their value, or by this where they are zero.
+/// The relative change of a parameter, or the absolute one if its value is zero.
 const CHANGE: f64 = 1e-4;
 /// The difference quotient of order 4: places and weights.
 const QUOTIENT: [(f64, f64); 4] = [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)];
-/// Derivatives below this part of a size that matters, over the parameter, count as that.
+/// The smallest size of a derivative, relative to a significant value over the parameter: smaller ones count as this.
 const SMALL: f64 = 1e-2;
-/// From this difference on, relative to the derivative, something is wrong.
+/// The relative difference above which a derivative counts as wrong.
 const WRONG: f64 = 1e-3;
 
-/// Motions at other values of parameters have a tolerance that is smaller by this factor: a difference quotient
-/// magnifies the errors of steps that follow no rule.
+/// The factor by which the tolerance is reduced at other parameter values: a difference quotient amplifies irregular
+/// errors of the steps.
 const TIGHTER: f64 = 1e-3;
 /// The smallest tolerance.
 const TIGHTEST: f64 = 1e-13;
 
-/// How far the derivatives by a parameter can be relied on.
+/// The reliability of the derivatives with respect to a parameter.
 pub(super) struct Check {
     parameter: &'static str,
-    /// The distance from difference quotients, relative to the derivative, and for which quantity; `None` if the motion
-    /// does not come to its end where the parameter is a little different.
+    /// The largest relative difference from difference quotients, and its quantity; `None` if the motion does not reach
+    /// its end for slightly different values of the parameter.
     differences: Option<(f64, String)>,
-    /// The estimated error, likewise.
+    /// The largest estimated relative error, and its quantity.
     estimated: (f64, String),
-    /// Times of extremes that jump to another one when the parameter changes a little.
+    /// Quantities whose extreme jumps to another time when the parameter changes slightly.
     jumps: Vec<String>,
 }
 
-/// The number of motions that check derivatives by so many parameters.
+/// The number of motions for the check of this number of parameters.
 pub(super) fn motions(parameters: usize) -> usize {
     SensitivityRequest::motions(parameters) + QUOTIENT.len() * parameters
 }
 
-/// Takes every derivative in another way, until it is interrupted, and judges its estimated error.
+/// Computes every derivative in a second way, until interrupted, and assesses its estimated error.
 pub(super) fn check(
     (setup, progress): (&Setup, &Progress),
     by: &[&'static str],
@@ -81,11 +81,11 @@ pub(super) fn check(
             let is_far = |errors: &DerivativeErrors| errors.value > 2.0 * setup.step();
             has_jumped[i] || is_time && exact[i].value.errors.as_ref().is_some_and(is_far)
         };
-        // An extreme that another one replaces has a derivative for each.
+        // An extreme that another one replaces has two one-sided derivatives.
         let jumps_at = |i: usize| jumps_at(i) || ["minimum", "maximum"].contains(&exact[i].what) && jumps_at(i + 1);
         let worst = |distance: &dyn Fn(usize, &Derivatives) -> f64| {
             let distances = exact.iter().enumerate().filter(|(i, _)| !jumps_at(*i)).map(|(i, row)| {
-                // A derivative that is small against what it is taken of has fewer digits.
+                // A derivative that is small compared with its quantity has fewer digits.
                 let size = row.value.by[place].abs().max(SMALL * row.scale / scale);
                 (distance(i, row.value) / size, format!("{} {}", row.what, row.name))
             });
@@ -130,7 +130,7 @@ pub(super) fn text(checks: &[Check]) -> String {
     text
 }
 
-/// Whether the derivatives can be relied on.
+/// Returns an error if the derivatives are unreliable.
 pub(super) fn verdict(checks: &[Check]) -> Result<(), Error> {
     let wrong = |found: &(f64, String)| (!(found.0 < WRONG)).then(|| found.1.clone());
     let found = checks.iter().find_map(|check| {

@@ -1,4 +1,4 @@
-//! The quantities that derivatives are taken of.
+//! The quantities whose derivatives are computed.
 
 use qrm_sim::analysis::{Derivatives, Sensitivity};
 use qrm_sim::columns::per_second;
@@ -13,14 +13,14 @@ pub(crate) struct Quantity<'f> {
     pub(crate) name: String,
     pub(crate) unit: String,
     pub(crate) value: &'f Derivatives,
-    /// A relevant size of it.
+    /// A significant size of the quantity.
     pub(super) scale: f64,
 }
 
-/// Sizes below this one, in SI units, are irrelevant.
+/// The smallest significant size, in SI units.
 const LEAST: f64 = 1e-4;
 
-/// The end of the motion, then each output: those that are asked for, or all.
+/// The end of the motion, then each output: the requested ones, or all.
 pub(super) fn quantities<'f>(setup: &Setup, found: &'f Sensitivity, of: &[String]) -> Vec<Quantity<'f>> {
     let mut rows = Vec::new();
     let mut row = |what, name: &str, unit: String, value: &'f Derivatives, scale, chosen_by: &str| {

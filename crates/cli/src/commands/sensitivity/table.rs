@@ -7,11 +7,11 @@ use crate::error::Error;
 use crate::output;
 use crate::setup::Setup;
 
-/// Columns of derivatives that stand side by side on a terminal.
+/// The number of derivative columns next to each other on a terminal.
 const ABREAST: usize = 5;
 
-/// `sensitivity.csv`: a row for each quantity; for each parameter a column of derivatives, of products of the Hessian
-/// with the vector where there is one, and of the errors of both where they are estimated.
+/// `sensitivity.csv`: a row for each quantity; for each parameter a column of derivatives, of Hessian products if there
+/// is a vector, and of the errors of both if they are estimated.
 pub(super) fn csv(rows: &[Quantity], by: &[&str]) -> Result<Vec<u8>, Error> {
     let mut header = ["quantity", "of", "unit", "value"].map(str::to_owned).to_vec();
     for (prefix, suffix, _) in rows.first().map(|row| columns(row.value)).unwrap_or_default() {
@@ -25,7 +25,7 @@ pub(super) fn csv(rows: &[Quantity], by: &[&str]) -> Result<Vec<u8>, Error> {
     output::csv(header, rows.iter().map(record))
 }
 
-/// The groups of columns: what stands before and behind the name of a parameter, and the numbers.
+/// The groups of columns: the prefix and the suffix of the parameter's name, and the numbers.
 fn columns(value: &Derivatives) -> Vec<(&'static str, &'static str, Vec<f64>)> {
     let mut groups = vec![("by_", "", value.by.clone()), ("hessian_vector_", "", value.hessian_vector.clone())];
     if let Some(DerivativeErrors { by, hessian_vector, .. }) = &value.errors {

@@ -1,4 +1,4 @@
-//! Extreme variants of a scene, each by every method.
+//! Extreme variants of a scene, run by every method.
 
 use std::time::Duration;
 
@@ -21,41 +21,41 @@ use qrm_sim::integrate::METHODS;
 /// A variant of a scene.
 pub(super) struct Case {
     pub(super) name: String,
-    /// The parameters that are different.
+    /// The changed parameters.
     pub(super) set: String,
-    /// The origin of exact values, or why there are none.
+    /// The source of exact values, or the reason why there are none.
     pub(super) origin: String,
     pub(super) results: Vec<CaseResult>,
 }
 
-/// The result of a method.
+/// The result of a method in a variant.
 pub(super) struct CaseResult {
     pub(super) method: &'static str,
     pub(super) steps: u64,
-    /// Median run time in s, if it got to the end.
+    /// Median run time in s, if the run reached the end.
     pub(super) seconds: Option<f64>,
-    /// Largest error of a coordinate, rate or output at the end, relative to values above one.
+    /// Largest error of a coordinate, rate or output at the end, relative for values above one.
     pub(super) error: Option<f64>,
     pub(super) verdict: Verdict,
 }
 
-/// A run's own judgement against the truth.
+/// The comparison of a run's own assessment with the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Verdict {
     /// The run was accepted, and is as accurate as it claims.
     Right,
-    /// The run itself refused its result, for this reason.
+    /// The run rejected its own result, for this reason.
     Refused(String),
-    /// The run was accepted, and is not as accurate as it claims.
+    /// The run was accepted, but is less accurate than it claims.
     Unnoticed,
-    /// The run was accepted, and its error is not known.
+    /// The run was accepted, and its error is unknown.
     Unknown,
 }
 
 /// The repetitions of each run.
 const PATIENCE: Repetitions = Repetitions { least: 3, time: Duration::from_millis(5) };
 
-/// Tries every method on every variant; those that an interrupt leaves unfinished are left out.
+/// Runs every method on every variant; runs left unfinished by an interrupt are omitted.
 pub(super) fn cases(models: &'static [Model], options: &SceneOptions, setup: &Setup) -> Result<Vec<Case>, Error> {
     let (mut cases, spinner) = (Vec::new(), Progress::spinner());
     for extreme in &setup.scene.extremes {
@@ -77,7 +77,7 @@ fn case(
     };
     let changed: Vec<String> = extreme.set.iter().map(set).collect();
     let mut varied = options.clone();
-    // The values of the case stand in place of those of the command line.
+    // The values of the case override those of the command line.
     let name = |text: &str| text.split('=').next().unwrap_or_default().trim().to_owned();
     varied.set.retain(|own| changed.iter().all(|text| name(text) != name(own)));
     varied.set.extend(changed.iter().cloned());
@@ -116,7 +116,7 @@ struct Exact {
 
 impl Exact {
     fn find(variant: &Setup, extreme: &Extreme, parameters: &[f64], is_changed: bool) -> Result<Self, String> {
-        // Values hold for the scene as it stands.
+        // The scene's values are valid only without other changes.
         if let (Some(accuracy), false, false) = (&extreme.accuracy, extreme.values.is_empty(), is_changed) {
             let values = extreme.values.iter().map(|(known, value)| (*known, constant(value, parameters))).collect();
             let accuracy = constant(accuracy, parameters);

@@ -1,4 +1,4 @@
-//! The step beyond which a run really blows up.
+//! The step length above which a run actually becomes unstable.
 
 use std::io;
 
@@ -12,34 +12,34 @@ use crate::setup::Setup;
 
 /// The longest steps of RK4.
 pub(super) struct Limit {
-    /// The longest step that the linearized equations allow; infinite if nothing decays or oscillates.
+    /// The longest step according to the linearized equations; infinite if nothing decays or oscillates.
     pub(super) predicted: f64,
-    /// The longest step of a run that did not blow up, and the shortest of one that did, both near each other.
+    /// The longest stable step and the shortest unstable one that were found, close to each other.
     pub(super) found: Option<(f64, f64)>,
-    /// The end of the runs.
+    /// The end time of the runs.
     pub(super) until: f64,
 }
 
-/// Runs are no longer than this many steps.
+/// The largest number of steps of a run.
 const MAX_STEPS: f64 = 1e6;
-/// From one trial to the next while looking for a step that blows up.
+/// The ratio of consecutive trials in the search for an unstable step.
 const FACTOR: f64 = 1.1;
-/// Trials in either direction.
+/// The number of trials in each direction.
 const TRIALS: i32 = 12;
-/// Halvings of the interval that is found.
+/// The number of bisections of the interval.
 const HALVINGS: usize = 6;
-/// A rate that grows beyond its largest value by this factor is not that of the motion.
+/// The ratio to the largest rate of the motion above which a run is unstable.
 const BEYOND: f64 = 1.1;
-/// Rates below this part of the largest one are those of coordinates at rest.
+/// The ratio to the largest rate below which a coordinate is at rest.
 const RESTING: f64 = 1e-2;
 
-/// A limit shows in so many steps, if it shows at all.
+/// The number of steps within which an instability becomes visible.
 const STEPS: f64 = 100.0;
-/// For it, a motion is followed beyond its end up to so many times its length.
+/// The largest multiple of its length to which the motion is extended for that.
 const FARTHEST: f64 = 20.0;
 
 impl Limit {
-    /// Tries steps around the predicted limit, for as long as a hundred of them take.
+    /// Tests steps around the predicted limit, over the time of a hundred steps.
     ///
     /// # Errors
     /// The motion could not be followed at all.
@@ -63,7 +63,7 @@ impl Limit {
             spinner.show(format!("steps of {h:.2e} s by trial"));
             h < until && holds(setup, survey, h, until.min(MAX_STEPS * h))
         };
-        // Downward to one that holds, upward to the first that does not.
+        // Search downward for a stable step, then upward for the first unstable one.
         let Some(start) = (1..TRIALS).map(|k| predicted * 0.5_f64.powi(k)).find(|h| holds(*h)) else { return limit };
         let Some(end) = (1..TRIALS).map(|k| start * FACTOR.powi(k)).find(|h| !holds(*h)) else { return limit };
         let (mut low, mut high) = (end / FACTOR, end);
@@ -76,7 +76,7 @@ impl Limit {
     }
 }
 
-/// Whether a run with this step gets to the end, no rate far beyond those of the motion.
+/// Whether a run with this step reaches the end with rates in the range of the motion.
 fn holds(setup: &Setup, survey: &Survey, step: f64, until: f64) -> bool {
     let settings = MethodSettings { method: RK4, ..setup.settings };
     let request = Request { settings, step: Some(step), end: Some(End::Time(until)), ..Request::default() };
@@ -87,7 +87,7 @@ fn holds(setup: &Setup, survey: &Survey, step: f64, until: f64) -> bool {
     !watch.is_beyond && outcome.is_ok_and(|outcome| matches!(outcome.status, Status::Completed))
 }
 
-/// An observer that ends a run whose rates leave their bounds.
+/// An observer that ends a run whose rates leave their range.
 struct Watch {
     bounds: Vec<f64>,
     is_beyond: bool,

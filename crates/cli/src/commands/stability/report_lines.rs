@@ -11,21 +11,21 @@ use crate::error::Error;
 use crate::format::{seconds, wrapped};
 use crate::setup::Setup;
 
-/// Singular values below this part of their largest are reported.
+/// The ratio of singular values to their largest below which they are reported.
 const NEAR: f64 = 0.1;
-/// Beyond this, it is not stability that ends a run.
+/// The fraction of the predicted limit beyond which another cause than stability ended a run.
 const LATE: f64 = 0.15;
-/// Steps for stability that are so many times as many as those for accuracy make a motion stiff.
+/// The ratio of steps for stability to steps for accuracy above which a motion is stiff.
 const STIFF: f64 = 2.0;
-/// Conditions above this cost half of the digits.
+/// The condition number above which half of the digits are lost.
 const ILL: f64 = 1e8;
 
 /// A number of a spectrum.
 type Number = fn(&Spectrum) -> f64;
-/// The name of a body or load with one of its constants.
+/// A body or load, and one of its constants.
 type Part<'s> = (&'s String, &'s Option<Value>);
 
-/// The lines about the survey, and the recommendation.
+/// The text about the survey, with the recommendation.
 pub(super) fn text(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
     let outcome = &survey.outcome;
     let mut text = format!(
@@ -103,7 +103,7 @@ fn times(ratio: f64) -> String {
     if ratio < 1e4 { format!("{ratio:.3} times") } else { format!("{ratio:.1e} times") }
 }
 
-/// The numbers for programs, without those that are infinite.
+/// The finite numbers in JSON, for programs.
 pub(super) fn numbers(setup: &Setup, survey: &Survey, limit: &Limit) -> serde_json::Value {
     let finite = |number: f64| number.is_finite().then_some(number);
     let largest = |number: Number| finite(number(&survey.largest(number).spectrum));
@@ -158,7 +158,7 @@ fn singular(setup: &Setup, survey: &Survey) -> Vec<String> {
     std::iter::once(first).chain(places.iter().take(3).map(place)).collect()
 }
 
-/// Largest to smallest mass, inertia, stiffness and damping, of those that are not zero.
+/// The ratios of the largest to the smallest nonzero mass, inertia, stiffness and damping.
 fn ratios(setup: &Setup) -> Vec<String> {
     let parameters = setup.parameters();
     let bodies = &setup.scene.bodies;
@@ -203,7 +203,7 @@ fn recommendation(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
     } else {
         format!("Not stiff: {compared}; accuracy asks for more.")
     });
-    // A limit that holds for short times alone does not count: what grows then decays again.
+    // A limit that applies only for short times is ignored: the growth decays again.
     let steps = survey.outcome.end_time / step;
     let bound = limit.found.map(|(bounded, _)| bounded).or((needed > steps).then_some(limit.predicted));
     if let Some(bound) = bound.filter(|bound| step > 0.5 * bound) {

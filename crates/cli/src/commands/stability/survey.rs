@@ -12,16 +12,16 @@ use qrm_pictures::Recording;
 
 /// The linearized equations along a motion.
 pub(super) struct Survey {
-    /// States at equal distances.
+    /// States at equal intervals of time.
     pub(super) samples: Vec<Sample>,
-    /// Largest rates of the coordinates, without sign.
+    /// Largest absolute rates of the coordinates.
     pub(super) rates: Vec<f64>,
     pub(super) outcome: Outcome,
     /// An error if the motion could not be followed to its end.
     pub(super) problem: Option<Error>,
 }
 
-/// A state with the linearized equations there.
+/// A state and the linearized equations there.
 pub(super) struct Sample {
     pub(super) t: f64,
     pub(super) q: Vec<f64>,
@@ -29,7 +29,7 @@ pub(super) struct Sample {
 }
 
 impl Survey {
-    /// Follows the motion to its end, or to another one.
+    /// Follows the motion to its end, or to `end`.
     pub(super) fn until(setup: &Setup, end: Option<f64>) -> Result<Self, Error> {
         let mut observer = (Progress::new(), Recording::new(setup.description));
         let outcome = match end {
@@ -53,19 +53,19 @@ impl Survey {
         let rates = (0..setup.description.coordinates.len()).map(largest).collect();
         let report = RunReport::new(setup, &outcome, &recording);
         let problem = match outcome.status {
-            // Where the stop condition is never met, the motion was followed all the same.
+            // The motion is complete even if the stop condition is never satisfied.
             Status::StopNotReached { .. } => report.distrusted(),
             _ => report.problem(),
         };
         Ok(Self { samples, rates, outcome, problem })
     }
 
-    /// The longest step that RK4 can take everywhere.
+    /// The longest step of RK4 that is stable along the whole motion.
     pub(super) fn longest_step(&self) -> f64 {
         self.samples.iter().map(|sample| sample.spectrum.longest_step).fold(f64::INFINITY, f64::min)
     }
 
-    /// The number of steps of RK4 that stability alone asks for.
+    /// The number of steps of RK4 required by stability alone.
     pub(super) fn steps_for_stability(&self) -> f64 {
         let wanted = |sample: &Sample| 1.0 / sample.spectrum.longest_step;
         let part = |pair: &[Sample]| 0.5 * (pair[1].t - pair[0].t) * (wanted(&pair[0]) + wanted(&pair[1]));
@@ -78,8 +78,8 @@ impl Survey {
         self.samples.iter().max_by(|a, b| by(a).total_cmp(&by(b))).unwrap_or(&self.samples[0])
     }
 
-    /// The samples in which the smallest singular value of C_q has a minimum below a part of its largest value, with
-    /// that part.
+    /// The samples in which the smallest singular value of C_q has a minimum below a fraction of its largest value,
+    /// with the actual fraction.
     pub(super) fn singular(&self, part: f64) -> Vec<(&Sample, f64)> {
         let value = |i: usize| self.samples[i].spectrum.smallest_singular_value;
         let most = (0..self.samples.len()).map(value).fold(0.0, f64::max);

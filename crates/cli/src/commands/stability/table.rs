@@ -7,7 +7,7 @@ use crate::format::{full, milliseconds, shortened};
 use crate::output::csv;
 use crate::setup::Setup;
 
-/// `stability.csv`; what is infinite stays empty.
+/// `stability.csv`; infinite values are left empty.
 pub(super) fn samples(setup: &Setup, survey: &Survey) -> Result<Vec<u8>, Error> {
     let mut header = vec!["t".to_owned()];
     header.extend(setup.scene.coordinates.iter().map(|c| c.name.clone()));

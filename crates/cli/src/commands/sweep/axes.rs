@@ -5,10 +5,10 @@ use qrm_core::{Description, Interval};
 use crate::error::Error;
 use crate::options::{check_parameter, number};
 
-/// Every combination of some values of some parameters, those of the last one changing first; or pairs of them.
+/// Every combination of some values of some parameters, with the last parameter changing fastest; or pairs of values.
 pub(crate) struct Axes {
     axes: Vec<Axis>,
-    /// Whether a design takes the values at the same place of every axis, instead of a combination.
+    /// Whether design `k` takes value `k` of every axis, instead of a combination.
     is_paired: bool,
 }
 
@@ -17,11 +17,11 @@ struct Axis {
     values: Vec<f64>,
 }
 
-/// More designs than this are taken for a mistake.
+/// The largest number of designs; more are considered a mistake.
 const MAX_DESIGNS: usize = 1_000_000_000;
 
 impl Axes {
-    /// Each as `NAME=FROM:TO:COUNT`, or `NAME=VALUE,VALUE,...`.
+    /// Reads axes written as `NAME=FROM:TO:COUNT` or `NAME=VALUE,VALUE,...`.
     pub(super) fn new(description: &Description, vary: &[String]) -> Result<Self, Error> {
         let mut named = Vec::new();
         for text in vary {
@@ -39,7 +39,7 @@ impl Axes {
         Self::combinations(description, named)
     }
 
-    /// Every combination of these values.
+    /// Creates every combination of these values.
     pub(crate) fn combinations(description: &Description, values: Vec<(String, Vec<f64>)>) -> Result<Self, Error> {
         let axes = axes(description, values)?;
         let count = axes.iter().try_fold(1_usize, |count, axis| count.checked_mul(axis.values.len()));
@@ -50,7 +50,7 @@ impl Axes {
         }
     }
 
-    /// A design for each place of these values, which are equally many for each parameter.
+    /// Creates one design for each index of these values; all parameters must have equally many.
     pub(crate) fn paired(description: &Description, values: Vec<(String, Vec<f64>)>) -> Result<Self, Error> {
         let axes = axes(description, values)?;
         if let Some([first, other]) = axes.array_windows().find(|[a, b]| a.values.len() != b.values.len()) {
@@ -94,19 +94,19 @@ impl Axes {
         values
     }
 
-    /// The range of a parameter, if it is varied.
+    /// The range of a parameter; `None` if it is not varied.
     pub(super) fn range(&self, name: &str) -> Option<Interval> {
         let values = &self.axes.iter().find(|axis| axis.name == name)?.values;
         values.iter().map(|value| Interval::point(*value)).reduce(Interval::hull)
     }
 
-    /// The value of a parameter, if it is varied.
+    /// The value of a parameter; `None` if it is not varied.
     pub(super) fn value(&self, values: &[f64], name: &str) -> Option<f64> {
         self.axes.iter().position(|axis| axis.name == name).map(|place| values[place])
     }
 }
 
-/// The axes of these values, which are parameters of the mechanism.
+/// Creates the axes; the names must be parameters of the mechanism.
 fn axes(description: &Description, values: Vec<(String, Vec<f64>)>) -> Result<Vec<Axis>, Error> {
     let axis = |(name, values): (String, Vec<f64>)| {
         check_parameter(description, &name)?;
@@ -138,7 +138,7 @@ fn values_of(name: &str, text: &str, values: &str) -> Result<Vec<f64>, Error> {
                 }
             };
             let last = (count - 1).max(1) as f64;
-            // Without the rounding errors of the last digits: 0.3, not 0.30000000000000004.
+            // Rounded to fewer digits: 0.3, not 0.30000000000000004.
             let value = |i: usize| {
                 if i == 0 || i == count - 1 {
                     return if i == 0 { from } else { to };
@@ -152,7 +152,7 @@ fn values_of(name: &str, text: &str, values: &str) -> Result<Vec<f64>, Error> {
     }
 }
 
-/// The parts between commas that stand in no parentheses.
+/// Splits at commas outside of parentheses.
 fn split(list: &str) -> Vec<&str> {
     let (mut parts, mut depth, mut begin) = (Vec::new(), 0, 0);
     for (i, c) in list.char_indices() {

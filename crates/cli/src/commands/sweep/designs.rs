@@ -1,4 +1,4 @@
-//! The designs of a sweep, and how they are run on all cores.
+//! The designs of a sweep, and their execution on all cores.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -23,43 +23,43 @@ use crate::regular_forms::DesignSpace;
 use crate::resolution;
 use crate::setup::Setup;
 
-/// Designs of a scene, each with its own values of the parameters that are varied.
+/// Designs of a scene, each with its own values of the varied parameters.
 pub(crate) struct Designs {
     pub(crate) setup: Setup,
     pub(crate) axes: Axes,
-    /// Whether the extremes of the outputs are wanted.
+    /// Whether the extremes of the outputs are recorded.
     pub(crate) has_extremes: bool,
     /// Whether the error of each design is estimated.
     pub(crate) estimate_error: bool,
-    /// How many designs a core makes at once.
+    /// The number of designs that a core runs simultaneously.
     pub(crate) lanes: LaneCount,
 }
 
-/// A design and its end.
+/// A design and its result.
 pub(super) struct Design {
-    /// The values of the parameters that are varied.
+    /// The values of the varied parameters.
     values: Vec<f64>,
     /// The values of all parameters.
     parameters: Vec<f64>,
-    /// The end of the design, or why it cannot be run.
+    /// The result of the design, or the reason why it cannot run.
     pub(super) result: Result<DesignResult, String>,
 }
 
-/// The number of designs that a core takes at once.
+/// The number of designs per work item of a core.
 const BLOCK: usize = 256;
 
-/// The time between two looks at interrupts.
+/// The interval between two checks for interrupts.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// The method that is asked for, or the one that lanes make.
+/// The requested method, or the default of lanes.
 pub(crate) fn by_lanes(how: &MethodOptions) -> MethodOptions {
     MethodOptions { method: how.method.or(Some(DOP853)), ..how.clone() }
 }
 
-/// How many cores can be asked for.
+/// The allowed numbers of cores.
 pub const THREADS: RangeInclusive<i64> = 1..=4096;
 
-/// The number of cores that is asked for, or that of the machine.
+/// The requested number of cores, or that of the machine.
 pub(crate) fn threads(asked: Option<u32>) -> usize {
     match asked {
         Some(threads) => threads as usize,
@@ -68,7 +68,7 @@ pub(crate) fn threads(asked: Option<u32>) -> usize {
 }
 
 impl Designs {
-    /// The designs, with extremes and errors, in all lanes.
+    /// Creates the designs, with extremes and error estimates, in all lanes.
     pub(crate) fn new(setup: Setup, axes: Axes) -> Result<Self, Error> {
         if setup.own_step.is_some() && setup.settings.method.is_adaptive() {
             return Err(Error::usage("`--step` needs a method of fixed steps, as a sweep writes no rows")
@@ -96,8 +96,8 @@ impl Designs {
         rows::columns(&self.setup, &self.axes, self.has_extremes)
     }
 
-    /// Runs a range of designs; `convert` takes the rows of a block on the thread that made them, and `take` what it
-    /// makes of them on this one, in the order of the designs. Returns the first design that was not taken.
+    /// Runs a range of designs. `convert` processes the rows of a block on the thread that computed them, and `take`
+    /// receives the results on this thread, in the order of the designs. Returns the first design that was not taken.
     pub(crate) fn run<T: Send>(
         &self,
         (begin, end): (usize, usize),
@@ -122,7 +122,7 @@ impl Designs {
                 });
             }
             drop(sender);
-            // Blocks come as they are ready, and are taken in the order of the designs.
+            // Blocks arrive in any order, and are taken in the order of the designs.
             let mut waiting = BTreeMap::new();
             loop {
                 match receiver.recv_timeout(POLL_INTERVAL) {
@@ -157,7 +157,7 @@ impl Designs {
         numbers.iter().zip(self.results(&numbers, self.setup.settings, self.lanes, None)).map(row).collect()
     }
 
-    /// Runs the designs of some numbers, up to a time if one is given.
+    /// Runs some designs by their numbers, up to a time if one is given.
     pub(super) fn results(
         &self,
         numbers: &[usize],
@@ -197,7 +197,7 @@ impl Designs {
         all.map(design).collect()
     }
 
-    /// The reason why the steps of a design pass over a change of a load with time.
+    /// The reason why the steps of a design miss a change of a load with time.
     fn passed_over(&self, parameters: &[f64], end_time: f64) -> Option<String> {
         if self.setup.settings.method.is_adaptive() {
             return None;
@@ -207,7 +207,7 @@ impl Designs {
         resolution::passed_over(&time_scales(scene, parameters), step, end_time)
     }
 
-    /// The reason why a design cannot be run.
+    /// The reason why a design cannot run.
     fn refused(&self, parameters: &[f64]) -> Option<String> {
         let parts = self
             .setup

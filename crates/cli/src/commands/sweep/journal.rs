@@ -1,4 +1,4 @@
-//! The rows of a sweep under way, from which an interrupted sweep goes on.
+//! The rows of an unfinished sweep, from which an interrupted sweep continues.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
@@ -13,14 +13,15 @@ use super::table::Format;
 use crate::error::Error;
 use crate::output::check_target;
 
-/// A table under way: a line that names the sweep, the header, and blocks of rows as CSV, each with a mark behind it.
+/// An unfinished table: a line that identifies the sweep, the header, and blocks of rows in CSV, each followed by a
+/// mark.
 pub(super) struct Journal {
     path: PathBuf,
     file: File,
     mark: Mark,
 }
 
-/// The line behind a block of rows: how many rows there are so far, and a digest of all since the mark before.
+/// The line after a block of rows: the number of rows so far, and a digest of everything since the previous mark.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Mark {
     done: usize,
@@ -35,7 +36,7 @@ impl Mark {
         Self { done, failed, line: format!("{counts} {digest:016x}\n") }
     }
 
-    /// The mark that a line is, if it belongs to its block.
+    /// Reads a mark, if it matches its block.
     fn read(line: &str, before: &str, block: &[u8]) -> Option<Self> {
         let mut words = line.split_whitespace();
         let counts = [words.nth(1)?, words.nth(1)?].map(str::parse);
@@ -45,7 +46,7 @@ impl Mark {
 }
 
 impl Journal {
-    /// Opens the table that belongs to `out`; returns it with the number of designs that are in it already.
+    /// Opens the unfinished table of `out`; returns it with the number of designs in it.
     pub(super) fn open(out: &Path, title: &str, columns: &[Column<Field>]) -> Result<(Self, usize), Error> {
         check_target(out)?;
         let path = under_way(out);
@@ -61,7 +62,7 @@ impl Journal {
                 Ok((Self { path, file, mark }, 0))
             }
             Found::Rows { mark, length } => {
-                // A block that was cut off is computed again.
+                // A truncated block is computed again.
                 file.set_len(length).map_err(failed)?;
                 let count = mark.done + mark.failed;
                 Ok((Self { path, file, mark }, count))
@@ -83,7 +84,7 @@ impl Journal {
         &self.path
     }
 
-    /// Designs that came to their end, and those that did not.
+    /// The number of designs that reached their end, and of those that did not.
     pub(super) fn counts(&self) -> (usize, usize) {
         (self.mark.done, self.mark.failed)
     }
@@ -101,7 +102,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Makes the table from the rows, and removes them.
+    /// Converts the rows to the final table, and removes them.
     pub(super) fn finish(self, out: &Path) -> Result<(), Error> {
         let format = Format::from_path(out)?;
         let written = File::open(&self.path).and_then(|file| {
@@ -112,16 +113,16 @@ impl Journal {
     }
 }
 
-/// The contents of a table under way.
+/// The contents of an unfinished table.
 #[derive(Debug, PartialEq, Eq)]
 enum Found {
-    /// Nothing that was finished.
+    /// No finished block.
     Nothing,
-    /// The rows up to a mark, and the length of the file up to there.
+    /// The rows up to a mark, and the length of the file up to it.
     Rows { mark: Mark, length: u64 },
     /// Rows of another sweep.
     Other,
-    /// The number of a line that does not belong to what stands before it.
+    /// The number of a line that does not match the lines before it.
     Changed(usize),
 }
 
@@ -156,7 +157,7 @@ impl Found {
     }
 }
 
-/// The lines of a table under way that belong to the table.
+/// The lines of an unfinished table that belong to the final table.
 struct Rows<R> {
     lines: R,
     line: Vec<u8>,
@@ -189,7 +190,7 @@ mod tests {
 
     const TITLE: &str = "# a sweep\n";
 
-    /// A table under way of three blocks.
+    /// An unfinished table of three blocks.
     fn text() -> Vec<u8> {
         let mut text = TITLE.to_owned();
         let mut mark = Mark { done: 0, failed: 0, line: TITLE.to_owned() };
@@ -239,7 +240,7 @@ mod tests {
                 changed[place] ^= 1 << bit;
                 match found(&changed) {
                     Found::Nothing | Found::Other | Found::Changed(_) => {}
-                    // The change stands behind what is kept.
+                    // The change lies behind the rows that are kept.
                     Found::Rows { length, .. } => assert!(length as usize <= place, "bit {bit} of byte {place}"),
                 }
             }

@@ -1,4 +1,4 @@
-//! A part of a sweep that was computed apart, and the join of parts to one table.
+//! A separately computed part of a sweep, and the joining of parts.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -16,24 +16,24 @@ use crate::columns::{Meaning, save_units};
 use crate::error::Error;
 use crate::output::save_json;
 
-/// The identity of a part, kept in `NAME.part.json` beside its table `NAME.csv`.
+/// The identity of a part, stored in `NAME.part.json` next to its table `NAME.csv`.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Part {
-    /// The scene, the version of the program and a digest of all that decides the rows of the sweep.
+    /// The scene, the version of the program and a digest of everything that determines the rows of the sweep.
     pub(super) sweep: String,
-    /// All designs of the sweep.
+    /// The number of designs of the sweep.
     pub(super) designs: usize,
     /// The first design of this part.
     pub(super) first: usize,
-    /// The designs of this part.
+    /// The number of designs of this part.
     pub(super) count: usize,
     /// The digest of the table.
     digest: String,
-    /// Units and meanings of the columns.
+    /// Units and descriptions of the columns.
     columns: BTreeMap<String, Meaning>,
 }
 
-/// The largest description of a part that is read.
+/// The largest accepted size of a part's description.
 const MAX_BYTES: u64 = 1 << 22;
 
 impl Part {
@@ -51,7 +51,7 @@ impl Part {
         save_json(&table.with_extension("part.json"), &part).map_err(Error::while_running)
     }
 
-    /// Reads the identity of the part whose table is given.
+    /// Reads the identity of the part with this table.
     fn read(table: &Path) -> Result<Self, Error> {
         let path = table.with_extension("part.json");
         let text = read_at_most(&path, MAX_BYTES).map_err(|e| {
@@ -69,7 +69,7 @@ fn digest_of(path: &Path) -> io::Result<String> {
     failed.map(|()| format!("{value:016x}"))
 }
 
-/// Joins the parts of a sweep to one table, and returns how many rows it has and where its units are.
+/// Joins the parts of a sweep into one table; returns its number of rows and the path of its units.
 pub(crate) fn join(parts: &[PathBuf], out: &Path) -> Result<(usize, PathBuf), Error> {
     let format = Format::from_path(out)?;
     format.require()?;
@@ -96,10 +96,10 @@ pub(crate) fn join(parts: &[PathBuf], out: &Path) -> Result<(usize, PathBuf), Er
     Ok((count, save_units(out, columns.collect())?))
 }
 
-/// The advice where parts do not belong together.
+/// The hint for parts that do not fit together.
 const ALL: &str = "give all parts of one sweep in their order";
 
-/// An error if a part does not follow the one before it, or its table was changed.
+/// Returns an error if a part does not follow the previous one, or its table was changed.
 fn check(path: &Path, part: &Part, before: Option<&(&PathBuf, Part)>) -> Result<(), Error> {
     let name = path.display();
     let next = match before {

@@ -11,7 +11,7 @@ use crate::messages;
 use crate::parquet;
 use crate::setup::Setup;
 
-/// The cells of a row, and whether the design came to its end.
+/// The cells of a row, and whether the design reached its end.
 pub(crate) struct Row {
     pub(crate) cells: Vec<Cell>,
     pub(crate) is_done: bool,
@@ -20,18 +20,18 @@ pub(crate) struct Row {
 /// An entry of a row.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Cell {
-    /// A whole number.
+    /// An integer.
     Whole(u64),
     /// A number, which may be undefined.
     Number(f64),
     /// A text.
     Text(String),
-    /// Nothing is known.
+    /// An unknown value.
     Empty,
 }
 
 impl Cell {
-    /// The cell in a table of texts.
+    /// The cell as text.
     fn text(&self) -> String {
         match self {
             Self::Whole(number) => number.to_string(),
@@ -58,7 +58,7 @@ impl From<Row> for Record {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Field {
     Design,
-    /// The value of a parameter that is varied.
+    /// The value of a varied parameter.
     Varied(usize),
     Status,
     Reason,
@@ -73,7 +73,7 @@ pub(crate) enum Field {
     EstimatedError,
 }
 
-/// The columns of every sweep, whatever its scene.
+/// The columns that every sweep has.
 const FIXED: [(&str, &str, &str, Field); 6] = [
     ("design", "", "number of the design", Field::Design),
     ("status", "", "whether the design came to its end: done or failed", Field::Status),
@@ -135,7 +135,7 @@ pub(super) fn columns(setup: &Setup, axes: &Axes, has_extremes: bool) -> Vec<Col
     columns
 }
 
-/// The row of a design that cannot be run.
+/// The row of a design that cannot run.
 pub(super) fn refused(columns: &[Column<Field>], design: usize, values: &[f64], reason: &str) -> Row {
     let cell = |column: &Column<Field>| match column.kind {
         Field::Design => Cell::Whole(design as u64),
@@ -147,7 +147,7 @@ pub(super) fn refused(columns: &[Column<Field>], design: usize, values: &[f64], 
     Row { cells: columns.iter().map(cell).collect(), is_done: false }
 }
 
-/// The row of a design that was run.
+/// The row of a completed design.
 pub(super) fn row(
     columns: &[Column<Field>],
     setup: &Setup,

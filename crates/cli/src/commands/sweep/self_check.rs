@@ -1,4 +1,4 @@
-//! Some designs of a sweep, compared with runs of their own.
+//! A comparison of some designs of a sweep with separate runs.
 
 use std::fmt;
 
@@ -12,45 +12,46 @@ use crate::error::{Error, Message};
 use crate::format::{counted, number};
 use crate::progress::interrupted;
 
-/// The number of designs that are compared.
+/// The number of compared designs.
 const DESIGNS: usize = 8;
-/// The part of the tolerance of a sweep with which a design runs by itself, and bounds of that tolerance.
+/// The tolerance of a separate run relative to that of the sweep, and the bounds of that tolerance.
 const FINER: f64 = 1e-2;
 const FINEST: f64 = 1e-14;
 const COARSEST: f64 = 1e-11;
-/// A design may differ by so many of its estimated errors, and by rounding errors.
+/// The largest accepted difference, in estimated errors, plus rounding errors.
 const ALLOWED: f64 = 10.0;
 const ROUNDING: f64 = 1e-11;
 
-/// The time of a condition may differ by this part of the time, and by this many times the time of the estimated error.
+/// The accepted difference of the time of a condition: relative to the time, and as a multiple of the estimated error
+/// over the largest rate.
 const END_TIME: f64 = 1e-6;
 const ALLOWED_OF_END_TIME: f64 = 1e3;
 
-/// Extremes may differ by this part of the range of the output.
+/// The largest accepted difference of an extreme, relative to the range of the output.
 const EXTREMES: f64 = 1e-4;
 
-/// Designs that agree with runs of their own.
+/// The result of a successful comparison.
 pub(crate) struct Agreement {
-    /// The number of designs that were run by themselves.
+    /// The number of separate runs.
     tried: usize,
-    /// The number of those that could be compared.
+    /// The number of designs that could be compared.
     designs: usize,
     /// The largest difference of a coordinate.
     largest: f64,
-    /// An extreme of an output that the sweep did not find.
+    /// An extreme of an output that the sweep missed.
     missed: Option<MissedExtreme>,
 }
 
-/// An extreme of an output that is another one in a run of its own.
+/// An extreme of an output that differs from that of a separate run.
 struct MissedExtreme {
     design: usize,
     column: String,
     values: [f64; 2],
-    /// The difference of the two, as a part of the range of the output.
+    /// The difference, relative to the range of the output.
     part: f64,
 }
 
-/// A design that differs from a run of its own.
+/// A design that differs from its separate run.
 pub(crate) struct Difference {
     design: usize,
     kind: DifferenceKind,
@@ -63,11 +64,10 @@ enum DifferenceKind {
     EndTime(f64, Option<f64>),
 }
 
-/// Runs some designs once more, in lanes as the sweep did, and by themselves at a finer tolerance.
+/// Repeats some designs, in lanes as in the sweep, and in separate runs with a tighter tolerance.
 ///
 /// The coordinates at the end of the design must agree within the estimated errors, and so must the time of a condition
-/// that ends it. Without estimates, and with fixed
-/// steps, nothing is compared: designs with those run by themselves already.
+/// that ends it. Without estimates, and with fixed steps, nothing is compared: such designs run separately anyway.
 pub(crate) fn compare(designs: &Designs, (begin, end): (usize, usize)) -> Result<Agreement, Difference> {
     let settings = designs.setup.settings;
     let mut agreement = Agreement { tried: 0, designs: 0, largest: 0.0, missed: None };
@@ -80,7 +80,7 @@ pub(crate) fn compare(designs: &Designs, (begin, end): (usize, usize)) -> Result
     let of_sweep = designs.results(&numbers, settings, designs.lanes, None);
     for (design, own) in numbers.into_iter().zip(of_sweep) {
         let Ok(own) = own.result else { continue };
-        // Errors are estimated at times. The time of an event is compared by itself.
+        // Errors are estimated at fixed times, so both runs end at the same time instead of at an event.
         let alone = designs.results(&[design], finer, LaneCount::One, Some(own.end_time)).remove(0);
         if interrupted() {
             break;
@@ -107,7 +107,7 @@ pub(crate) fn compare(designs: &Designs, (begin, end): (usize, usize)) -> Result
     Ok(agreement)
 }
 
-/// The difference of a design from a run of its own; `None` if one of them is not to be relied on.
+/// The difference of a design from its separate run; `None` if one of them is unreliable.
 fn difference(design: usize, own: &DesignResult, exact: &DesignResult) -> Result<Option<f64>, Difference> {
     let Some(estimated) = own.estimated_error.filter(|_| is_trusted(own) && is_trusted(exact)) else { return Ok(None) };
     let pairs = || own.q.iter().zip(&exact.q);
@@ -120,7 +120,7 @@ fn difference(design: usize, own: &DesignResult, exact: &DesignResult) -> Result
     Ok(Some(difference))
 }
 
-/// Compares the time at which the condition of a design became true with that of a run of its own.
+/// Compares the time at which the condition of a design became true with that of a separate run.
 fn compare_end_times(design: usize, own: &DesignResult, exact: &DesignResult) -> Result<(), Difference> {
     let Some(estimated) = own.estimated_error.filter(|_| is_trusted(own)) else { return Ok(()) };
     let reached = match &exact.status {
@@ -136,7 +136,7 @@ fn compare_end_times(design: usize, own: &DesignResult, exact: &DesignResult) ->
     Err(Difference { design, kind: DifferenceKind::EndTime(own.end_time, reached) })
 }
 
-/// The extreme of a design that differs most from that of its own run, if any differs.
+/// The extreme of a design that differs most from that of its separate run, if any differs.
 fn missed_extreme(
     design: usize,
     own: &[[f64; 2]],
@@ -165,7 +165,7 @@ fn is_trusted(result: &DesignResult) -> bool {
 }
 
 impl Agreement {
-    /// A warning of an extreme that the sweep did not find.
+    /// A warning about an extreme that the sweep missed.
     pub(crate) fn warning(&self) -> Option<Message> {
         let MissedExtreme { design, column, values, .. } = self.missed.as_ref()?;
         let [own, exact] = values.map(number);

@@ -1,4 +1,4 @@
-//! The table of a sweep, in the format that its name asks for.
+//! The table of a sweep, in the format given by its file name.
 
 use std::io::{self, Read, Write};
 use std::path::Path;
@@ -17,7 +17,7 @@ pub(super) enum Format {
 }
 
 impl Format {
-    /// The format that the name of a file asks for.
+    /// The format given by the extension of a file.
     pub(super) fn from_path(path: &Path) -> Result<Self, Error> {
         let name = path.display();
         if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::is_separator) {
@@ -34,26 +34,26 @@ impl Format {
         }
     }
 
-    /// An error if this program cannot write it.
+    /// Returns an error if this program cannot write the format.
     pub(super) fn require(self) -> Result<(), Error> {
         if self == Self::Parquet { parquet::require() } else { Ok(()) }
     }
 
-    /// Writes rows with their header as a table, and returns how many there are.
+    /// Writes rows and their header as a table; returns the number of rows.
     pub(super) fn write(self, rows: &mut impl Read, path: &Path) -> io::Result<usize> {
         write_whole_with(path, |file| {
             let count = match self {
                 Self::Csv => copy_lines(rows, file)?.saturating_sub(1),
                 Self::Parquet => parquet::write(rows, file, parquet_kind)?,
             };
-            // The rows that it was made from are removed next.
+            // Synced, since the source rows are removed next.
             file.sync_all()?;
             Ok(count)
         })
     }
 }
 
-/// Copies text, and returns how many lines it has.
+/// Copies text; returns the number of lines.
 fn copy_lines(from: &mut impl Read, to: &mut impl Write) -> io::Result<usize> {
     let (mut buffer, mut lines) = (vec![0; 1 << 16], 0);
     loop {

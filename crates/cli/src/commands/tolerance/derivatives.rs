@@ -1,4 +1,4 @@
-//! The derivatives of quantities by parameters that have tolerances.
+//! The derivatives of quantities with respect to toleranced parameters.
 
 use std::collections::BTreeMap;
 
@@ -9,16 +9,16 @@ use crate::commands::sensitivity::{Asked, Quantity as Row};
 use crate::error::Error;
 use crate::setup::Setup;
 
-/// A quantity with its derivatives, which nothing has confirmed yet.
+/// A quantity with its unconfirmed derivatives.
 pub(super) struct Derived {
     /// The column of a sweep.
     pub(super) name: String,
     pub(super) unit: String,
-    /// The derivative by each parameter that has a tolerance.
+    /// The derivative with respect to each toleranced parameter.
     pub(super) derivatives: Vec<f64>,
 }
 
-/// The quantities that are asked for, with their derivatives.
+/// The requested quantities with their derivatives.
 pub(super) fn find(setup: &Setup, parameters: &[TolerancedParameter], of: &[String]) -> Result<Vec<Derived>, Error> {
     let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
     let found = Asked::new(setup, &names, &[], BTreeMap::new(), false)?.find(setup)?;

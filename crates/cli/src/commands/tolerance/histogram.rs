@@ -4,11 +4,11 @@ use qrm_view::figure::{Abscissa, Curve, Figure, Panel, Scale};
 
 use super::quantity::Quantity;
 
-/// Standard deviations on each side of the mean, and bins in one of them.
+/// The number of standard deviations on each side of the mean, and of bins in each.
 const REACH: i32 = 4;
 const BINS: i32 = 5;
 
-/// A histogram of each quantity over its standard deviation, beside the normal distribution.
+/// A histogram of each quantity in units of its standard deviation, with the normal distribution.
 pub(super) fn figure(scene: &str, quantities: &[Quantity], values: &[Vec<f64>]) -> Figure {
     let panels = quantities.iter().zip(values).filter(|(quantity, _)| quantity.statistics.deviation > 0.0);
     Figure {
@@ -37,7 +37,7 @@ fn panel(quantity: &Quantity, values: &[f64]) -> Panel {
     }
     let edge = |i: usize| i as f64 / f64::from(BINS) - f64::from(REACH);
     let density = |count: u32| f64::from(count) * f64::from(BINS) / statistics.count as f64;
-    // Bars as steps.
+    // Bars drawn as a step curve.
     let bars = counts.iter().enumerate().flat_map(|(i, count)| [edge(i), edge(i + 1)].map(|x| (x, density(*count))));
     let normal = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
     let bell = (0..=8 * REACH * BINS).map(|i| f64::from(i) / f64::from(4 * BINS) - f64::from(REACH));

@@ -12,15 +12,15 @@ use super::parameter::TolerancedParameter;
 use super::worst_case::Probes;
 use crate::error::Error;
 
-/// The ends of the samples.
+/// The results of the samples.
 pub(super) struct Samples {
-    /// For each parameter its value in each sample.
+    /// The values of each parameter in all samples.
     pub(super) points: Vec<Vec<f64>>,
-    /// For each quantity its value in each sample; not a number where the sample failed.
+    /// The values of each quantity in all samples; not a number where the sample failed.
     pub(super) values: Vec<Vec<f64>>,
-    /// For each quantity the largest difference between a motion in lanes and the same one by itself.
+    /// The largest difference of each quantity between a motion in lanes and the same motion run separately.
     pub(super) errors: Vec<f64>,
-    /// The samples that failed, and why the first of them did.
+    /// The number of failed samples, and the reason of the first failure.
     pub(super) failed: usize,
     pub(super) reason: Option<String>,
 }
@@ -75,13 +75,13 @@ impl Samples {
         Ok(samples)
     }
 
-    /// Takes the differences between motions in lanes and by themselves.
+    /// Updates the differences between motions in lanes and separate ones.
     fn compare<'v>(&mut self, quantity: usize, pairs: impl Iterator<Item = (&'v f64, &'v f64)>) {
         let error = &mut self.errors[quantity];
         *error = pairs.map(|(lane, alone)| (lane - alone).abs()).fold(*error, f64::max);
     }
 
-    /// The samples within the tolerances at which quantities lie beyond all probes, and furthest.
+    /// The samples within the tolerances at which some quantity exceeds all probes the most.
     fn extremes(&self, parameters: &[TolerancedParameter], probes: &Probes) -> Vec<usize> {
         let is_within = |sample: &usize| {
             let within = |(parameter, points): (&TolerancedParameter, &Vec<f64>)| {

@@ -1,4 +1,4 @@
-//! Motions of designs, by themselves and in lanes.
+//! Motions of designs, run separately and in lanes.
 
 use qrm_sim::batch::LaneCount;
 
@@ -9,27 +9,27 @@ use crate::format::counted;
 use crate::progress::{Progress, interrupted, watch_interrupts};
 use crate::setup::Setup;
 
-/// Runs designs and takes the quantities out of their rows.
+/// Runs designs and extracts the quantities from their rows.
 pub(super) struct Motions {
     designs: Designs,
     names: Vec<String>,
-    /// The places of the quantities in the rows.
+    /// The indices of the quantities in the rows.
     places: Vec<usize>,
-    /// The place of the reason of a failure.
+    /// The index of the reason of a failure.
     reason: usize,
     threads: usize,
 }
 
 /// The results of several designs.
 pub(super) struct Found {
-    /// For each quantity its value in each design; not a number where the design failed.
+    /// The values of each quantity in all designs; not a number where the design failed.
     pub(super) values: Vec<Vec<f64>>,
-    /// The designs that failed, and why.
+    /// The designs that failed, and the reasons.
     pub(super) failures: Vec<(usize, String)>,
 }
 
 impl Motions {
-    /// Motions of a scene in which these parameters vary, and these columns of a sweep are wanted.
+    /// Creates the motions of a scene with these varied parameters and these columns of a sweep.
     pub(super) fn new(
         setup: Setup,
         parameters: &[TolerancedParameter],
@@ -52,12 +52,12 @@ impl Motions {
         self.places.iter().map(|place| columns[*place].kind).collect()
     }
 
-    /// Runs designs by themselves, as `qrm run` does. `points` holds for each parameter its value in each design.
+    /// Runs designs separately, like `qrm run`. `points` holds the values of each parameter in all designs.
     pub(super) fn alone(&mut self, points: &[Vec<f64>]) -> Result<Found, Error> {
         self.run(points, LaneCount::One, 0, "design")
     }
 
-    /// Runs designs in lanes. Those from `first` on are samples.
+    /// Runs designs in lanes. The designs from `first` on are samples.
     pub(super) fn in_lanes(&mut self, points: &[Vec<f64>], first: usize) -> Result<Found, Error> {
         self.run(points, LaneCount::Most, first, "sample")
     }

@@ -10,20 +10,20 @@ use crate::progress::Progress;
 use crate::run_report::RunReport;
 use crate::setup::Setup;
 
-/// A quantity without tolerances.
+/// A quantity of the motion without tolerances.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nominal {
     pub(super) value: f64,
     /// The estimated error of the value.
     pub(super) error: Option<f64>,
-    /// The largest size of its column in the motion.
+    /// The largest absolute value of its column in the motion.
     pub(super) size: f64,
 }
 
-/// Runs the scene as `qrm run` does, with estimates of errors.
+/// Runs the scene like `qrm run`, with error estimates.
 ///
 /// # Errors
-/// The motion does not come to its end, or its numbers are not to be trusted.
+/// The motion does not reach its end, or its results cannot be trusted.
 pub(super) fn run(setup: &Setup, fields: &[Field]) -> Result<Vec<Nominal>, Error> {
     let mut observer = (Progress::new(), Recording::for_extremes(setup.description));
     let outcome = setup.simulate(true, &mut observer)?;

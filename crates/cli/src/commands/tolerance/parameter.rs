@@ -4,11 +4,11 @@ use crate::error::Error;
 use crate::options::{check_parameter, number};
 use crate::setup::Setup;
 
-/// A parameter that varies about its value.
+/// A parameter that varies around its value.
 pub(super) struct TolerancedParameter {
     pub(super) name: String,
     pub(super) unit: &'static str,
-    /// The value as it was given; the scene's if it was not.
+    /// The given value; the scene's if `None`.
     given: Option<f64>,
     pub(super) value: f64,
     /// The largest difference from the value.
@@ -16,7 +16,7 @@ pub(super) struct TolerancedParameter {
 }
 
 impl TolerancedParameter {
-    /// A parameter as `NAME=VALUE+-TOLERANCE` or `NAME=+-TOLERANCE`.
+    /// Reads a parameter written as `NAME=VALUE+-TOLERANCE` or `NAME=+-TOLERANCE`.
     pub(super) fn new(text: &str) -> Result<Self, Error> {
         let parts = text.split_once('=').and_then(|(name, rest)| {
             let (value, tolerance) = rest.split_once("+-").or_else(|| rest.split_once('±'))?;
@@ -37,13 +37,13 @@ impl TolerancedParameter {
         Ok(Self { name: name.to_owned(), unit: "", given, value: f64::NAN, tolerance })
     }
 
-    /// The assignment of its value, as for `--set`, if one was given.
+    /// The assignment of the given value, as for `--set`; `None` without one.
     pub(super) fn assignment(&self) -> Option<String> {
         self.given.map(|value| format!("{}={value:?}", self.name))
     }
 }
 
-/// An error if a parameter is not known, or named twice.
+/// Returns an error if a parameter is unknown, or named twice.
 pub(super) fn check(parameters: &[TolerancedParameter], setup: &Setup) -> Result<(), Error> {
     for (i, TolerancedParameter { name, .. }) in parameters.iter().enumerate() {
         check_parameter(setup.description, name)?;
@@ -58,7 +58,7 @@ pub(super) fn check(parameters: &[TolerancedParameter], setup: &Setup) -> Result
     Ok(())
 }
 
-/// Takes values and units from a scene with the values that were given.
+/// Adds values and units from a scene in which the given values are set.
 pub(super) fn complete(parameters: &mut [TolerancedParameter], setup: &Setup) {
     let values = setup.model.parameter_values(&setup.replace());
     for (described, value) in setup.description.parameters.iter().zip(values) {

@@ -7,24 +7,24 @@ use super::slope::Slope;
 use super::statistics::Statistics;
 use super::worst_case::WorstCase;
 
-/// A quantity of a motion and what tolerances do to it.
+/// A quantity of a motion, and the effect of tolerances on it.
 pub(super) struct Quantity {
     /// The column of a sweep.
     pub(super) name: String,
     pub(super) unit: String,
     pub(super) nominal: Nominal,
-    /// How it changes with each parameter that has a tolerance.
+    /// The slopes of the quantity for each toleranced parameter.
     pub(super) slopes: Vec<Slope>,
     pub(super) worst: WorstCase,
     pub(super) statistics: Statistics,
-    /// Changes below this one are not known.
+    /// The smallest change that is significant.
     pub(super) resolution: f64,
-    /// The error of its values in the samples, as far as it was seen.
+    /// The largest observed error of its values in the samples.
     pub(super) sample_error: f64,
 }
 
 impl Quantity {
-    /// The standard deviation by slopes, and the share of each parameter in its square.
+    /// The standard deviation from the slopes, and the share of each parameter in its square.
     pub(super) fn linear(&self, parameters: &[TolerancedParameter], distribution: Distribution) -> (f64, Vec<f64>) {
         let square = |(slope, parameter): (&Slope, &TolerancedParameter)| {
             (slope.value() * parameter.tolerance * distribution.deviation()).powi(2)

@@ -1,4 +1,4 @@
-//! The results of tolerances as files.
+//! The effect of tolerances as files.
 
 use qrm_view::figure::Figure;
 use serde::Serialize;
@@ -46,13 +46,13 @@ struct Varied {
 struct Effect {
     unit: String,
     nominal: f64,
-    /// Estimated, of the nominal value.
+    /// The estimated error of the nominal value.
     error: Option<f64>,
     linear: Linear,
     worst_case: [f64; 2],
-    /// The parameters of the motions that attain these.
+    /// The parameter values of the motions with these extremes.
     worst_case_at: [Named<f64>; 2],
-    /// Whether no motion contradicts that it rises, or falls, with each parameter.
+    /// Whether all motions are consistent with a quantity that is monotonic in each parameter.
     monotonic: bool,
     monte_carlo: MonteCarlo,
 }
@@ -61,9 +61,9 @@ struct Effect {
 struct Linear {
     standard_deviation: f64,
     worst_case: [f64; 2],
-    /// None where other motions do not confirm it.
+    /// The confirmed derivatives; `None` where other motions do not confirm one.
     derivatives: Named<Option<f64>>,
-    /// The difference quotients over the whole tolerances, which take the place of derivatives that are not confirmed.
+    /// The difference quotients over the full tolerances, which replace unconfirmed derivatives.
     differences: Named<f64>,
     shares: Named<f64>,
 }
@@ -78,7 +78,7 @@ struct MonteCarlo {
     median: f64,
     quantile_99_865_percent: f64,
     maximum: f64,
-    /// The largest difference between a motion in lanes and the same one by itself.
+    /// The largest difference between a motion in lanes and the same motion run separately.
     error: f64,
     shares: Named<f64>,
 }
@@ -143,7 +143,7 @@ impl Report<'_> {
         }
     }
 
-    /// Values of all parameters with their names.
+    /// Pairs the values of all parameters with their names.
     fn named<T>(&self, values: impl IntoIterator<Item = T>) -> Named<T> {
         Named(self.parameters.iter().map(|parameter| parameter.name.clone()).zip(values).collect())
     }
@@ -151,7 +151,7 @@ impl Report<'_> {
     /// The samples as a table.
     ///
     /// # Errors
-    /// The table could not be made.
+    /// The table could not be created.
     pub(super) fn csv(&self) -> Result<Vec<u8>, Error> {
         let names = self.parameters.iter().map(|parameter| parameter.name.as_str());
         let names: Vec<&str> = names.chain(self.quantities.iter().map(|quantity| quantity.name.as_str())).collect();

@@ -1,28 +1,30 @@
-//! How a quantity changes with a parameter.
+//! The change of a quantity with a parameter.
 
-/// A derivative beside differences between motions.
+/// A derivative, and differences between motions to confirm it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slope {
     pub(super) derivative: f64,
-    /// The difference quotient over the whole tolerance.
+    /// The difference quotient over the full tolerance.
     pub(super) difference: f64,
-    /// Whether motions at other values of the parameter confirm the derivative.
+    /// Whether motions at other parameter values confirm the derivative.
     pub(super) is_confirmed: bool,
 }
 
-/// Where motions are made, in tolerances from the value of the parameter. The value itself lies in the middle.
+/// The parameter values of the motions, relative to the nominal value, in tolerances. The nominal value lies in the
+/// middle.
 pub(super) const PLACES: [f64; 4] = [-1.0, -NEAR, NEAR, 1.0];
 const NEAR: f64 = 0.125;
-/// A derivative is confirmed within this part of it.
+/// The relative difference within which a derivative is confirmed.
 const MARGIN: f64 = 0.01;
 
 impl Slope {
-    /// A derivative with the values at the places. Differences of values below `resolution` are not known.
+    /// Creates a slope from a derivative and the values at `PLACES`. Differences below `resolution` are insignificant.
     pub(super) fn new(derivative: f64, values: [f64; 4], tolerance: f64, resolution: f64) -> Self {
         let [first, before, behind, last] = values;
         let difference = (last - first) / (2.0 * tolerance);
         let near = (behind - before) / (2.0 * NEAR * tolerance);
-        // Both quotients differ from the derivative by the square of their distances, for smooth quantities.
+        // For smooth quantities, each quotient differs from the derivative by a term proportional to the square of its
+        // distance.
         let correction = (near - difference) * NEAR * NEAR / (1.0 - NEAR * NEAR);
         let expected = near + correction;
         let margin = MARGIN * derivative.abs().max(expected.abs());
@@ -30,7 +32,7 @@ impl Slope {
         Self { derivative, difference, is_confirmed: (derivative - expected).abs() <= margin }
     }
 
-    /// The derivative, or the difference quotient where it is not confirmed.
+    /// The derivative, or the difference quotient if the derivative is not confirmed.
     pub(super) fn value(&self) -> f64 {
         if self.is_confirmed { self.derivative } else { self.difference }
     }

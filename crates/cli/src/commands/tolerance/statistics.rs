@@ -9,8 +9,7 @@ pub(super) struct Statistics {
     pub(super) deviation: f64,
     /// Smallest value, quantiles of 0.135 %, 50 % and 99.865 %, and largest value.
     pub(super) quantiles: [f64; 5],
-    /// The square of the correlation with each parameter: its share in the square of the deviation, where the quantity
-    /// is linear.
+    /// The square of the correlation with each parameter: its share in the variance, if the quantity is linear.
     pub(super) correlations: Vec<f64>,
 }
 
@@ -18,7 +17,7 @@ pub(super) struct Statistics {
 const PROBABILITIES: [f64; 3] = [0.001_349_898, 0.5, 0.998_650_102];
 
 impl Statistics {
-    /// Statistics of the finite values; `inputs` holds the values of each parameter in the same samples.
+    /// Computes statistics of the finite values; `inputs` holds the values of each parameter in the same samples.
     pub(super) fn new(values: &[f64], inputs: &[Vec<f64>]) -> Self {
         let known: Vec<usize> = (0..values.len()).filter(|&i| values[i].is_finite()).collect();
         if known.is_empty() {
@@ -27,7 +26,7 @@ impl Statistics {
         }
         let centred = |of: &[f64]| -> (f64, Vec<f64>) {
             let first = of[known[0]];
-            // Differences from one of the values lose fewer digits.
+            // Differences from the first value lose fewer digits.
             let mean = first + known.iter().map(|&i| of[i] - first).sum::<f64>() / known.len() as f64;
             (mean, known.iter().map(|&i| of[i] - mean).collect())
         };
@@ -52,7 +51,7 @@ impl Statistics {
     }
 }
 
-/// The value below which this part of the sorted values lies, interpolated between two of them.
+/// The quantile of sorted values, interpolated between two of them.
 fn quantile(sorted: &[f64], probability: f64) -> f64 {
     let place = probability * (sorted.len() - 1) as f64;
     let below = place.floor() as usize;
@@ -66,7 +65,7 @@ mod tests {
 
     #[test]
     fn statistics_of_a_plane() {
-        // z = 3 x + 4 y on a grid: x and y are independent, with variances that are equal.
+        // z = 3 x + 4 y on a grid: x and y are independent, with equal variances.
         let grid: Vec<[f64; 2]> = (0..20).flat_map(|i| (0..20).map(move |j| [f64::from(i), f64::from(j)])).collect();
         let inputs = [0, 1].map(|k| grid.iter().map(|point| point[k]).collect::<Vec<f64>>());
         let mut values: Vec<f64> = grid.iter().map(|[x, y]| 3.0 * x + 4.0 * y).collect();

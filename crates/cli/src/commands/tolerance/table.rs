@@ -4,13 +4,13 @@ use super::report::Report;
 use super::{Options, Quantity};
 use crate::format::{counted, with_error, wrapped};
 
-/// Parameters with a smaller share than this are not printed.
+/// The smallest printed share of a parameter.
 const LEAST_SHARE: f64 = 0.005;
-/// Most parameters that are printed for a quantity.
+/// The largest number of printed parameters per quantity.
 const MOST_PARAMETERS: usize = 4;
-/// Errors of samples beyond this part of three standard deviations are marked.
+/// The error of samples, relative to three standard deviations, above which it is marked.
 const LARGE_ERROR: f64 = 0.1;
-/// Errors of samples below this part of the size of their quantity do not matter.
+/// The error of samples, relative to the size of their quantity, below which it does not matter.
 const SMALL_ERROR: f64 = 1e-6;
 /// The width of warnings.
 const WIDTH: usize = 110;
@@ -66,19 +66,19 @@ fn row(report: &Report, quantity: &Quantity) -> [String; 6] {
     ]
 }
 
-/// The parameters by which the derivative of a quantity is not confirmed.
+/// The parameters whose derivative of a quantity is not confirmed.
 fn unconfirmed<'r>(report: &'r Report, quantity: &'r Quantity) -> impl Iterator<Item = &'r str> {
     let slopes = report.parameters.iter().zip(&quantity.slopes);
     slopes.filter(|(_, slope)| !slope.is_confirmed).map(|(parameter, _)| parameter.name.as_str())
 }
 
-/// Whether the samples of a quantity differ by nothing but errors that do not matter.
+/// Whether the samples of a quantity differ only by insignificant errors.
 fn has_no_spread(quantity: &Quantity) -> bool {
     let error = quantity.sample_error;
     3.0 * quantity.statistics.deviation <= error && error <= SMALL_ERROR * quantity.nominal.size
 }
 
-/// Whether errors are a large part of what the samples of a quantity show.
+/// Whether errors are a large part of the spread of a quantity's samples.
 fn is_uncertain(quantity: &Quantity) -> bool {
     let Quantity { sample_error, resolution, statistics, .. } = quantity;
     *sample_error > *resolution && *sample_error > LARGE_ERROR * 3.0 * statistics.deviation && !has_no_spread(quantity)
@@ -125,7 +125,7 @@ fn warnings(report: &Report) -> Vec<String> {
     warnings
 }
 
-/// The parameters by their shares, the largest first.
+/// The parameters sorted by their shares, largest first.
 fn ranking(report: &Report, shares: &[f64]) -> String {
     let names = report.parameters.iter().map(|parameter| parameter.name.as_str());
     let mut ranked: Vec<(&str, f64)> = names.zip(shares.iter().copied()).collect();

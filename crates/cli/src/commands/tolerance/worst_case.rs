@@ -1,4 +1,4 @@
-//! Designs within tolerances that are run by themselves.
+//! Designs within tolerances that are run separately.
 
 use super::derivatives::Derived;
 use super::motions::Motions;
@@ -8,16 +8,16 @@ use super::slope::{PLACES, Slope};
 use crate::error::Error;
 use crate::format::number;
 
-/// With more parameters than this, only some corners of their tolerances are run.
+/// The largest number of parameters for which all corners of the tolerances are run.
 const MOST_FOR_ALL_CORNERS: usize = 10;
 
-/// Designs and what they give: the nominal one, those with one parameter changed, corners, and samples.
+/// Designs and their results: the nominal one, those with one changed parameter, corners, and samples.
 pub(super) struct Probes {
-    /// For each parameter its value in each design.
+    /// The values of each parameter in all designs.
     pub(super) points: Vec<Vec<f64>>,
-    /// For each quantity its value in each design.
+    /// The values of each quantity in all designs.
     pub(super) values: Vec<Vec<f64>>,
-    /// For each quantity the part of its size that motions tell.
+    /// The relative resolution of each quantity.
     resolutions: Vec<f64>,
     has_all_corners: bool,
 }
@@ -28,18 +28,18 @@ pub(super) struct WorstCase {
     pub(super) ends: [f64; 2],
     /// The designs that attain them.
     pub(super) designs: [usize; 2],
-    /// Whether no design contradicts that the quantity rises, or falls, with each parameter.
+    /// Whether all designs are consistent with a quantity that is monotonic in each parameter.
     pub(super) is_monotonic: bool,
 }
 
-/// The number of the design with a parameter at one of the places.
+/// The number of the design with one parameter at one of `PLACES`.
 fn single(parameter: usize, place: usize) -> usize {
     1 + PLACES.len() * parameter + place
 }
 
 impl Probes {
-    /// Runs the nominal design, those with one parameter changed, and corners: all of them for few parameters,
-    /// otherwise for each quantity two by the signs of its slopes.
+    /// Runs the nominal design, those with one changed parameter, and corners: all of them for few parameters,
+    /// otherwise two for each quantity according to the signs of its slopes.
     ///
     /// # Errors
     /// A design fails, or the user interrupts.
@@ -110,7 +110,7 @@ impl Probes {
         }
     }
 
-    /// Runs designs and adds them; returns those that fail, and why.
+    /// Runs designs and adds them; returns those that fail, with the reasons.
     pub(super) fn add(&mut self, motions: &mut Motions, designs: &[Vec<f64>]) -> Result<Vec<(usize, String)>, Error> {
         let points: Vec<Vec<f64>> =
             (0..self.points.len()).map(|i| designs.iter().map(|design| design[i]).collect()).collect();
@@ -158,7 +158,7 @@ impl Probes {
     }
 }
 
-/// The error of a design that fails.
+/// The error of a failed design.
 fn fails(parameters: &[TolerancedParameter], design: &[f64], why: &str) -> Error {
     let changed = parameters.iter().zip(design).filter(|(parameter, value)| parameter.value != **value);
     let changed: Vec<String> =

@@ -1,4 +1,4 @@
-//! A printed function, read back.
+//! Reads a printed function back.
 
 use std::collections::HashMap;
 
@@ -41,7 +41,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The printed value of a parameter, which is noted beside its name.
+    /// The printed value of a parameter, stored with its name.
     fn parameter(&self, input: u32) -> u32 {
         self.names.get(&format!("= {}", ident(&self.tape.names[&input]))).copied().unwrap_or(u32::MAX)
     }
@@ -118,7 +118,7 @@ impl Reader<'_> {
         }
     }
 
-    /// All numbers of a list, of lists in it, or one number.
+    /// All numbers of a nested list, or a single number.
     fn values(&self, value: &Expr) -> Result<Vec<u32>, String> {
         match value {
             Expr::Array(syn::ExprArray { elems, .. }) | Expr::Tuple(syn::ExprTuple { elems, .. }) => {
@@ -130,7 +130,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A matrix by its entries that are not zero.
+    /// A matrix given by its nonzero entries.
     fn sparse(&self, block: &Block) -> Result<Vec<u32>, String> {
         let mut entries = Vec::new();
         let mut width = 0;
@@ -239,7 +239,7 @@ impl Reader<'_> {
     }
 }
 
-/// The value of a parameter that is not replaced: `replace("O2A").unwrap_or(VALUE)`.
+/// The default value of a parameter: `replace("O2A").unwrap_or(VALUE)`.
 fn default_value(value: &Expr) -> Option<&Expr> {
     let Expr::MethodCall(call) = value else { return None };
     (call.method == "unwrap_or").then(|| &call.args[0])

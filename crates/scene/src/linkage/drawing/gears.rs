@@ -1,4 +1,4 @@
-//! Gears, racks and belts as they are drawn.
+//! The drawing of gears, racks and belts.
 
 use crate::document::{DrawnSyntax, Identifier, JointKind, Position};
 use crate::function::Function;
@@ -9,7 +9,7 @@ use crate::linkage::graph::{Graph, Joint, PointId};
 use crate::linkage::terms::{add, call, difference, divide, is_zero, multiply, negate, subtract, whole};
 use crate::parser::Formula;
 
-/// All gears, racks and belts whose axes are known.
+/// Draws all gears, racks and belts whose axes are known.
 pub(super) fn gears(
     graph: &Graph,
     angles: &Angles,
@@ -32,13 +32,13 @@ struct Wheels<'w, 'd> {
     angles: &'w Angles,
     constants: &'w Constants<'w>,
     at: &'w dyn Fn(PointId) -> Position,
-    /// The link, the axis and the radius of each gear that is drawn.
+    /// The link, the axis and the radius of each gear already drawn.
     gears: Vec<(usize, PointId, f64)>,
     drawn: Vec<(Identifier, DrawnSyntax)>,
 }
 
 impl Wheels<'_, '_> {
-    /// Two gears, a gear in a ring, or two pulleys with a belt.
+    /// Draws two gears, a gear in a ring, or two pulleys with a belt.
     fn pair(&mut self, joint: &Joint) {
         let Some(ratio) = &joint.syntax.size else { return };
         let size = self.constants.value(ratio);
@@ -51,7 +51,7 @@ impl Wheels<'_, '_> {
             };
             let radius = divide(apart, less);
             let other = multiply(if ring.is_none() { negate(ratio.clone()) } else { ratio.clone() }, radius.clone());
-            // The gear within the ring lies upon it.
+            // The gear inside the ring is drawn on top of it.
             let mut both = [(0, radius), (1, other)];
             both.rotate_left(ring.unwrap_or(0));
             for (gear, radius) in both {
@@ -71,7 +71,7 @@ impl Wheels<'_, '_> {
         }
     }
 
-    /// A belt over pulleys of the links of a joint, whose axes are points of the carrier.
+    /// Draws a belt over pulleys on the links of a joint; the axes are points of the carrier.
     fn belt(&mut self, joint: &Joint, axes: [PointId; 2], radii: [Formula; 2], is_crossed: bool) {
         let span = &joint.syntax.identifier.span;
         let [first, carrier] = [joint.ends[0].link, joint.carrier].map(|link| self.angles.formula(link, span));
@@ -80,7 +80,7 @@ impl Wheels<'_, '_> {
         self.drawn.push((joint.syntax.identifier.clone(), belt));
     }
 
-    /// A gear on a rack.
+    /// Draws a gear on a rack.
     fn rack(&mut self, joint: &Joint) {
         let Some(radius) = &joint.syntax.size else { return };
         let span = &joint.syntax.identifier.span;
@@ -96,7 +96,7 @@ impl Wheels<'_, '_> {
         self.gear(wheel.link, wheel, positive(radius.clone(), self.constants.value(radius)), false);
     }
 
-    /// Draws a gear, unless it is drawn already.
+    /// Draws a gear, unless it is already drawn.
     fn gear(&mut self, link: usize, axis: PointId, radius: Formula, is_internal: bool) {
         let size = self.constants.value(&radius);
         let is_same = |(other, at, own): &(usize, PointId, f64)| {
@@ -110,7 +110,7 @@ impl Wheels<'_, '_> {
         let angle = Some(self.angles.formula(link, &span));
         let identifier = Identifier { name: self.graph.name(link).to_owned(), span };
         let gear = DrawnSyntax::Gear { at: (self.at)(axis), radius, angle, is_internal };
-        // Rings lie below all others.
+        // Rings lie below everything else.
         let place = if is_internal { 0 } else { self.drawn.len() };
         self.drawn.insert(place, (identifier, gear));
     }
@@ -120,7 +120,7 @@ impl Wheels<'_, '_> {
         own.unwrap_or(&joint.syntax.identifier).clone()
     }
 
-    /// The distance of two points of a link, if they are apart.
+    /// The distance of two points of a link, if they differ.
     fn distance(&self, a: PointId, b: PointId) -> Option<Formula> {
         if a.link != b.link {
             return None;

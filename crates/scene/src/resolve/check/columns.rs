@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier};
 
-/// Every name that a trajectory has a column for must be the name of one column alone.
+/// Checks that the names of all columns of a trajectory are unique.
 pub(super) fn columns(document: &Document, findings: &mut Vec<Diagnostic>) {
     let mut columns: Vec<String> =
         ["t", "residual_position", "residual_velocity", "energy"].map(str::to_owned).to_vec();

@@ -1,11 +1,11 @@
-//! Whether the start fixes as much as the mechanism has degrees of freedom.
+//! Checks that the start fixes as many values as the mechanism has degrees of freedom.
 
 use crate::diagnostic::Diagnostic;
 use crate::document::Document;
 use crate::scene::{Scene, Start};
 
-/// Constraints may repeat others, so that the mechanism has more degrees of freedom than coordinates less constraints;
-/// the rank of `C_q` tells that only where the mechanism is assembled.
+/// Redundant constraints increase the degrees of freedom beyond coordinates minus constraints; the rank of `C_q` shows
+/// that only where the mechanism is assembled.
 pub(super) fn freedoms(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
     let (n, m) = (scene.coordinates.len(), scene.constraints.len());
     let freedoms = n.saturating_sub(m);
