@@ -9,7 +9,7 @@ use qrm_sim::analysis::{
 };
 use serde_json::Value;
 
-use crate::common::{Table, model, qrm};
+use crate::common::{Table, event, model, qrm};
 
 /// The motion of a scene, enclosed.
 #[track_caller]
@@ -29,7 +29,7 @@ fn one_revolution_of_the_quick_return() {
     let begun = Instant::now();
     let end = enclosed("quick-return", EnclosureEnd::Turn { coordinate: 0, before: 10.0 });
     assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
-    assert!(end.has_turned);
+    assert!(end.is_at_event);
     // With 50 digits from the energy integral. The motion recurs after a turn.
     holds("t", end.t, 0.877_997_139_511_224_4, 1e-11);
     let start = [TAU, 0.982_793_723_247_329, 2.583_847_219_989_958];
@@ -138,7 +138,7 @@ fn a_turn_backwards_is_enclosed() {
     let replaced = |name: &str| (name == "w0").then_some(-7.0);
     let end = EnclosureEnd::Turn { coordinate: 0, before: 10.0 };
     let found = enclose(model("quick-return"), &replaced, end, &|| false).expect("a motion");
-    assert!(found.has_turned);
+    assert!(found.is_at_event);
     holds("phi2", found.q[0], -TAU, 1e-10);
     let exact = reference_states(model("quick-return"), &replaced, &[found.t.mid()], 1e-22).expect("a reference");
     holds("phi2 at the time", found.q[0], exact[0].rounded.q[0], 1e-10);
@@ -149,7 +149,40 @@ fn a_turn_backwards_is_enclosed() {
 #[test]
 fn a_crank_that_does_not_turn_ends_at_the_time() {
     let found = enclosed("four-bar", EnclosureEnd::Turn { coordinate: 0, before: 1.0 });
-    assert!(!found.has_turned && found.t == Interval::ONE);
+    assert!(!found.is_at_event && found.t == Interval::ONE);
+}
+
+/// The time of a condition lies between times at which 32 digits show that it is false and true.
+#[test]
+fn the_first_time_of_a_condition_is_enclosed() {
+    let values = |condition: &str, q: &[f64], qd: &[f64]| match condition {
+        "phi2 >= 3" | "abs(phi2) >= 3" => q[0] - 3.0,
+        "phi4_dot <= -1" => -1.0 - qd[1],
+        "C.x <= -0.5" => -0.5 - (0.7 * q[1].cos() + 0.6 * q[2].cos()),
+        _ => unreachable!("{condition}"),
+    };
+    for condition in ["phi2 >= 3", "abs(phi2) >= 3", "phi4_dot <= -1", "C.x <= -0.5"] {
+        let tape = event(model("quick-return"), condition);
+        let found = enclosed("quick-return", EnclosureEnd::Event { tape: &tape, before: 10.0 });
+        assert!(found.is_at_event && found.t.width() < 1e-12, "{condition}: {:?}", found.t);
+        let times = [found.t.lo() - 1e-12, found.t.hi() + 1e-12];
+        let states = reference_states(model("quick-return"), &|_| None, &times, 1e-22).expect("a reference");
+        let [before, after] = [0, 1].map(|i| values(condition, &states[i].rounded.q, &states[i].rounded.qd));
+        assert!(before < 0.0 && after > 0.0, "{condition}: {before:e} {after:e}");
+    }
+}
+
+#[test]
+fn conditions_that_cannot_be_proved_are_refused() {
+    let reason = |condition: &str| {
+        let tape = event(model("quick-return"), condition);
+        let end = EnclosureEnd::Event { tape: &tape, before: 10.0 };
+        enclose(model("quick-return"), &|_| None, end, &|| false).map(|found| found.t).map_err(|error| error.reason)
+    };
+    assert_eq!(reason("N6 >= 100"), Err(Reason::EventOnForces));
+    assert_eq!(reason("phi2 <= 9"), Err(Reason::EventAtStart));
+    assert_eq!(reason("min(phi2, 3) >= 3"), Err(Reason::NotCrossed));
+    assert_eq!(reason("sin(phi2) >= 1"), Err(Reason::NotCrossed));
 }
 
 #[test]
@@ -210,6 +243,10 @@ fn the_command_says_how_far_it_got() {
     assert!(printed.starts_with("shaper: intervals that contain the motion at the time t"), "{printed}");
     assert!(errors.starts_with("error: proved up to t = 0.029") && errors.contains("may have a corner"), "{errors}");
     assert!(file.is_some());
+    let (status, _, errors, file) = certify(&["quick-return", "--until", "phi2 >= 9", "--end-time", "0.1"]);
+    assert_eq!(status, Some(1), "{errors}");
+    assert!(errors.contains("`phi2 >= 9` does not become true up to t = 0.1 s: that is proved"), "{errors}");
+    assert!(file.is_some_and(|file| file["condition"].is_null()));
     let (status, printed, errors, file) = certify(&["quick-return", "--set", "O2A=0.2999", "--end-time", "-1"]);
     assert_eq!((status, printed, file), (Some(2), String::new(), None), "{errors}");
 }

@@ -1,6 +1,7 @@
 //! Intervals that provably contain the motion.
 
 mod crossing;
+mod event;
 mod flow;
 mod linear;
 mod manifold;
@@ -9,9 +10,10 @@ mod start;
 mod state_set;
 mod step;
 
-use qrm_core::{Interval, Model, TapeSeries};
+use qrm_core::{Interval, Model, Tape, TapeSeries};
 
 use self::crossing::Passage;
+use self::event::Event;
 use self::flow::Flow;
 pub use self::flow::NoSeries;
 use self::state_set::StateSet;
@@ -23,13 +25,20 @@ type Values<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
 /// The end of an enclosed motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum EnclosureEnd {
+pub enum EnclosureEnd<'a> {
     /// At a time, in s.
     Time(f64),
     /// When a coordinate has completed a turn in either direction, or at an earlier time.
     Turn {
         /// The coordinate.
         coordinate: usize,
+        /// The latest time, in s.
+        before: f64,
+    },
+    /// When the event of a tape rises through zero, or at an earlier time. It depends on time, coordinates and rates.
+    Event {
+        /// The tape.
+        tape: &'a Tape,
         /// The latest time, in s.
         before: f64,
     },
@@ -52,8 +61,8 @@ pub struct Enclosure {
     pub outputs: Vec<Interval>,
     /// The number of steps.
     pub steps: u64,
-    /// Whether the coordinate has completed its turn.
-    pub has_turned: bool,
+    /// Whether the coordinate has completed its turn, or the event has come.
+    pub is_at_event: bool,
 }
 
 /// The reason why a motion could not be enclosed further, and the last enclosed state.
@@ -82,7 +91,11 @@ pub enum Reason {
     NoSeries(NoSeries),
     /// Steps became too short or too many because the intervals became too wide.
     StepTooShort,
-    /// The time of the turn could not be isolated.
+    /// The event depends on accelerations or multipliers.
+    EventOnForces,
+    /// It was not proved that the event has not come at the start.
+    EventAtStart,
+    /// The time of the event could not be isolated.
     NotCrossed,
     /// The caller interrupted the computation.
     Interrupted,
@@ -131,6 +144,7 @@ fn replaced(model: &Model, values: Values, i: usize) -> Option<Interval> {
 /// A motion during its enclosure.
 struct Motion<'m> {
     model: &'m Model,
+    values: Values<'m>,
     flow: Flow,
     outputs: TapeSeries,
     set: StateSet,
@@ -138,20 +152,20 @@ struct Motion<'m> {
 }
 
 impl<'m> Motion<'m> {
-    fn new(model: &'m Model, values: Values) -> Result<Self, Reason> {
+    fn new(model: &'m Model, values: Values<'m>) -> Result<Self, Reason> {
         let (tape, replace) = (model.tape(), |i: usize| replaced(model, values, i));
         let mut flow = Flow::new(tape, &replace, ORDER);
         let states = start::start(model, values, &mut flow.manifold)?;
         let set = StateSet::from_box(&mut flow.manifold, 0.0, &states).ok_or(Reason::NotIsolated)?;
-        Ok(Self { model, flow, outputs: TapeSeries::new(tape, &tape.outputs, replace, [0, 0]), set, steps: 0 })
+        Ok(Self { model, values, flow, outputs: TapeSeries::new(tape, &tape.outputs, replace, [0, 0]), set, steps: 0 })
     }
 
     fn follow(mut self, end: EnclosureEnd, is_interrupted: &dyn Fn() -> bool) -> Result<Enclosure, NotEnclosed> {
         match self.advance(end, is_interrupted) {
-            Ok(turned) => {
-                let (t, states) =
-                    turned.clone().unwrap_or_else(|| (Interval::point(self.set.t), self.set.hull.clone()));
-                let reached = self.described(t, &states, turned.is_some());
+            Ok(at_event) => {
+                let is_at_event = at_event.is_some();
+                let (t, states) = at_event.unwrap_or_else(|| (Interval::point(self.set.t), self.set.hull.clone()));
+                let reached = self.described(t, &states, is_at_event);
                 reached.map_err(|reason| NotEnclosed { reached: None, reason: Reason::NoSeries(reason) })
             }
             Err(reason) => {
@@ -162,20 +176,27 @@ impl<'m> Motion<'m> {
         }
     }
 
-    /// Makes steps to the end; returns the time of the turn and the states at that time if the turn comes first.
+    /// Makes steps to the end; returns the time of the event and the states at that time if the event comes first.
     fn advance(
         &mut self,
         end: EnclosureEnd,
         is_interrupted: &dyn Fn() -> bool,
     ) -> Result<Option<(Interval, Vec<Interval>)>, Reason> {
-        let states = self.set.hull.clone();
-        let turn = Interval::point(2.0) * Interval::pi();
-        let (end_time, targets) = match end {
+        let (end_time, mut event) = match end {
             EnclosureEnd::Time(t) => (t, None),
             EnclosureEnd::Turn { coordinate, before } => {
-                (before, Some((coordinate, [states[coordinate] - turn, states[coordinate] + turn])))
+                (before, Some(Event::Turn { coordinate, from: self.set.hull[coordinate] }))
+            }
+            EnclosureEnd::Event { tape, before } => {
+                let replace = |i: usize| replaced(self.model, self.values, i);
+                let event = Event::new(tape, replace).ok_or(Reason::EventOnForces)?;
+                (before, Some(event))
             }
         };
+        let start = Interval::point(self.set.t);
+        if event.as_mut().is_some_and(|event| !(event.value(start, &self.set.hull).hi() < 0.0)) {
+            return Err(Reason::EventAtStart);
+        }
         let (mut longest, mut last) = (0.0_f64, f64::INFINITY);
         while self.set.t < end_time {
             if is_interrupted() {
@@ -194,8 +215,8 @@ impl<'m> Motion<'m> {
                 return Err(step.obstacle.map_or(Reason::StepTooShort, Reason::NoSeries));
             }
             self.steps += 1;
-            let passage = match targets {
-                Some((coordinate, targets)) => step.passage(&mut self.flow, coordinate, targets, to)?,
+            let passage = match &mut event {
+                Some(event) => step.passage(&mut self.flow, event, to)?,
                 None => Passage::Not(step.states(&mut self.flow, to).ok_or(Reason::NoSeries(NoSeries::Singular))?),
             };
             match passage {
@@ -207,7 +228,7 @@ impl<'m> Motion<'m> {
     }
 
     /// Completes a state by all quantities that follow from it.
-    fn described(&mut self, t: Interval, states: &[Interval], has_turned: bool) -> Result<Enclosure, NoSeries> {
+    fn described(&mut self, t: Interval, states: &[Interval], is_at_event: bool) -> Result<Enclosure, NoSeries> {
         let forces = self.flow.expand(t, states, None, 1)?.forces;
         let n = self.model.tape().coordinates as usize;
         let arguments = [&[t], states, &forces].concat();
@@ -221,7 +242,7 @@ impl<'m> Motion<'m> {
             multipliers: forces[n..].to_vec(),
             outputs: (0..self.outputs.results()).map(|i| self.outputs.result(0, i)[0]).collect(),
             steps: self.steps,
-            has_turned,
+            is_at_event,
         })
     }
 }

@@ -5,9 +5,9 @@ mod report;
 use std::time::Instant;
 
 use clap::Args;
-use qrm_core::{Model, Obstacle};
+use qrm_core::{Model, Obstacle, Tape};
 use qrm_scene::evaluate::constant;
-use qrm_sim::analysis::{EnclosureEnd, NoSeries, NotEnclosed, Reason, enclose};
+use qrm_sim::analysis::{Enclosure, EnclosureEnd, NoSeries, NotEnclosed, Reason, enclose};
 
 use crate::error::Error;
 use crate::format::number;
@@ -28,6 +28,9 @@ pub(crate) struct Options {
     /// the latest]
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     end_time: Option<String>,
+    /// End when a condition on time, coordinates, points and their rates becomes true, such as `phi2 >= 3`
+    #[arg(long, value_name = "CONDITION", allow_hyphen_values = true)]
+    until: Option<String>,
     #[command(flatten)]
     out: OutFolder,
 }
@@ -43,25 +46,37 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     };
     let setup = Setup::new(models, &scene, &MethodOptions::default())?;
     setup.refuse_redundant(&setup.assembled()?)?;
+    let event = options.until.as_deref().map(|until| setup.event(until)).transpose()?;
     let begun = Instant::now();
-    let (reached, problem) = match enclose(setup.model, &setup.replace(), end(&setup), &interrupted) {
+    let (reached, problem) = match enclose(setup.model, &setup.replace(), end(&setup, event.as_ref()), &interrupted) {
         Ok(reached) => (Some(reached), None),
         Err(NotEnclosed { reached, reason }) => (reached.map(|reached| *reached), Some(reason)),
     };
     let t = reached.as_ref().map(|reached| reached.t.lo());
     if let Some(reached) = &reached {
-        let report = Report::new(&setup, reached);
+        let report = Report::new(&setup, reached, options.until.as_deref());
         let file = options.out.folder(&setup.path).join("certify.json");
         print(&report.text(begun.elapsed()));
         save_json(&file, &report)?;
         print(&written(&[file.display().to_string()]));
     }
-    problem.map_or(Ok(()), |reason| Err(not_enclosed(&setup, &reason, t)))
+    if let Some(reason) = problem {
+        return Err(not_enclosed(&setup, &reason, t));
+    }
+    match (&options.until, reached) {
+        (Some(until), Some(Enclosure { is_at_event: false, t, .. })) => {
+            Err(Error::run(format!("`{until}` does not become true up to t = {} s: that is proved", number(t.lo()))))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The end of the motion.
-fn end(setup: &Setup) -> EnclosureEnd {
+fn end<'a>(setup: &Setup, event: Option<&'a Tape>) -> EnclosureEnd<'a> {
     let before = setup.end_time.unwrap_or_else(|| constant(&setup.scene.run.end_time, &setup.parameters()));
+    if let Some(tape) = event {
+        return EnclosureEnd::Event { tape, before };
+    }
     let start = setup.start();
     let mut given = (0..start.given.len()).filter(|&i| start.given[i]);
     match (setup.end_time, given.next(), given.next()) {
@@ -109,7 +124,18 @@ fn not_enclosed(setup: &Setup, reason: &Reason, t: Option<f64>) -> Error {
             "the intervals are so wide that steps become too short".to_owned(),
             "end before by `--end-time`; near singular positions, and in chaos, small errors grow fast",
         ),
-        Reason::NotCrossed => ("it was not proved when the turn is complete".to_owned(), "end by `--end-time`"),
+        Reason::EventOnForces => (
+            "the condition depends on accelerations or forces".to_owned(),
+            "name time, coordinates, points and their rates",
+        ),
+        Reason::EventAtStart => (
+            "it was not proved that the condition is false at the start".to_owned(),
+            "choose a condition that becomes true later",
+        ),
+        Reason::NotCrossed => (
+            "it was not proved when the motion ends: the condition may jump, or only touch its bound".to_owned(),
+            "end by `--end-time`, or by a condition on a number that goes on rising or falling",
+        ),
         Reason::Interrupted => ("interrupted".to_owned(), "the intervals of the last step are written"),
     };
     match t {

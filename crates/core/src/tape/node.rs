@@ -65,14 +65,22 @@ impl Node {
             Self::Abs(a) if is_above(-at(a)) => -at(a),
             Self::Choice(a, _, c) if is_above(at(c)) => at(a),
             Self::Choice(_, b, c) if is_above(-at(c)) => at(b),
-            Self::Abs(_) | Self::Choice(..) => Interval::ENTIRE,
+            Self::Abs(a) => Interval::new(0.0, at(a).magnitude()),
+            Self::Choice(a, b, _) => at(a).hull(at(b)),
             Self::Sign(a) if at(a) == Interval::ZERO => Interval::ZERO,
-            Self::Sign(a) if at(a).contains(0.0) => Interval::ENTIRE,
+            Self::Sign(a) if at(a).contains(0.0) => Interval::new(-1.0, 1.0),
             Self::Sign(a) => Interval::point(at(a).mid().signum()),
-            Self::Floor(a) => {
-                let (low, high) = (at(a).lo().floor(), at(a).hi().floor());
-                if low == high { Interval::point(low) } else { Interval::ENTIRE }
-            }
+            Self::Floor(a) => Interval::new(at(a).lo().floor(), at(a).hi().floor()),
+        }
+    }
+
+    /// Whether the node may have a corner or a jump among the values of its operands.
+    pub(super) fn has_corner(self, at: impl Fn(u32) -> Interval) -> bool {
+        match self {
+            Self::Abs(a) | Self::Choice(_, _, a) => !is_above(at(a)) && !is_above(-at(a)),
+            Self::Sign(a) => at(a).contains(0.0) && at(a) != Interval::ZERO,
+            Self::Floor(a) => at(a).lo().floor() != at(a).hi().floor(),
+            _ => false,
         }
     }
 

@@ -77,13 +77,14 @@ impl TapeSeries {
         self.nodes.results.len()
     }
 
-    /// The first operation without a finite value, though its operands have one.
+    /// The first operation without a finite value, or with a corner, though its operands have finite values.
     pub fn obstacle(&self) -> Option<Obstacle> {
         let value = |node: u32| self.coefficients[node as usize * self.width];
         let mut nodes = self.nodes.nodes.iter().enumerate();
         nodes.find_map(|(i, node)| {
             let operand = node.operands().into_iter().flatten().last().map(value)?;
-            (!value(i as u32).is_finite()).then(|| Obstacle { operation: node.name(), operand })
+            let is_smooth = value(i as u32).is_finite() && !node.has_corner(value);
+            (!is_smooth).then(|| Obstacle { operation: node.name(), operand })
         })
     }
 }
@@ -117,6 +118,7 @@ impl Known<'_> {
                 own[0] = node.value(value);
                 self.write_derivatives(node, own);
             }
+            _ if node.has_corner(|node| value(node)) => own.fill(Interval::ENTIRE),
             Node::Constant(_) | Node::Sign(_) | Node::Floor(_) => {}
             Node::Neg(a) => subtract(own, self.at(order, a)),
             Node::Add(a, b) => {
@@ -196,6 +198,7 @@ impl Known<'_> {
         };
         let one = Interval::ONE;
         match node {
+            _ if node.has_corner(value) => own[1..].fill(Interval::ENTIRE),
             Node::Argument | Node::Constant(_) | Node::Sign(_) | Node::Floor(_) => {}
             Node::Neg(a) => add_scaled(a, -one),
             Node::Add(a, b) => {

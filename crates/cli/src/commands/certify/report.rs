@@ -19,6 +19,9 @@ pub(super) struct Report {
     scene: &'static str,
     /// Whether the given angle has completed its turn.
     has_turned: bool,
+    /// The condition that became true.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    condition: Option<String>,
     steps: u64,
     columns: Vec<Column>,
 }
@@ -33,7 +36,7 @@ struct Column {
 }
 
 impl Report {
-    pub(super) fn new(setup: &Setup, reached: &Enclosure) -> Self {
+    pub(super) fn new(setup: &Setup, reached: &Enclosure, until: Option<&str>) -> Self {
         let value = |kind: Kind| match kind {
             Kind::Time => Some(reached.t),
             Kind::Coordinate(i) => Some(reached.q[i]),
@@ -49,7 +52,8 @@ impl Report {
         };
         Self {
             scene: setup.description.name,
-            has_turned: reached.has_turned,
+            has_turned: reached.is_at_event && until.is_none(),
+            condition: until.filter(|_| reached.is_at_event).map(str::to_owned),
             steps: reached.steps,
             columns: columns(setup.description).into_iter().filter_map(of).collect(),
         }
@@ -57,7 +61,11 @@ impl Report {
 
     /// The report as a table.
     pub(super) fn text(&self, elapsed: Duration) -> String {
-        let end = if self.has_turned { "after one turn" } else { "at the time t" };
+        let end = match &self.condition {
+            Some(condition) => format!("where `{condition}` becomes true"),
+            None if self.has_turned => "after one turn".to_owned(),
+            None => "at the time t".to_owned(),
+        };
         let (steps, seconds) = (counted(self.steps, "step"), elapsed.as_secs_f64());
         let mut rows = vec![["", "value", "width", "lower", "upper", ""].map(str::to_owned)];
         rows.extend(self.columns.iter().map(Column::cells));
