@@ -5,7 +5,6 @@
 
 mod kernel;
 mod mechanism;
-mod program;
 
 extern crate alloc;
 

@@ -108,9 +108,7 @@ pub use single_step::{StepEstimate, StepMut, StepRequest};
 pub use step_end::{CORRECTION_ROUNDING, MAX_CORRECTIONS, RESIDUAL_ROUNDING};
 pub use stored_tape::StoredTape;
 #[cfg(feature = "std")]
-pub use tape::{
-    Obstacle, Operation, OperationKind, Tape, TapeEvaluator, TapeFunction, TapeKernel, TapeSeries, execute,
-};
+pub use tape::{Obstacle, Operation, Tape, TapeEvaluator, TapeFunction, TapeKernel, TapeSeries, execute};
 #[cfg(feature = "simd")]
 pub use width::Width;
 

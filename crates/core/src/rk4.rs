@@ -145,7 +145,7 @@ fn stage<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     let q = sum(&from.q, &dq);
     let angles = from.angles.turned(&q, &dq, kernel.has_angle());
     let position = kernel.position(t + part, &q, &angles);
-    let (qdd, _) = kernel.accelerations(&position, t + part, &q, &qd, &angles);
+    let qdd = kernel.stage_accelerations(&position, t + part, &q, &qd, &angles);
     (qd, qdd, angles, position)
 }
 

@@ -15,9 +15,7 @@ use operation::places;
 
 pub use evaluator::TapeEvaluator;
 pub use execute::execute;
-#[cfg(feature = "simd")]
-pub(crate) use execute::execute_one;
-pub use operation::{Operation, OperationKind};
+pub use operation::Operation;
 pub use series::{Obstacle, TapeSeries};
 
 /// The functions of a mechanism with `n` coordinates and `m` constraints, as operations on any number.

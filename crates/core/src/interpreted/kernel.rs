@@ -6,7 +6,6 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::cell::{Cell, RefCell};
 
-use super::program::{Program, UnitConstants};
 use crate::angles::Angles;
 use crate::description::Description;
 use crate::kernel::Kernel;
@@ -29,8 +28,8 @@ const OUTPUTS: usize = 5;
 pub(crate) struct InterpretedKernel<R, const C: usize> {
     tape: &'static Tape,
     arguments: Arguments,
-    programs: [Program; TapeKernel::FUNCTIONS],
-    units: UnitConstants,
+    /// The place of the first value of each function.
+    places: [usize; TapeKernel::FUNCTIONS],
     is_length: [bool; C],
     has_angle: [bool; C],
     /// The values at all places of the tape for each position, and those for functions without a position.
@@ -50,24 +49,19 @@ impl<R: Scalar, const C: usize> InterpretedKernel<R, C> {
         if n > C || m > C {
             return None;
         }
-        let end = u32::try_from(tape.places()).ok()?;
-        let units = UnitConstants { one: end, negative_zero: end + 1 };
-        let (functions, places) = (tape.kernel.functions(), tape.kernel_places());
-        let program = |i: usize| Program::new(&functions[i].operations, places[i], units);
         Some(Self {
             tape,
             arguments: tape.arguments(),
-            programs: core::array::from_fn(program),
-            units,
+            places: tape.kernel_places(),
             is_length: core::array::from_fn(|i| i < n && !description.is_angle(i)),
             has_angle: core::array::from_fn(|i| tape.kernel.has_angle.get(i) == Some(&true)),
-            values: [(); POSITIONS + 1].map(|()| RefCell::new(vec![R::zero(); tape.places() + 2])),
+            values: [(); POSITIONS + 1].map(|()| RefCell::new(vec![R::zero(); tape.places()])),
             count: Cell::new(0),
         })
     }
 
     /// Executes a function of a position, with arguments at their places, and gives what `results` makes of the values.
-    #[inline]
+    #[inline(always)]
     fn run<T>(
         &self,
         PositionNumber(position): PositionNumber,
@@ -77,15 +71,16 @@ impl<R: Scalar, const C: usize> InterpretedKernel<R, C> {
     ) -> T {
         assert!(self.count.get() < position + POSITIONS, "the position has been replaced");
         let values = &mut *self.values[position % POSITIONS].borrow_mut();
-        write(values, arguments);
-        self.programs[function].execute(values);
-        results(values, &self.tape.kernel.functions()[function].results)
+        write::<R, C>(values, arguments);
+        let TapeFunction { operations, results: places } = self.tape.kernel.functions()[function];
+        execute(values, self.places[function], operations);
+        results(values, places)
     }
 
     /// The value of one of the functions without a position.
     fn evaluate(&self, function: &TapeFunction, arguments: &[(usize, &[R])]) -> R {
         let values = &mut *self.values[POSITIONS].borrow_mut();
-        write(values, arguments);
+        write::<R, C>(values, arguments);
         execute(values, self.arguments.end, &function.operations);
         function.results.first().map_or(R::zero(), |&place| values[place as usize])
     }
@@ -101,15 +96,21 @@ impl<R: Scalar, const C: usize> InterpretedKernel<R, C> {
     }
 }
 
-#[inline]
-fn write<R: Copy>(values: &mut [R], arguments: &[(usize, &[R])]) {
+/// Writes vectors with up to `C` numbers to their places, one number after another: a copy of unknown length would wait
+/// until the numbers have left the processor.
+#[inline(always)]
+fn write<R: Copy, const C: usize>(values: &mut [R], arguments: &[(usize, &[R])]) {
     for (place, argument) in arguments {
-        values[*place..][..argument.len()].copy_from_slice(argument);
+        let values = &mut values[*place..][..argument.len()];
+        for i in 0..C {
+            let (Some(value), Some(number)) = (values.get_mut(i), argument.get(i)) else { break };
+            *value = *number;
+        }
     }
 }
 
 /// The values at some places, zeros behind them.
-#[inline]
+#[inline(always)]
 fn read<R: Scalar, const C: usize>(values: &[R], places: &[u32]) -> [R; C] {
     let mut results = [R::zero(); C];
     for (result, &place) in results.iter_mut().zip(places) {
@@ -121,8 +122,8 @@ fn read<R: Scalar, const C: usize>(values: &[R], places: &[u32]) -> [R; C] {
 impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
     type Position = PositionNumber;
 
-    // Whatever the scene, there is one place where operations are executed.
-    const OPERATIONS: usize = usize::MAX;
+    // Whatever the scene, there is one place where operations are executed. Long vectors are costly to compile.
+    const OPERATIONS: usize = if C > 8 { usize::MAX } else { 1 };
 
     fn sizes(&self) -> [usize; 2] {
         self.tape.sizes()
@@ -140,8 +141,6 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
         let [first, others @ ..] = &mut self.values;
         let first = first.get_mut();
         first.iter_mut().take(self.arguments.t).enumerate().for_each(|(i, parameter)| *parameter = value(i));
-        first[self.units.one as usize] = R::from_f64(1.0);
-        first[self.units.negative_zero as usize] = R::from_f64(-0.0);
         execute(first, self.arguments.constants, &self.tape.constants);
         others.iter_mut().for_each(|other| other.get_mut().copy_from_slice(first));
     }
@@ -155,15 +154,18 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
         position
     }
 
+    #[inline(always)]
     fn residuals(&self, position: &PositionNumber) -> [R; C] {
         let places = self.tape.kernel.position.results.get(1..).unwrap_or_default();
         read(&self.values[position.0 % POSITIONS].borrow(), places)
     }
 
+    #[inline(always)]
     fn growth_factor(&self, position: &PositionNumber) -> R {
         read::<R, 1>(&self.values[position.0 % POSITIONS].borrow(), &self.tape.kernel.position.results)[0]
     }
 
+    #[inline(always)]
     fn velocity_residual(&self, position: &PositionNumber, qd: &[R; C]) -> [R; C] {
         let arguments = [(self.arguments.qd, self.coordinates(qd))];
         self.run(*position, VELOCITY_RESIDUAL, &arguments, read)

@@ -4,6 +4,8 @@ use super::Operation;
 use crate::Scalar;
 
 /// Executes operations, whose results have the places from `next` on; the place after the last one.
+///
+/// Sums and products of one form that follow each other are executed fast: the processor foresees the branches of loops.
 #[inline(never)]
 pub fn execute<R: Scalar>(values: &mut [R], next: usize, operations: &[Operation]) -> usize {
     R::vectorized(
@@ -14,24 +16,48 @@ pub fn execute<R: Scalar>(values: &mut [R], next: usize, operations: &[Operation
 
 #[inline(always)]
 fn execute_all<R: Scalar>(values: &mut [R], mut next: usize, operations: &[Operation]) -> usize {
-    for operation in operations {
-        next = execute_one(values, next, operation);
+    use Operation as Op;
+    let mut rest = operations.iter();
+    let Some(mut operation) = rest.next() else { return next };
+    macro_rules! run {
+        ($kind:pat => $value:expr) => {
+            while let &$kind = operation {
+                values[next] = $value;
+                next += 1;
+                let Some(following) = rest.next() else { return next };
+                operation = following;
+            }
+        };
     }
-    next
+    macro_rules! at {
+        ($place:expr) => {
+            values[$place as usize]
+        };
+    }
+    loop {
+        run!(Op::MulAdd(a, b, c) => at!(a).mul_add(at!(b), at!(c)));
+        run!(Op::Mul(a, b) => at!(a) * at!(b));
+        run!(Op::NegMulAdd(a, b, c) => at!(a).neg_mul_add(at!(b), at!(c)));
+        run!(Op::Add(a, b) => at!(a) + at!(b));
+        run!(Op::Sub(a, b) => at!(a) - at!(b));
+        run!(Op::Neg(a) => -at!(a));
+        while operation.kind() == Op::OTHER {
+            next = execute_other(values, next, operation);
+            let Some(following) = rest.next() else { return next };
+            operation = following;
+        }
+    }
 }
 
-/// Executes an operation, whose result has the place `next`; the place after it.
+/// Executes an operation that is no sum or product.
 #[inline(always)]
-pub(crate) fn execute_one<R: Scalar>(values: &mut [R], mut next: usize, operation: &Operation) -> usize {
+fn execute_other<R: Scalar>(values: &mut [R], mut next: usize, operation: &Operation) -> usize {
     use Operation as Op;
     let at = |place: u32| values[place as usize];
     let value = match *operation {
+        Op::MulAdd(..) | Op::Mul(..) | Op::NegMulAdd(..) | Op::Add(..) | Op::Sub(..) | Op::Neg(_) => return next,
         Op::Number(number) => R::from_f64(number),
         Op::Pi => R::pi(),
-        Op::Neg(a) => -at(a),
-        Op::Add(a, b) => at(a) + at(b),
-        Op::Sub(a, b) => at(a) - at(b),
-        Op::Mul(a, b) => at(a) * at(b),
         Op::Div(a, b) => at(a) / at(b),
         Op::Recip(a) => at(a).recip(),
         Op::Sqrt(a) => at(a).sqrt(),
@@ -62,8 +88,6 @@ pub(crate) fn execute_one<R: Scalar>(values: &mut [R], mut next: usize, operatio
         Op::PowI(a, exponent) => at(a).powi(exponent),
         Op::PowF(a, exponent) => at(a).powf(exponent),
         Op::Pow(a, b) => at(a).pow(at(b)),
-        Op::MulAdd(a, b, c) => at(a).mul_add(at(b), at(c)),
-        Op::NegMulAdd(a, b, c) => at(a).neg_mul_add(at(b), at(c)),
     };
     values[next] = value;
     next + 1

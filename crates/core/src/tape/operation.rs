@@ -46,24 +46,20 @@ pub enum Operation {
     NegMulAdd(u32, u32, u32),
 }
 
-/// The kinds of operations that an interpreter distinguishes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OperationKind {
-    /// `a b + c`, or a part of it.
-    MulAdd,
-    /// `c - a b`, or a part of it.
-    NegMulAdd,
-    /// Any other.
-    Other,
-}
-
 impl Operation {
-    /// The kind of the operation.
-    pub fn kind(self) -> OperationKind {
+    /// The last kind: operations that are no sums and products.
+    pub(crate) const OTHER: usize = 6;
+
+    /// The kind of the operation: the form of a sum or product, or another one.
+    pub(crate) fn kind(self) -> usize {
         match self {
-            Self::Add(..) | Self::Mul(..) | Self::MulAdd(..) => OperationKind::MulAdd,
-            Self::Neg(_) | Self::Sub(..) | Self::NegMulAdd(..) => OperationKind::NegMulAdd,
-            _ => OperationKind::Other,
+            Self::MulAdd(..) => 0,
+            Self::Mul(..) => 1,
+            Self::NegMulAdd(..) => 2,
+            Self::Add(..) => 3,
+            Self::Sub(..) => 4,
+            Self::Neg(_) => 5,
+            _ => Self::OTHER,
         }
     }
 
