@@ -70,7 +70,7 @@ fn a_file_gives_the_table_of_the_compiled_scene() {
     for scene in ["quick-return", "shaper", "andrews"] {
         place.copy(scene, "mine");
         let said = stdout(&place.qrm(&program(), &["run", "mine.toml", "--out", "file"]));
-        assert!(said.contains("; interpreted: compiled, it would be about 6 times as fast"), "{said}");
+        assert!(said.contains("; interpreted: compiled, it would be about 5 times as fast"), "{said}");
         assert!(!said.contains("Symbolica"), "{said}");
         stdout(&place.qrm(&program(), &["run", scene, "--out", "built"]));
         let table = |folder: &str| fs::read(place.path(folder).join("trajectory.csv")).expect("a table");
