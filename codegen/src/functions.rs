@@ -25,7 +25,7 @@ use body::Body;
 use layout::Layout;
 use plan::Plan;
 use qrm_core::NamedTape;
-use qrm_core::named_tape::{Argument, Function, Part, place};
+use qrm_core::named_tape::{Argument, Function, ResultField, place};
 
 /// Creates the functions of a scene.
 pub fn tape(scene: &Scene, equations: &Equations) -> NamedTape {
@@ -194,7 +194,7 @@ impl<'a> Writer<'a> {
         let mut body = Body::new(graph, &self.outside, &self.hints, &self.named_values, taken, &roots);
         let parts = plan.parts.iter().map(|(name, shape)| {
             let values = shape.map(&mut |root| body.root(*root));
-            Part { name: (*name).to_owned(), doc: String::new(), values }
+            ResultField { name: (*name).to_owned(), doc: String::new(), values }
         });
         let parts = parts.collect();
         Function {

@@ -9,7 +9,7 @@ use super::plan::Plan;
 use super::scene_formula;
 use crate::graph::{Id, Op, Signed};
 use crate::term::Symbol;
-use qrm_core::named_tape::{Function, Part, Shape};
+use qrm_core::named_tape::{Function, ResultField, Shape};
 
 /// The longest name made from a formula; longer ones are replaced by numbers.
 const LONGEST_NAME: usize = 34;
@@ -58,7 +58,7 @@ impl Writer<'_> {
         let statements = body.finish();
         let part = |((name, id), value): (&(String, Id), &u32)| {
             let doc = format!("`{}`", self.formula(*id));
-            Part { name: name.clone(), doc, values: Shape::Scalar(*value) }
+            ResultField { name: name.clone(), doc, values: Shape::Scalar(*value) }
         };
         let parts = names.iter().zip(&values).map(part).collect();
         self.add(Function { name: "constants".to_owned(), statements, parts, ..Default::default() });

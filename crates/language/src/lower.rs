@@ -62,7 +62,7 @@ fn structs(scene: &Scene, tape: &NamedTape) -> Vec<Struct> {
     let kept = scene.parameters.iter().filter(|p| !p.left_out);
     let parameter = |p: &qrm_scene::scene::Parameter| Field { name: p.name.clone(), doc: vec![texts::parameter(p)] };
     let fields = |name: &str| -> Option<Vec<Field>> {
-        let field = |part: &named_tape::Part| Field { name: part.name.clone(), doc: lines(&part.doc) };
+        let field = |part: &named_tape::ResultField| Field { name: part.name.clone(), doc: lines(&part.doc) };
         tape.function(name).map(|own| own.parts.iter().map(field).collect())
     };
     let parameters = Some(kept.map(parameter).collect());

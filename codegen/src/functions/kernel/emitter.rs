@@ -9,7 +9,7 @@ use crate::functions::{Writer, reserved};
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::kernel::{Block, Kernel, Local};
 use crate::term::Symbol;
-use qrm_core::named_tape::{Argument, Function, Part, Shape, place};
+use qrm_core::named_tape::{Argument, Function, ResultField, Shape, place};
 
 /// Creates the functions of a kernel.
 pub(in crate::functions) struct Emitter<'a> {
@@ -141,10 +141,10 @@ pub(super) struct KernelFunction<'k> {
 }
 
 /// Returns results as lists.
-pub(super) fn vectors(body: &mut Body, results: &[&[Signed]]) -> Vec<Part> {
+pub(super) fn vectors(body: &mut Body, results: &[&[Signed]]) -> Vec<ResultField> {
     let part = |result: &&[Signed]| {
         let values = Shape::Vector(result.iter().map(|root| body.root(*root)).collect());
-        Part { name: String::new(), doc: String::new(), values }
+        ResultField { name: String::new(), doc: String::new(), values }
     };
     results.iter().map(part).collect()
 }

@@ -8,7 +8,7 @@ use super::emitter::{Emitter, KernelFunction, angle_of, define};
 use crate::graph::{Id, Op, Signed};
 use crate::kernel::Local;
 use crate::term::Symbol;
-use qrm_core::named_tape::{Argument, Function, Part, Shape};
+use qrm_core::named_tape::{Argument, Function, ResultField, Shape};
 
 /// The results of the function `position`.
 pub(super) struct Position {
@@ -89,7 +89,7 @@ impl Emitter<'_> {
             true => vec![Argument::Time, Argument::Coordinates, Argument::Angles],
             false => vec![Argument::Coordinates, Argument::Angles],
         };
-        let part = |(name, value): (&String, &u32)| Part {
+        let part = |(name, value): (&String, &u32)| ResultField {
             name: name.clone(),
             doc: String::new(),
             values: Shape::Scalar(*value),
@@ -129,7 +129,7 @@ impl Emitter<'_> {
             name: "growth_factor".to_owned(),
             doc: "How much the elimination of dependent coordinates magnifies rounding errors.".to_owned(),
             arguments: vec![Argument::Position],
-            parts: vec![Part { name: String::new(), doc: String::new(), values: Shape::Scalar(most) }],
+            parts: vec![ResultField { name: String::new(), doc: String::new(), values: Shape::Scalar(most) }],
             ..Default::default()
         });
     }
