@@ -53,7 +53,7 @@ impl Writer<'_> {
         let constant = self.graph.reachable(roots.iter().map(|r| r.id)).into_iter();
         let hints: HashMap<Id, String> = constant.filter_map(|id| Some((id, self.constant_name(id)?))).collect();
         let taken = HashSet::from(["p".to_owned()]);
-        let mut body = Body::new((self.graph, &self.tape), &self.outside, &hints, &HashSet::new(), taken, &roots);
+        let mut body = Body::new((self.graph, &self.tape), &self.predefined, &hints, &HashSet::new(), taken, &roots);
         let values: Vec<u32> = roots.iter().map(|root| body.root(*root)).collect();
         let statements = body.finish();
         let part = |((name, id), value): (&(String, Id), &u32)| {
@@ -62,7 +62,7 @@ impl Writer<'_> {
         };
         let parts = names.iter().zip(&values).map(part).collect();
         self.add(Function { name: "constants".to_owned(), statements, parts, ..Default::default() });
-        self.outside.extend(names.iter().zip(values).map(|((_, id), value)| (*id, value)));
+        self.predefined.extend(names.iter().zip(values).map(|((_, id), value)| (*id, value)));
     }
 
     /// The name of a constant from its formula, if that is short enough.

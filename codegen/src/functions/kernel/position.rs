@@ -54,7 +54,7 @@ impl Emitter<'_> {
         pending.extend(kernel.locals.iter().filter(|local| !local.block.is_position()).map(|local| local.value.id));
         let (mut seen, mut fields) = (HashSet::new(), BTreeSet::new());
         while let Some(id) = pending.pop() {
-            if self.outside.contains_key(&id) || !seen.insert(id) {
+            if self.predefined.contains_key(&id) || !seen.insert(id) {
                 continue;
             }
             let op = self.graph.op(id);
@@ -73,7 +73,7 @@ impl Emitter<'_> {
         let named: HashSet<Id> = fields.iter().copied().collect();
         let roots: Vec<Signed> = fields.iter().map(|&id| Signed { negative: false, id }).collect();
         let all: Vec<Signed> = locals.iter().map(|local| local.value).chain(roots.clone()).collect();
-        let mut body = self.body(&self.outside, &HashSet::new(), &all);
+        let mut body = self.body(&self.predefined, &HashSet::new(), &all);
         define(&mut body, &locals, &named);
         body.define_all(&roots, &named);
         let values: BTreeMap<Id, u32> = fields.iter().map(|&id| (id, body.value(id))).collect();
