@@ -12,7 +12,7 @@ use qrm_codegen::term::{EffortGroup, Equations, KernelEquations};
 ///
 /// They are derived again if roots have no names in the plain functions.
 pub(super) fn equations(number: usize, place: &Place, plain: &System, known: &Equations) -> KernelEquations {
-    if plain.algebra.suits_kernel() {
+    if plain.algebra.has_named_roots() {
         return kernel_equations(plain, known);
     }
     let system = System::new(Algebra::naming_roots(number, plain.algebra.scene, place));
