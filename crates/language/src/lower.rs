@@ -32,7 +32,7 @@ pub(super) fn program(scene: &Scene, tape: &NamedTape, source: &str) -> Program 
         });
     }
     functions.push(angles(&tape.has_angle));
-    let is_printed = |own: &&named_tape::Function| !crate::rust::is_part_of_type(&own.name);
+    let is_printed = |own: &&named_tape::Function| crate::rust::is_module_function(&own.name);
     functions.extend(tape.functions.iter().filter(is_printed).map(|own| {
         let doc = texts::function(scene, tape, own);
         lower.function(own, &doc, scene)
