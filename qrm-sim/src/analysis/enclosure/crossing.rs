@@ -8,9 +8,9 @@ use super::state_set::StateSet;
 use super::step::Step;
 
 /// The result of a step towards a value of a coordinate.
-pub(super) enum Passage {
+pub(super) enum CrossingResult {
     /// The coordinate has not reached the value by the time of these states.
-    Not(StateSet),
+    NotReached(StateSet),
     /// The time at which it reached the value, and the states at that time.
     At(Interval, Vec<Interval>),
 }
@@ -31,23 +31,23 @@ impl Step {
     ///
     /// # Errors
     /// It is not certain whether the value is reached.
-    pub(super) fn passage(
+    pub(super) fn states_or_crossing(
         &self,
         flow: &mut Flow,
         coordinate: usize,
         targets: [Interval; 2],
         mut to: f64,
-    ) -> Result<Passage, Reason> {
+    ) -> Result<CrossingResult, Reason> {
         let begin = self.begin();
         let n = self.bound.len() / 2;
         let mut near = targets.into_iter().filter(|target| self.bound[coordinate].intersection(*target).is_some());
         let states = |flow: &mut Flow, to: f64| self.states(flow, to).ok_or(Reason::NoSeries(NoSeries::Singular));
-        let Some(target) = near.next() else { return states(flow, to).map(Passage::Not) };
+        let Some(target) = near.next() else { return states(flow, to).map(CrossingResult::NotReached) };
         let is_monotonic = near.next().is_none() && !self.bound[n + coordinate].contains(0.0);
         let before = |x: Interval| x.intersection(target).is_none();
         for _ in 0..HALVINGS {
             if before(self.range(coordinate, Interval::new(0.0, to - begin))) {
-                return states(flow, to).map(Passage::Not);
+                return states(flow, to).map(CrossingResult::NotReached);
             }
             if is_monotonic {
                 let rises = self.bound[n + coordinate].lo() > 0.0;
@@ -55,12 +55,12 @@ impl Step {
                 let end = states(flow, to)?;
                 let reached = end.hull[coordinate];
                 if !is_beyond(reached) && before(reached) {
-                    return Ok(Passage::Not(end));
+                    return Ok(CrossingResult::NotReached(end));
                 }
                 if is_beyond(reached)
                     && let Some((t, states)) = self.cross(flow, coordinate, target, to)
                 {
-                    return Ok(Passage::At(t, states));
+                    return Ok(CrossingResult::At(t, states));
                 }
             }
             to = begin + 0.5 * (to - begin);
