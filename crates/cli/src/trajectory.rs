@@ -9,7 +9,7 @@ use qrm_scene::files::{open_locked, temporary_path};
 use qrm_sim::columns::Column;
 
 /// The longest time for which rows are buffered.
-const PATIENCE: Duration = Duration::from_millis(200);
+const FLUSH_INTERVAL: Duration = Duration::from_millis(200);
 
 /// An unfinished trajectory, in a temporary file next to its final one.
 pub(crate) struct Trajectory {
@@ -48,7 +48,7 @@ impl Trajectory {
 
     /// Writes buffered rows to disk from time to time.
     pub(crate) fn flush_if_due(&mut self) -> io::Result<()> {
-        if self.flushed.elapsed() >= PATIENCE {
+        if self.flushed.elapsed() >= FLUSH_INTERVAL {
             self.flush()?;
         }
         Ok(())
