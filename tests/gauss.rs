@@ -140,14 +140,14 @@ fn vectors_of_four_and_eight_make_the_same_steps() {
             let mut steps = mechanism.gauss_steps(width)?;
             let (mut q, mut qd) = (q.clone(), qd.clone());
             let mut extrapolated = [vec![0.0; q.len()], vec![0.0; q.len()]];
-            let request = GaussRequest { h: mechanism.schedule().step, tolerance: 1e-13, is_inside: false };
+            let request = GaussRequest { h: mechanism.schedule().step, tolerance: 1e-13, is_within_last_step: false };
             let mut step = |request: &GaussRequest| {
                 let extrapolated = extrapolated.each_mut().map(|values| &mut values[..]);
                 steps.step(request, &from, GaussEnd { q: &mut q, qd: &mut qd, extrapolated })
             };
             let whole = step(&request)?;
             assert!(whole.convergence == Convergence::Converged && whole.error < 1.0, "{name}: {whole:?}");
-            let half = GaussRequest { h: 0.5 * request.h, is_inside: true, ..request };
+            let half = GaussRequest { h: 0.5 * request.h, is_within_last_step: true, ..request };
             let inside = step(&half)?;
             assert!(
                 inside.convergence == Convergence::Converged && inside.iterations < whole.iterations,

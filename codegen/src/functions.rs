@@ -25,7 +25,7 @@ use body::Body;
 use layout::Layout;
 use plan::Plan;
 use qrm_core::NamedTape;
-use qrm_core::named_tape::{Argument, Function, Part, place};
+use qrm_core::named_tape::{Argument, Function, ResultField, place};
 
 /// Creates the functions of a scene.
 pub fn tape(scene: &Scene, equations: &Equations) -> NamedTape {
@@ -71,7 +71,7 @@ struct Writer<'a> {
     graph: &'a Graph,
     tape: RefCell<NamedTape>,
     /// Inputs and precomputed constants.
-    outside: HashMap<Id, u32>,
+    predefined: HashMap<Id, u32>,
     hints: HashMap<Id, String>,
     /// Coordinates of points, and sines and cosines of sums of coordinates, which have names.
     named_values: HashSet<Id>,
@@ -88,7 +88,7 @@ impl<'a> Writer<'a> {
             layout,
             graph,
             tape: RefCell::new(NamedTape::new(parameters, scene.coordinates.len(), scene.constraints.len())),
-            outside: HashMap::new(),
+            predefined: HashMap::new(),
             hints: HashMap::new(),
             named_values: HashSet::new(),
             argument_names: HashSet::new(),
@@ -108,7 +108,7 @@ impl<'a> Writer<'a> {
             };
             writer.hints.insert(id, hint);
             let input = writer.input(*symbol);
-            writer.outside.insert(id, input);
+            writer.predefined.insert(id, input);
         }
         writer.add_constants();
         let is_new = |value: &Signed| !graph.is_constant(value.id) && !graph.op(value.id).is_leaf() && !value.negative;
@@ -191,10 +191,10 @@ impl<'a> Writer<'a> {
         let mut taken = reserved();
         taken.extend(self.argument_names.iter().cloned());
         let graph = (self.graph, &self.tape);
-        let mut body = Body::new(graph, &self.outside, &self.hints, &self.named_values, taken, &roots);
+        let mut body = Body::new(graph, &self.predefined, &self.hints, &self.named_values, taken, &roots);
         let parts = plan.parts.iter().map(|(name, shape)| {
             let values = shape.map(&mut |root| body.root(*root));
-            Part { name: (*name).to_owned(), doc: String::new(), values }
+            ResultField { name: (*name).to_owned(), doc: String::new(), values }
         });
         let parts = parts.collect();
         Function {

@@ -14,7 +14,7 @@ use std::collections::{HashMap, HashSet};
 
 use crate::graph::{Id, Signed};
 use crate::lower::Lowering;
-use crate::term::{Equations, KernelEquations, NormalForce, Push, Symbol, Term};
+use crate::term::{EffortGroup, Equations, KernelEquations, NormalForce, Symbol, Term};
 use algebra::{Matrix, Value};
 pub use block::Block;
 use builder::Builder;
@@ -130,7 +130,7 @@ impl Builder<'_> {
             self.named(Block::Bias, &name, &e.constraint_bias[k]).map(Signed::negated)
         });
         let bias: Vec<Value> = bias.collect();
-        let forces = self.forces(&e.pushes);
+        let forces = self.forces(&e.effort_groups);
         let still = vec![None; n];
         let particular = elimination.particular(&mut self, &bias, Block::Accelerations, "closing");
         let solve = |builder: &mut Self, forces: &[Value], unit: Option<&str>| {
@@ -237,12 +237,12 @@ impl Builder<'_> {
     }
 
     /// The reduced forces, each effort in the form with fewer operations.
-    fn forces(&mut self, pushes: &[Push]) -> Vec<Value> {
+    fn forces(&mut self, effort_groups: &[EffortGroup]) -> Vec<Value> {
         let coordinates: Vec<String> = self.scene.coordinates.iter().map(|c| c.name.clone()).collect();
         let mut parts: Vec<Vec<Signed>> = vec![Vec::new(); coordinates.len()];
-        for push in pushes {
-            let together = push.total.iter().map(|term| self.value(term)).collect::<Vec<Value>>();
-            let apart: Vec<(Value, Vec<Value>)> = push
+        for group in effort_groups {
+            let together = group.total.iter().map(|term| self.value(term)).collect::<Vec<Value>>();
+            let apart: Vec<(Value, Vec<Value>)> = group
                 .efforts
                 .iter()
                 .map(|(_, size, along)| (self.value(size), along.iter().map(|entry| self.value(entry)).collect()))
@@ -250,13 +250,13 @@ impl Builder<'_> {
             let apart_cost = self.cost(apart.iter().map(|(size, _)| *size))
                 + apart.iter().map(|(_, along)| 2 * along.iter().flatten().count()).sum::<usize>()
                 - apart.iter().flat_map(|(_, along)| along.iter().flatten()).count().min(coordinates.len());
-            if push.efforts.is_empty() || self.cost(together.iter().copied()) <= apart_cost {
+            if group.efforts.is_empty() || self.cost(together.iter().copied()) <= apart_cost {
                 for (part, force) in parts.iter_mut().zip(together) {
                     part.extend(force);
                 }
                 continue;
             }
-            for ((name, ..), (size, along)) in push.efforts.iter().zip(apart) {
+            for ((name, ..), (size, along)) in group.efforts.iter().zip(apart) {
                 let size = self.keep(Block::Forces, &format!("load_{name}"), size);
                 for (part, entry) in parts.iter_mut().zip(along) {
                     part.extend(self.multiply(entry, size));

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use num_rational::BigRational;
 use num_traits::Zero as _;
 
-pub use equations::{AffineForce, Equations, KernelEquations, Linearization, NormalForce, Push, Row};
+pub use equations::{AffineForce, EffortGroup, Equations, KernelEquations, Linearization, NormalForce, Row};
 pub use named::{Formula, Named, NamedKind, Root};
 use qrm_scene::expression::to_f64;
 use qrm_scene::function::Function;

@@ -18,7 +18,7 @@ pub(super) struct Body<'g> {
     graph: &'g Graph,
     tape: &'g RefCell<NamedTape>,
     /// Values defined outside the function: inputs, parameters, precomputed constants.
-    outside: &'g HashMap<Id, u32>,
+    predefined: &'g HashMap<Id, u32>,
     uses: HashMap<Id, usize>,
     /// The sine and the cosine of each angle that the function needs.
     angles: BTreeMap<Id, [Option<Id>; 2]>,
@@ -41,13 +41,13 @@ impl<'g> Body<'g> {
     /// statement even if they are used only once.
     pub(super) fn new(
         (graph, tape): (&'g Graph, &'g RefCell<NamedTape>),
-        outside: &'g HashMap<Id, u32>,
+        predefined: &'g HashMap<Id, u32>,
         hints: &'g HashMap<Id, String>,
         named: &HashSet<Id>,
         taken: HashSet<String>,
         roots: &[Signed],
     ) -> Self {
-        let mut body = Self::begin((graph, tape), outside, hints, taken, roots, None);
+        let mut body = Self::begin((graph, tape), predefined, hints, taken, roots, None);
         body.define_all(roots, named);
         body
     }
@@ -55,7 +55,7 @@ impl<'g> Body<'g> {
     /// Creates an empty body. If the `depths` of values are given, products and sums are fused, deepest last.
     pub(super) fn begin(
         (graph, tape): (&'g Graph, &'g RefCell<NamedTape>),
-        outside: &'g HashMap<Id, u32>,
+        predefined: &'g HashMap<Id, u32>,
         hints: &'g HashMap<Id, String>,
         taken: HashSet<String>,
         roots: &[Signed],
@@ -64,7 +64,7 @@ impl<'g> Body<'g> {
         let mut body = Self {
             graph,
             tape,
-            outside,
+            predefined,
             uses: HashMap::new(),
             angles: BTreeMap::new(),
             hints,
@@ -116,9 +116,9 @@ impl<'g> Body<'g> {
 
     /// Defines a value under a name; from now on `input` represents it.
     pub(super) fn define_local(&mut self, value: Id, input: Id, name: &str, named: &HashSet<Id>) {
-        if let Some(&outside) = self.outside.get(&value) {
-            self.values.insert(input, outside);
-            let name = || self.tape.borrow().names.get(&outside).cloned();
+        if let Some(&predefined) = self.predefined.get(&value) {
+            self.values.insert(input, predefined);
+            let name = || self.tape.borrow().names.get(&predefined).cloned();
             let hint = self.hints.get(&value).cloned().or_else(name);
             self.names.extend(hint.map(|hint| (input, hint)));
             return;
@@ -167,7 +167,7 @@ impl<'g> Body<'g> {
         let mut needed = BTreeSet::new();
         let mut pending: Vec<Id> = roots.iter().map(|r| r.id).collect();
         while let Some(id) = pending.pop() {
-            if !self.outside.contains_key(&id) && !self.values.contains_key(&id) && needed.insert(id) {
+            if !self.predefined.contains_key(&id) && !self.values.contains_key(&id) && needed.insert(id) {
                 pending.extend(self.graph.op(id).operands());
             }
         }
@@ -186,7 +186,7 @@ impl<'g> Body<'g> {
     fn define_pair(&mut self, angle: Id) {
         let pair = self.angles[&angle];
         let value = self.value(angle);
-        let hint = self.hint(angle);
+        let hint = self.descriptive_name(angle);
         let names = [("sin", pair[0]), ("cos", pair[1])].map(|(what, id)| {
             let id = id?;
             Some((id, self.name(id, hint.as_ref().map(|angle| format!("{what}_{angle}")))))
@@ -208,18 +208,18 @@ impl<'g> Body<'g> {
 
     fn define(&mut self, id: Id) {
         let value = self.compute(id);
-        let hint = self.hint(id);
+        let hint = self.descriptive_name(id);
         let name = self.name(id, hint);
         self.push(value, vec![name], &[id]);
     }
 
     /// A short descriptive name of a value, if there is one.
-    fn hint(&self, id: Id) -> Option<String> {
+    fn descriptive_name(&self, id: Id) -> Option<String> {
         if let Some(name) = self.names.get(&id).or_else(|| self.hints.get(&id)) {
             return Some(name.clone());
         }
         let name = match self.graph.op(id) {
-            Op::Reciprocal(a) => format!("inv_{}", self.hint(*a)?),
+            Op::Reciprocal(a) => format!("inv_{}", self.descriptive_name(*a)?),
             Op::Call(Function::Sqrt, _) => "root".to_owned(),
             Op::Product(factors) => {
                 let mut names: Vec<String> = Vec::new();
@@ -228,7 +228,7 @@ impl<'g> Body<'g> {
                     if factors[..i].contains(&factor) {
                         continue;
                     }
-                    let name = self.hint(factor)?;
+                    let name = self.descriptive_name(factor)?;
                     names.push(power_name(name, times));
                 }
                 names.join("_")
@@ -251,7 +251,7 @@ impl<'g> Body<'g> {
 
     /// Returns the value; computes it if it has no name.
     pub(super) fn value(&mut self, id: Id) -> u32 {
-        let known = self.outside.get(&id).or_else(|| self.values.get(&id));
+        let known = self.predefined.get(&id).or_else(|| self.values.get(&id));
         known.copied().unwrap_or_else(|| self.compute(id))
     }
 

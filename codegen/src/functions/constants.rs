@@ -9,7 +9,7 @@ use super::plan::Plan;
 use super::scene_formula;
 use crate::graph::{Id, Op, Signed};
 use crate::term::Symbol;
-use qrm_core::named_tape::{Function, Part, Shape};
+use qrm_core::named_tape::{Function, ResultField, Shape};
 
 /// The longest name made from a formula; longer ones are replaced by numbers.
 const LONGEST_NAME: usize = 34;
@@ -53,16 +53,16 @@ impl Writer<'_> {
         let constant = self.graph.reachable(roots.iter().map(|r| r.id)).into_iter();
         let hints: HashMap<Id, String> = constant.filter_map(|id| Some((id, self.constant_name(id)?))).collect();
         let taken = HashSet::from(["p".to_owned()]);
-        let mut body = Body::new((self.graph, &self.tape), &self.outside, &hints, &HashSet::new(), taken, &roots);
+        let mut body = Body::new((self.graph, &self.tape), &self.predefined, &hints, &HashSet::new(), taken, &roots);
         let values: Vec<u32> = roots.iter().map(|root| body.root(*root)).collect();
         let statements = body.finish();
         let part = |((name, id), value): (&(String, Id), &u32)| {
             let doc = format!("`{}`", self.formula(*id));
-            Part { name: name.clone(), doc, values: Shape::Scalar(*value) }
+            ResultField { name: name.clone(), doc, values: Shape::Scalar(*value) }
         };
         let parts = names.iter().zip(&values).map(part).collect();
         self.add(Function { name: "constants".to_owned(), statements, parts, ..Default::default() });
-        self.outside.extend(names.iter().zip(values).map(|((_, id), value)| (*id, value)));
+        self.predefined.extend(names.iter().zip(values).map(|((_, id), value)| (*id, value)));
     }
 
     /// The name of a constant from its formula, if that is short enough.

@@ -10,8 +10,11 @@ use qrm_core::named_tape::Argument;
 pub(super) fn add_inverse_dynamics(writer: &Writer, kernel: &Kernel) {
     let (places, forces): (Vec<usize>, Vec<Signed>) = kernel.forces.iter().copied().unzip();
     let arguments = [Argument::Time, Argument::Coordinates, Argument::Rates, Argument::Accelerations];
-    let mut function =
-        Emitter::new(writer, kernel, false).whole("inverse_dynamics", &arguments, &[&forces, &kernel.multipliers]);
+    let mut function = Emitter::new(writer, kernel, false).function_without_position(
+        "inverse_dynamics",
+        &arguments,
+        &[&forces, &kernel.multipliers],
+    );
     let names: Vec<String> = places.iter().map(|i| format!("`{}`", writer.scene.coordinates[*i].name)).collect();
     let along = if names.is_empty() { String::new() } else { format!(" along {}", names.join(", ")) };
     function.doc = format!(

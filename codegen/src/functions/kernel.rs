@@ -78,7 +78,7 @@ impl Emitter<'_> {
         ];
         let fields = self.fields(&parts);
         let position = self.add_position(&fields);
-        let mut inside = self.outside.clone();
+        let mut inside = self.predefined.clone();
         inside.extend(&position.values);
         for part in &parts {
             self.add_function(part, &inside, &position);
@@ -114,8 +114,12 @@ impl Emitter<'_> {
 
     /// Counts the operations for accelerations and multipliers, without sines and cosines.
     fn solution(&self) -> Operations {
-        let function = self.whole("accelerations", &[], &[&self.kernel.accelerations, &self.kernel.multipliers]);
-        let given: HashSet<u32> = self.outside.values().copied().collect();
+        let function = self.function_without_position(
+            "accelerations",
+            &[],
+            &[&self.kernel.accelerations, &self.kernel.multipliers],
+        );
+        let given: HashSet<u32> = self.predefined.values().copied().collect();
         function.operations(&self.writer.tape.borrow(), |value| given.contains(&value))
     }
 }

@@ -1,7 +1,7 @@
 //! Formulae that are evaluated as written: values of parameters, the start, the schedule.
 
 use qrm_core::NamedTape;
-use qrm_core::named_tape::{self, Part, Shape};
+use qrm_core::named_tape::{self, ResultField, Shape};
 use qrm_scene::operations::Formula;
 use qrm_scene::scene::{Coordinate, Scene, Start};
 
@@ -10,7 +10,7 @@ pub(super) fn parameters(scene: &Scene, tape: &mut NamedTape) -> named_tape::Fun
     let kept = || scene.parameters.iter().filter(|p| !p.left_out);
     let parts = kept().map(|p| {
         let value = Formula::new(scene, tape).value(&p.formula);
-        Part { name: p.name.clone(), doc: String::new(), values: Shape::Scalar(value) }
+        ResultField { name: p.name.clone(), doc: String::new(), values: Shape::Scalar(value) }
     });
     named_tape::Function { name: "parameters".to_owned(), parts: parts.collect(), ..Default::default() }
 }
@@ -25,7 +25,8 @@ pub(super) fn start(scene: &Scene, tape: &mut NamedTape) -> named_tape::Function
         Shape::Vector(each.collect())
     };
     let (q, qd) = (values(|c| &c.position), values(|c| &c.rate));
-    let parts = [("q", q), ("qd", qd)].map(|(name, values)| Part { name: name.to_owned(), doc: String::new(), values });
+    let parts =
+        [("q", q), ("qd", qd)].map(|(name, values)| ResultField { name: name.to_owned(), doc: String::new(), values });
     named_tape::Function { name: "start".to_owned(), parts: parts.into(), ..Default::default() }
 }
 
@@ -33,7 +34,7 @@ pub(super) fn start(scene: &Scene, tape: &mut NamedTape) -> named_tape::Function
 pub(super) fn schedule(scene: &Scene, tape: &mut NamedTape) -> named_tape::Function {
     let parts = [("step", &scene.run.step), ("end_time", &scene.run.end_time)].map(|(name, formula)| {
         let value = Formula::new(scene, tape).value(formula);
-        Part { name: name.to_owned(), doc: String::new(), values: Shape::Scalar(value) }
+        ResultField { name: name.to_owned(), doc: String::new(), values: Shape::Scalar(value) }
     });
     named_tape::Function { name: "schedule".to_owned(), parts: parts.into(), ..Default::default() }
 }

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use qrm_core::named_tape::{Argument, Function, Part, Shape, Value};
+use qrm_core::named_tape::{Argument, Function, ResultField, Shape, Value};
 use qrm_core::{NamedTape, Operation};
 
 /// Finds the arguments on the way to `dynamics` and `loop_constraints`. If the forces contain absolute values of
@@ -28,12 +28,12 @@ pub(super) fn switching(tape: &NamedTape, has_solved_forces: bool) -> [Function;
             _ => {}
         }
     }
-    let part = |name: &str, values: BTreeSet<u32>| Part {
+    let part = |name: &str, values: BTreeSet<u32>| ResultField {
         name: name.to_owned(),
         doc: String::new(),
         values: Shape::Vector(values.into_iter().collect()),
     };
-    let function = |name: &str, parts: Vec<Part>| Function {
+    let function = |name: &str, parts: Vec<ResultField>| Function {
         name: name.to_owned(),
         arguments: vec![Argument::Time, Argument::Coordinates, Argument::Rates],
         parts,

@@ -18,9 +18,9 @@ pub enum Block {
     /// Reduced inertia of the independent coordinates, T' Mbar T.
     Inertia,
     /// Accelerations per unit multiplier, Mbar^-1 C_q'.
-    Pull,
+    InverseMassJacobian,
     /// Matrix of the range-space method, C_q Mbar^-1 C_q'.
-    Loops,
+    RangeSpaceMatrix,
     /// Rates of named roots.
     Rates,
     /// Rates of other named quantities.
@@ -44,13 +44,25 @@ pub enum Block {
 impl Block {
     /// Whether the block depends on the position alone.
     pub fn is_position(self) -> bool {
-        self <= Self::Loops
+        self <= Self::RangeSpaceMatrix
     }
 
     /// Whether the block solves the linear equations, as opposed to computing their entries.
     pub(super) fn is_solution(self) -> bool {
-        use Block::{Accelerations, Correction, Friction, Inertia, Loops, Multipliers, Pull, Tangents};
-        matches!(self, Tangents | Inertia | Pull | Loops | Accelerations | Multipliers | Friction | Correction)
+        use Block::{
+            Accelerations, Correction, Friction, Inertia, InverseMassJacobian, Multipliers, RangeSpaceMatrix, Tangents,
+        };
+        matches!(
+            self,
+            Tangents
+                | Inertia
+                | InverseMassJacobian
+                | RangeSpaceMatrix
+                | Accelerations
+                | Multipliers
+                | Friction
+                | Correction
+        )
     }
 
     /// The title of the block as a comment.
@@ -63,8 +75,8 @@ impl Block {
             Self::Mass => "The reduced mass matrix Mbar.",
             Self::Tangents => "How dependent coordinates follow the others: C_q T = 0.",
             Self::Inertia => "What moves with the others: Mbar T, and T' Mbar T.",
-            Self::Pull => "What the forces of the loops do: Mbar = L D L', Mbar^-1 C_q'.",
-            Self::Loops => "How the loops resist: C_q Mbar^-1 C_q' = L D L'.",
+            Self::InverseMassJacobian => "What the forces of the loops do: Mbar = L D L', Mbar^-1 C_q'.",
+            Self::RangeSpaceMatrix => "How the loops resist: C_q Mbar^-1 C_q' = L D L'.",
             Self::Rates => "Rates of the lengths.",
             Self::NamedRates => {
                 "Rates of points and angles, and what their second rates have beside the accelerations."

@@ -35,8 +35,8 @@ pub(super) struct Elimination {
     factors: Matrix,
     inverse_inertia: Vec<Value>,
     /// The fraction of the inertia that each pivot kept.
-    kept: Vec<Value>,
-    vanishing: Vec<Value>,
+    kept_inertia: Vec<Value>,
+    pivot_ratios: Vec<Value>,
 }
 
 impl Elimination {
@@ -56,12 +56,12 @@ impl Elimination {
             momenta: Vec::new(),
             factors: Vec::new(),
             inverse_inertia: Vec::new(),
-            kept: Vec::new(),
-            vanishing: Vec::new(),
+            kept_inertia: Vec::new(),
+            pivot_ratios: Vec::new(),
         };
         elimination.factor(builder, jacobian);
         elimination.tangents(builder, jacobian);
-        elimination.vanishing(builder, jacobian);
+        elimination.pivot_ratios(builder, jacobian);
         elimination.inertia(builder);
         elimination
     }
@@ -190,7 +190,7 @@ impl Elimination {
             self.inverse_inertia.push(inverse);
             if !is_whole {
                 let kept = builder.multiply(whole, inverse);
-                self.kept.push(builder.keep(Block::Inertia, &format!("loss_{name}"), kept));
+                self.kept_inertia.push(builder.keep(Block::Inertia, &format!("loss_{name}"), kept));
             }
         }
     }
@@ -211,14 +211,14 @@ impl Elimination {
     }
 
     /// The ratio of the other entries in a pivot's column to the pivot.
-    fn vanishing(&mut self, builder: &mut Builder, jacobian: &Matrix) {
+    fn pivot_ratios(&mut self, builder: &mut Builder, jacobian: &Matrix) {
         for ((row, column), inverse) in self.pivots.iter().zip(&self.inverses) {
             for other in (0..self.constraints).filter(|other| other != row) {
                 let ratio = builder.multiply(jacobian[other][*column], *inverse);
                 let constraints = &builder.scene.constraints;
                 let (above, below) = (&constraints[other].name, &constraints[*row].name);
                 let name = format!("{above}_over_{below}_{}", self.name(builder, *column));
-                self.vanishing.push(builder.keep(Block::Tangents, &name, ratio));
+                self.pivot_ratios.push(builder.keep(Block::Tangents, &name, ratio));
             }
         }
     }
@@ -229,7 +229,7 @@ impl Elimination {
         let tangents = self.tangents.iter().zip(&self.independent).flat_map(|(tangent, by)| {
             tangent.iter().enumerate().filter(move |(i, _)| i != by).map(|(_, value)| *value)
         });
-        let all = tangents.chain(self.kept.iter().chain(&self.vanishing).copied()).flatten();
+        let all = tangents.chain(self.kept_inertia.iter().chain(&self.pivot_ratios).copied()).flatten();
         // Several pivots may be compared with the same value.
         let mut seen = HashSet::new();
         all.filter(|value| seen.insert(value.id)).map(Some).collect()

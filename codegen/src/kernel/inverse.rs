@@ -20,7 +20,7 @@ impl Builder<'_> {
             return None;
         }
         self.named_rates(&e.names);
-        let applied = self.forces(&e.pushes);
+        let applied = self.forces(&e.effort_groups);
         let n = self.scene.coordinates.len();
         let accelerations: Vec<Value> =
             (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Acceleration(i)))).collect();

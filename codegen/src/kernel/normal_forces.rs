@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 1e-9;
 const TINY: f64 = 1e-300;
 /// The factor of a test value that is added to normal forces: it changes no digit, but makes the force NaN if the test
 /// value is NaN.
-const NOTHING: f64 = 1e-300;
+const CHECK_SCALE: f64 = 1e-300;
 
 /// Accelerations and multipliers.
 pub(super) type Solution = (Vec<Value>, Vec<Value>);
@@ -149,16 +149,16 @@ impl Builder<'_> {
             forces = self.forces_of(components, &sizes);
         }
         let found = sizes_at(self, &forces, "found");
-        let doubt = self.doubt(components, &sizes, &found);
+        let uniqueness_check = self.uniqueness_check(components, &sizes, &found);
         let checked = |(k, size): (usize, &Value)| {
-            let sum = self.sum(size.iter().copied().chain(doubt).collect());
+            let sum = self.sum(size.iter().copied().chain(uniqueness_check).collect());
             self.keep(Block::Friction, &name(k, "normal"), sum)
         };
         sizes.iter().enumerate().map(checked).collect()
     }
 
     /// Zero up to rounding if the solution is unique, otherwise not a number.
-    fn doubt(&mut self, components: &[Components], sizes: &[Value], found: &[Value]) -> Value {
+    fn uniqueness_check(&mut self, components: &[Components], sizes: &[Value], found: &[Value]) -> Value {
         let contraction: Matrix = components
             .iter()
             .map(|own| (0..components.len()).map(|k| self.size(&own.by_normal_force(k))).collect())
@@ -166,7 +166,7 @@ impl Builder<'_> {
         let none = vec![None; components.len()];
         // All pivots are positive if the spectral radius is below one.
         let mut margins = self.fixed_point(&contraction, none).1;
-        let tiny = Some(self.lowering.graph.number(NOTHING));
+        let tiny = Some(self.lowering.graph.number(CHECK_SCALE));
         let tolerance = Some(self.lowering.graph.number(TOLERANCE));
         let total = self.sum(found.iter().copied().flatten().chain(tiny).collect());
         let allowed = self.multiply(total, tolerance);
@@ -175,12 +175,12 @@ impl Builder<'_> {
             let error = self.size(&[difference]);
             margins.push(self.difference(allowed, error));
         }
-        let nothing = Some(self.lowering.graph.number(NOTHING));
+        let scale = Some(self.lowering.graph.number(CHECK_SCALE));
         margins.retain(|margin| margin.is_some_and(|margin| !self.is_one(margin)));
         let roots: Vec<Signed> = margins.into_iter().filter_map(|margin| self.root(margin)).collect();
         let sum = self.sum(roots);
-        let doubt = self.multiply(nothing, sum);
-        self.keep(Block::Friction, "doubt", doubt)
+        let uniqueness_check = self.multiply(scale, sum);
+        self.keep(Block::Friction, "doubt", uniqueness_check)
     }
 
     /// `rest + by N`

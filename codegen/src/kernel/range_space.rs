@@ -22,14 +22,13 @@ impl RangeSpace {
     pub(super) fn new(builder: &mut Builder, jacobian: &Matrix, mass: &Matrix) -> Option<Self> {
         let coordinates: Vec<String> = builder.scene.coordinates.iter().map(|c| c.name.clone()).collect();
         let constraints: Vec<String> = builder.scene.constraints.iter().map(|c| c.name.clone()).collect();
-        let mass = Triangles::new(builder, Block::Pull, mass, &coordinates)?;
+        let mass = Triangles::new(builder, Block::InverseMassJacobian, mass, &coordinates)?;
         let mut pull: Matrix = Vec::new();
         for (row, constraint) in jacobian.iter().zip(&constraints) {
-            let solved = mass.solve(builder, Block::Pull, row, &format!("by_{constraint}"));
-            let named = solved
-                .into_iter()
-                .enumerate()
-                .map(|(i, value)| builder.keep(Block::Pull, &format!("{}_by_{constraint}", coordinates[i]), value));
+            let solved = mass.solve(builder, Block::InverseMassJacobian, row, &format!("by_{constraint}"));
+            let named = solved.into_iter().enumerate().map(|(i, value)| {
+                builder.keep(Block::InverseMassJacobian, &format!("{}_by_{constraint}", coordinates[i]), value)
+            });
             pull.push(named.collect());
         }
         let m = jacobian.len();
@@ -38,11 +37,11 @@ impl RangeSpace {
             for l in 0..=k {
                 let value = builder.dot(&jacobian[k], &pull[l]);
                 let name = format!("{}_on_{}", constraints[l], constraints[k]);
-                loops[k][l] = builder.keep(Block::Loops, &name, value);
+                loops[k][l] = builder.keep(Block::RangeSpaceMatrix, &name, value);
                 loops[l][k] = loops[k][l];
             }
         }
-        let loops = Triangles::new(builder, Block::Loops, &loops, &constraints)?;
+        let loops = Triangles::new(builder, Block::RangeSpaceMatrix, &loops, &constraints)?;
         Some(Self { mass, jacobian: jacobian.clone(), pull, loops })
     }
 

@@ -109,7 +109,7 @@ pub struct KernelEquations {
     /// Mass matrix, T' M T.
     pub mass_matrix: Vec<Vec<Term>>,
     /// The parts of the generalized forces, Q + T' (F - M bias).
-    pub pushes: Vec<Push>,
+    pub effort_groups: Vec<EffortGroup>,
     /// The outputs of the scene.
     pub outputs: Vec<Term>,
     /// The normal forces of friction.
@@ -130,14 +130,14 @@ impl KernelEquations {
             mass_matrix: equations.mass_matrix.clone(),
             outputs: equations.outputs.clone(),
             normal_forces: equations.normal_forces.clone(),
-            pushes: vec![Push { name: String::new(), efforts: Vec::new(), total }],
+            effort_groups: vec![EffortGroup { name: String::new(), efforts: Vec::new(), total }],
         }
     }
 }
 
 /// The contribution of a body or a load to the generalized forces.
 #[derive(Clone, Debug)]
-pub struct Push {
+pub struct EffortGroup {
     /// The name of the body or load.
     pub name: String,
     /// Forces and torques, each with the derivatives of its displacement with respect to the coordinates.

@@ -115,7 +115,7 @@ impl<'a> Errors<'a> {
     }
 
     /// Whether a difference may be caused by numbers that are rounded to 16 digits in the module.
-    pub(super) fn hide(&self, place: usize, i: usize, expected: Wide, got: DoubleDouble) -> bool {
+    pub(super) fn may_be_rounding(&self, place: usize, i: usize, expected: Wide, got: DoubleDouble) -> bool {
         let spread = self.nearby().map_or(f64::INFINITY, |nearby| size(nearby[place].1[i] - expected));
         spread > CONDITION * size(Wide(got) - expected)
     }

@@ -8,13 +8,13 @@ use qrm_scene::function::Differentiable;
 use qrm_scene::scene::{Body, Displacement, LoadKind, Scene, Value as Formula};
 
 /// The displacement of a rigid body.
-struct Shift<B> {
+struct VirtualDisplacement<B> {
     along: [B; 2],
     turn: B,
     about: [B; 2],
 }
 
-impl<B: Differentiable> Shift<B> {
+impl<B: Differentiable> VirtualDisplacement<B> {
     fn at(&self, [x, y]: [B; 2]) -> [B; 2] {
         [self.along[0] - self.turn * (y - self.about[1]), self.along[1] + self.turn * (x - self.about[0])]
     }
@@ -44,7 +44,7 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
         let mut displaced = self.sample.state_at(self.scene, Dual::new(self.sample.t, zero));
         let mut work = zero;
         for own in displacements {
-            let shift = self.shift(own);
+            let shift = self.virtual_displacement(own);
             for &point in &own.points {
                 let by = shift.at(self.plain.point(point));
                 let at = displaced.point(point);
@@ -78,16 +78,16 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
     /// The work of all bodies and of external forces on the ground, along a vector.
     pub(super) fn along_ground(&self, along: &[Formula; 2]) -> B {
         let zero = B::from(0.0);
-        self.on_ground(&Shift { along: self.pair(along), turn: zero, about: [zero; 2] })
+        self.on_ground(&VirtualDisplacement { along: self.pair(along), turn: zero, about: [zero; 2] })
     }
 
     /// The work of all bodies and of external forces on the ground, in a rotation about a point.
     pub(super) fn about_ground(&self, point: usize) -> B {
         let zero = B::from(0.0);
-        self.on_ground(&Shift { along: [zero; 2], turn: B::from(1.0), about: self.plain.point(point) })
+        self.on_ground(&VirtualDisplacement { along: [zero; 2], turn: B::from(1.0), about: self.plain.point(point) })
     }
 
-    fn on_ground(&self, shift: &Shift<B>) -> B {
+    fn on_ground(&self, shift: &VirtualDisplacement<B>) -> B {
         let mut work = B::from(0.0);
         for body in &self.scene.bodies {
             work -= self.inertia_less_weight(body, shift);
@@ -101,7 +101,7 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
     }
 
     /// `m (a - g) . d + I alpha w`
-    fn inertia_less_weight(&self, body: &Body, shift: &Shift<B>) -> B {
+    fn inertia_less_weight(&self, body: &Body, shift: &VirtualDisplacement<B>) -> B {
         let mut work = B::from(0.0);
         if let (Some(mass), Some(com)) = (&body.mass, &body.com) {
             let place = [0, 1].map(|axis| self.moving.value(&com[axis]));
@@ -121,7 +121,7 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
     }
 
     /// The work of the applied forces and torques on a body.
-    fn applied(&self, number: usize, shift: &Shift<B>) -> B {
+    fn applied(&self, number: usize, shift: &VirtualDisplacement<B>) -> B {
         let mut work = B::from(0.0);
         for load in &self.scene.loads {
             match &load.kind {
@@ -142,12 +142,12 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
         self.sample.load_forces(self.scene, self.plain, &load.kind).into_iter().map(|(force, _)| force).sum()
     }
 
-    fn shift(&self, own: &Displacement) -> Shift<B> {
+    fn virtual_displacement(&self, own: &Displacement) -> VirtualDisplacement<B> {
         let zero = B::from(0.0);
         let along = own.along.as_ref().map_or([zero; 2], |along| self.pair(along));
         let turn = own.turn.as_ref().map_or(zero, |turn| self.plain.value(&turn.size));
         let about = own.turn.as_ref().map_or([zero; 2], |turn| self.plain.point(turn.about));
-        Shift { along, turn, about }
+        VirtualDisplacement { along, turn, about }
     }
 
     fn pair(&self, pair: &[Formula; 2]) -> [B; 2] {

@@ -5,7 +5,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use qrm_core::{NamedTape, digest};
-use qrm_scene::files::write_whole;
+use qrm_scene::files::write_atomic;
 
 /// A generated module: its tape, derivation and text.
 #[derive(Clone, Debug)]
@@ -62,7 +62,7 @@ impl GoldenCopy {
     /// The path of a file that cannot be written, and the reason.
     pub fn write(&self, folder: &Path, module: &str) -> Result<(), (String, io::Error)> {
         for (path, bytes) in self.files(folder, module) {
-            write_whole(&path, &bytes).map_err(|e| (path.display().to_string(), e))?;
+            write_atomic(&path, &bytes).map_err(|e| (path.display().to_string(), e))?;
         }
         Ok(())
     }

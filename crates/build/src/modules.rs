@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use qrm_scene::diagnostic::{Diagnostic, Report};
-use qrm_scene::files::write_whole;
+use qrm_scene::files::write_atomic;
 use qrm_scene::names::module_name;
 use qrm_scene::resolve;
 use qrm_scene::scene_file::SceneFile;
@@ -132,7 +132,7 @@ fn write(entries: &[Entry], out: &Path) -> Result<(), String> {
     }
     for (path, bytes) in &files {
         if fs::read(path).ok().as_ref() != Some(bytes) {
-            write_whole(path, bytes).map_err(|e| format!("{}: {e}", path.display()))?;
+            write_atomic(path, bytes).map_err(|e| format!("{}: {e}", path.display()))?;
         }
     }
     let failed = |e| format!("{}: {e}", out.display());

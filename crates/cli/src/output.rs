@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use qrm_scene::files::{write_all_whole, write_whole};
+use qrm_scene::files::{write_all_atomic, write_atomic};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
@@ -56,13 +56,13 @@ pub(crate) fn check_target(path: &Path) -> Result<(), Error> {
 /// Writes a file of a command; creates its folder if necessary.
 pub(crate) fn save(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     check_target(path)?;
-    write_whole(path, bytes).map_err(|e| Error::unwritable(path, &e))
+    write_atomic(path, bytes).map_err(|e| Error::unwritable(path, &e))
 }
 
 /// Writes files of a command that belong together: all or none.
 pub(crate) fn save_all(files: &[(PathBuf, String)]) -> Result<(), Error> {
     files.iter().try_for_each(|(path, _)| check_target(path))?;
-    write_all_whole(files).map_err(|(path, e)| Error::unwritable(path, &e))
+    write_all_atomic(files).map_err(|(path, e)| Error::unwritable(path, &e))
 }
 
 /// Writes a file and prints its size.

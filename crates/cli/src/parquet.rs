@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use qrm_scene::files::write_whole_with;
+use qrm_scene::files::write_atomic_with;
 
 use crate::error::Error;
 
@@ -35,7 +35,7 @@ pub(crate) fn require() -> Result<(), Error> {
 
 /// Copies a table in CSV to a Parquet file.
 pub(crate) fn copy(table: &Path, path: &Path, kind: impl Fn(&str) -> Kind) -> io::Result<()> {
-    write_whole_with(path, |file| write(&mut io::BufReader::new(File::open(table)?), file, kind)).map(|_| ())
+    write_atomic_with(path, |file| write(&mut io::BufReader::new(File::open(table)?), file, kind)).map(|_| ())
 }
 
 /// Writes a table with its header in the first line; returns the number of rows.

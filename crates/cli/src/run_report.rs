@@ -15,7 +15,7 @@ use crate::error::{Error, Message};
 use crate::messages;
 use crate::output::Named;
 use crate::setup::Setup;
-pub(crate) use judgement::distrust;
+pub(crate) use judgement::rejection_reasons;
 use qrm_pictures::Recording;
 
 /// The largest summary that is read, in bytes.
@@ -139,7 +139,7 @@ impl RunReport {
     pub(crate) fn new(setup: &Setup, outcome: &Outcome, recording: &Recording) -> Self {
         let description = setup.description;
         let tolerance = setup.settings.tolerance();
-        let mut distrust = distrust(outcome, description);
+        let mut distrust = rejection_reasons(outcome, description);
         distrust.extend(setup.passed_over(outcome.end_time));
         let parameters = description.parameters.iter().map(|p| p.name.to_owned());
         let end_time_error = outcome.errors.as_ref().and_then(ErrorEstimates::end_time);
@@ -212,7 +212,7 @@ impl RunReport {
             return None;
         }
         let singular = self.smallest_singular_value.as_ref();
-        let near = singular.filter(|entry| entry.value < judgement::SUSPECT * entry.largest);
+        let near = singular.filter(|entry| entry.value < judgement::EXPLAINS_FAILURE * entry.largest);
         let help = if let Some(entry) = near {
             if entry.is_alone {
                 "write that constraint in another form, pass the position with other steps or another method, or \

@@ -42,7 +42,7 @@ pub(crate) struct Setup {
     /// The start given on the command line.
     start: Option<Start>,
     /// The step given on the command line.
-    pub(crate) own_step: Option<f64>,
+    pub(crate) requested_step: Option<f64>,
     /// The longest step given on the command line.
     max_step: Option<f64>,
     /// The end time given on the command line.
@@ -60,7 +60,7 @@ impl Setup {
     /// Prepares a scene of the command line; prints the constraints that were rewritten.
     pub(crate) fn new(models: &'static [Model], options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
         let setup = Self::from_found(options.name.find(models)?, options, how)?;
-        setup.print_notes();
+        setup.print_rewrites();
         Ok(setup)
     }
 
@@ -85,7 +85,7 @@ impl Setup {
             Some(scene) => scene,
             None => Arc::new(resolve::read_with(&path, description.source, &replace)?.0),
         };
-        let own_step = optional_positive("--step", options.step.as_ref())?;
+        let requested_step = optional_positive("--step", options.step.as_ref())?;
         let end_time = optional_positive("--end-time", options.end_time.as_ref())?;
         let residual = optional_positive("--closure-tolerance", how.closure_tolerance.as_ref())?;
         let tolerance = optional_positive("--tolerance", how.tolerance.as_ref())?;
@@ -123,7 +123,7 @@ impl Setup {
             scene,
             set,
             start: None,
-            own_step,
+            requested_step,
             max_step,
             end_time,
             event,
@@ -157,7 +157,7 @@ impl Setup {
     }
 
     /// Prints the messages about rewritten constraints.
-    pub(crate) fn print_notes(&self) {
+    pub(crate) fn print_rewrites(&self) {
         for note in &self.notes {
             // Standard error may be closed.
             let _ = writeln!(std::io::stderr(), "{}", note.warning());
@@ -257,7 +257,7 @@ impl Setup {
 
     /// The step given on the command line, or that of the scene.
     pub(crate) fn step(&self) -> f64 {
-        self.own_step.unwrap_or_else(|| constant(&self.scene.run.step, &self.parameters()))
+        self.requested_step.unwrap_or_else(|| constant(&self.scene.run.step, &self.parameters()))
     }
 
     /// The end time given on the command line; infinite without one.
@@ -295,7 +295,7 @@ impl Setup {
         let request = Request {
             start: self.start.clone(),
             settings: self.settings,
-            step: self.own_step,
+            step: self.requested_step,
             end,
             estimate_error,
             ..Request::default()

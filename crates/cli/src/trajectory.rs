@@ -5,11 +5,11 @@ use std::io::{self, BufRead, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use qrm_scene::files::{open_alone, under_way};
+use qrm_scene::files::{open_locked, temporary_path};
 use qrm_sim::columns::Column;
 
 /// The longest time for which rows are buffered.
-const PATIENCE: Duration = Duration::from_millis(200);
+const FLUSH_INTERVAL: Duration = Duration::from_millis(200);
 
 /// An unfinished trajectory, in a temporary file next to its final one.
 pub(crate) struct Trajectory {
@@ -22,7 +22,7 @@ pub(crate) struct Trajectory {
 
 impl Trajectory {
     pub(crate) fn create(path: &Path, columns: &[Column]) -> io::Result<Self> {
-        let file = open_alone(&under_way(path))?;
+        let file = open_locked(&temporary_path(path))?;
         // A killed run left its rows.
         if file.metadata()?.is_file() {
             file.set_len(0)?;
@@ -48,7 +48,7 @@ impl Trajectory {
 
     /// Writes buffered rows to disk from time to time.
     pub(crate) fn flush_if_due(&mut self) -> io::Result<()> {
-        if self.flushed.elapsed() >= PATIENCE {
+        if self.flushed.elapsed() >= FLUSH_INTERVAL {
             self.flush()?;
         }
         Ok(())
@@ -56,7 +56,7 @@ impl Trajectory {
 
     /// Moves the rows to their final file, and returns their number; after a failed write, the number of complete rows.
     pub(crate) fn finish(mut self, failed: bool) -> io::Result<u64> {
-        let path = under_way(&self.path);
+        let path = temporary_path(&self.path);
         if failed {
             // Buffered rows could not be written either, and must not be written when the writer is dropped.
             std::mem::forget(self.writer);

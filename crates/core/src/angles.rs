@@ -1,4 +1,4 @@
-//! Sines and cosines that are updated by turns.
+//! Sines and cosines that are updated by rotations.
 
 #[cfg(feature = "simd")]
 use core::f64::consts::FRAC_PI_4;
@@ -14,12 +14,12 @@ pub struct Angles<R, const N: usize> {
     pub cos: [R; N],
 }
 
-/// The largest turn, in rad, for which the series is accurate to 5e-17.
+/// The largest rotation, in rad, for which the series is accurate to 5e-17.
 const SHORT: f64 = 1.0 / 40.0;
 const SMALL: f64 = 6e-6;
 const TINY: f64 = 1e-8;
 
-/// The minimax polynomial (Remez) of d^2 for (sin d - d) / d^3, for turns up to `SHORT`.
+/// The minimax polynomial (Remez) of d^2 for (sin d - d) / d^3, for rotations up to `SHORT`.
 const SINE: [f64; 2] = [-0.166_666_666_626_764_27, 0.008_333_148_724_138_672];
 
 // Loops instead of closures: rustc always inlines the body of a loop, with the target features of the enclosing
@@ -39,77 +39,77 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
 
     /// Computes the sines and cosines of angles, out of line: used at the start of a block of steps.
     #[inline(always)]
-    pub(crate) fn apart(q: &[R; N], is_angle: [bool; N]) -> Self {
-        Self { sin: *q, cos: *q }.refreshed(q, R::from_f64(1.0), 0.0, is_angle)
+    pub(crate) fn new_out_of_line(q: &[R; N], is_angle: [bool; N]) -> Self {
+        Self { sin: *q, cos: *q }.recomputed_where(q, R::from_f64(1.0), 0.0, is_angle)
     }
 
-    /// Returns the sines and cosines of `to`, which lies a turn `dq` from the present angles; fastest for turns up to
-    /// 1/40 rad.
+    /// Returns the sines and cosines of `to`, which lies a rotation `dq` from the present angles; fastest for rotations
+    /// up to 1/40 rad.
     #[inline(always)]
     #[must_use]
-    pub fn turned(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
-        let mut turned = *self;
+    pub fn rotated_small(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
+        let mut rotated = *self;
         for i in 0..N {
             if is_angle[i] {
-                (turned.sin[i], turned.cos[i]) = short(self.sin[i], self.cos[i], dq[i]);
+                (rotated.sin[i], rotated.cos[i]) = short(self.sin[i], self.cos[i], dq[i]);
             }
         }
         let size = largest(dq, is_angle);
-        if size.is_within(SHORT) { turned } else { turned.refreshed(to, size, SHORT, is_angle) }
+        if size.is_within(SHORT) { rotated } else { rotated.recomputed_where(to, size, SHORT, is_angle) }
     }
 
-    /// Returns the sines and cosines of `to`, which lies a turn `dq` from the present angles; fastest for turns up to
-    /// an eighth of a revolution.
+    /// Returns the sines and cosines of `to`, which lies a rotation `dq` from the present angles; fastest for rotations
+    /// up to an eighth of a revolution.
     #[cfg(feature = "simd")]
     #[inline(always)]
     #[must_use]
-    pub(crate) fn turned_far(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
-        let mut turned = *self;
+    pub(crate) fn rotated_large(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
+        let mut rotated = *self;
         for i in 0..N {
             if is_angle[i] {
-                (turned.sin[i], turned.cos[i]) = crate::sine::turned(self.sin[i], self.cos[i], dq[i]);
+                (rotated.sin[i], rotated.cos[i]) = crate::sine::rotated(self.sin[i], self.cos[i], dq[i]);
             }
         }
         let size = largest(dq, is_angle);
-        if size.is_within(FRAC_PI_4) { turned } else { turned.refreshed(to, size, FRAC_PI_4, is_angle) }
+        if size.is_within(FRAC_PI_4) { rotated } else { rotated.recomputed_where(to, size, FRAC_PI_4, is_angle) }
     }
 
-    /// Returns the sines and cosines of `to`, which lies a turn `dq` from the present angles; fastest for turns up to
-    /// 6e-6 rad.
+    /// Returns the sines and cosines of `to`, which lies a rotation `dq` from the present angles; fastest for rotations
+    /// up to 6e-6 rad.
     #[inline(always)]
     #[must_use]
-    pub fn nudged(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
-        let mut turned = *self;
+    pub fn rotated_tiny(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
+        let mut rotated = *self;
         for i in 0..N {
             if is_angle[i] {
-                (turned.sin[i], turned.cos[i]) = small(self.sin[i], self.cos[i], dq[i]);
+                (rotated.sin[i], rotated.cos[i]) = small(self.sin[i], self.cos[i], dq[i]);
             }
         }
         let size = largest(dq, is_angle);
-        if size.is_within(SMALL) { turned } else { turned.refreshed(to, size, SMALL, is_angle) }
+        if size.is_within(SMALL) { rotated } else { rotated.recomputed_where(to, size, SMALL, is_angle) }
     }
 
-    /// Returns the sines and cosines of `to`, which lies a turn `dq` from the present angles; fastest for turns up to
-    /// 1e-8 rad.
+    /// Returns the sines and cosines of `to`, which lies a rotation `dq` from the present angles; fastest for rotations
+    /// up to 1e-8 rad.
     #[inline(always)]
     #[must_use]
-    pub fn corrected(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
-        let mut turned = *self;
+    pub fn rotated_by_correction(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
+        let mut rotated = *self;
         for i in 0..N {
             if is_angle[i] {
-                (turned.sin[i], turned.cos[i]) =
+                (rotated.sin[i], rotated.cos[i]) =
                     (self.cos[i].mul_add(dq[i], self.sin[i]), self.sin[i].neg_mul_add(dq[i], self.cos[i]));
             }
         }
         let size = largest(dq, is_angle);
-        if size.is_within(TINY) { turned } else { turned.refreshed(to, size, TINY, is_angle) }
+        if size.is_within(TINY) { rotated } else { rotated.recomputed_where(to, size, TINY, is_angle) }
     }
 
     /// Computes the sines and cosines of `q` in lanes in which `test` is larger than `bound`, and keeps the present
     /// ones in the others. The function is not inlined, for places where this is rarely needed.
     #[inline(always)]
     #[must_use]
-    pub fn refreshed(&self, q: &[R; N], test: R, bound: f64, is_angle: [bool; N]) -> Self {
+    pub fn recomputed_where(&self, q: &[R; N], test: R, bound: f64, is_angle: [bool; N]) -> Self {
         let mut angles = *self;
         for i in 0..N {
             if is_angle[i] {

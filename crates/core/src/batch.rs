@@ -10,7 +10,7 @@ use crate::kernel::MAX_GROWTH;
 use crate::lane_steps::BoxedLaneSteps;
 use crate::lane_steps::layout::{
     BatchLayout, BatchRequest, CHECKPOINT_STEP, CHECKPOINTS, COORDINATE_RANGES, DEFINED, END_TIME, EVENT, LONGEST,
-    MADE, MOST_STEPS, QUALITY, SHORTEST, STEP, TOLERANCE,
+    MAX_STEPS, QUALITY, SHORTEST, STEP, STEPS_MADE, TOLERANCE,
 };
 
 /// Motions of any mechanism in any number of lanes.
@@ -36,7 +36,7 @@ pub struct LaneSchedule {
     /// Length of the next step.
     pub step: f64,
     /// The number of steps after which the lane waits for its caller.
-    pub most_steps: f64,
+    pub max_steps: f64,
 }
 
 impl SimdBatch {
@@ -59,7 +59,9 @@ impl SimdBatch {
     pub fn place(&mut self, lane: usize, row: &[f64], schedule: &LaneSchedule) {
         self.set_row(lane, row);
         (0..CHECKPOINTS).for_each(|age| self.set(lane, self.layout.checkpoint(age), &row[..self.layout.width()]));
-        [(MADE, 0.0), (CHECKPOINT_STEP, 1.0)].into_iter().for_each(|(place, number)| self.set(lane, place, &[number]));
+        [(STEPS_MADE, 0.0), (CHECKPOINT_STEP, 1.0)]
+            .into_iter()
+            .for_each(|(place, number)| self.set(lane, place, &[number]));
         self.set_schedule(lane, schedule);
         let n = self.layout.n;
         [0, 1].into_iter().for_each(|kind| self.set(lane, COORDINATE_RANGES + kind * n, &row[1..=n]));
@@ -95,21 +97,21 @@ impl SimdBatch {
 
     /// The step schedule of a lane.
     pub fn schedule(&self, lane: usize) -> LaneSchedule {
-        let [tolerance, longest, end_time, step, most_steps] =
-            [TOLERANCE, LONGEST, END_TIME, STEP, MOST_STEPS].map(|place| self.get(lane, place));
-        LaneSchedule { tolerance, longest, end_time, step, most_steps }
+        let [tolerance, longest, end_time, step, max_steps] =
+            [TOLERANCE, LONGEST, END_TIME, STEP, MAX_STEPS].map(|place| self.get(lane, place));
+        LaneSchedule { tolerance, longest, end_time, step, max_steps }
     }
 
     /// Replaces the step schedule of a lane.
     pub fn set_schedule(&mut self, lane: usize, schedule: &LaneSchedule) {
-        let LaneSchedule { tolerance, longest, end_time, step, most_steps } = *schedule;
-        [(TOLERANCE, tolerance), (LONGEST, longest), (END_TIME, end_time), (STEP, step), (MOST_STEPS, most_steps)]
+        let LaneSchedule { tolerance, longest, end_time, step, max_steps } = *schedule;
+        [(TOLERANCE, tolerance), (LONGEST, longest), (END_TIME, end_time), (STEP, step), (MAX_STEPS, max_steps)]
             .into_iter()
             .for_each(|(place, number)| self.set(lane, place, &[number]));
     }
 
     /// Undoes the last step of a lane: restores this row with these outputs.
-    pub fn take_back(&mut self, lane: usize, row: &[f64], outputs: &[f64]) {
+    pub fn undo_last_step(&mut self, lane: usize, row: &[f64], outputs: &[f64]) {
         self.set_row(lane, row);
         let outputs = &outputs[..self.layout.output_count.min(outputs.len())];
         self.begin_step(lane, outputs);
@@ -122,7 +124,7 @@ impl SimdBatch {
 
     /// The number of steps that a lane has made.
     pub fn steps(&self, lane: usize) -> u64 {
-        self.get(lane, MADE) as u64
+        self.get(lane, STEPS_MADE) as u64
     }
 
     /// Whether a lane can continue without its caller after the last step.
@@ -204,7 +206,7 @@ impl SimdBatch {
 }
 
 fn is_stuck(numbers: &[f64; DEFINED]) -> bool {
-    numbers[STEP] <= SHORTEST * numbers[END_TIME] || numbers[MADE] >= numbers[MOST_STEPS]
+    numbers[STEP] <= SHORTEST * numbers[END_TIME] || numbers[STEPS_MADE] >= numbers[MAX_STEPS]
 }
 
 fn is_reliable(numbers: &[f64; DEFINED], tolerance: f64) -> bool {

@@ -67,7 +67,7 @@ pub(crate) fn dop853_step<'a, K: Kernel<R, N, M>, R: Scalar, const N: usize, con
     let (increment, qd) = (scaled(h, &rate), along(&from.qd, h, &acceleration));
     let q = sum(&from.q, &increment);
     let error = slopes.error(kernel, h, from, (&q, &qd), (&rate, &acceleration), scale);
-    let angles = from.angles.turned_far(&q, &increment, kernel.has_angle());
+    let angles = from.angles.rotated_large(&q, &increment, kernel.has_angle());
     let mut end = StepEnd { q, qd, increment, angles, corrections: 0 };
     let mut unprojected = Unprojected { q, residual: R::zero() };
     let t = t + h;
@@ -279,7 +279,7 @@ fn accelerations<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     K::call_out_of_line(
         #[inline(always)]
         || {
-            let angles = from.angles.turned_far(q, dq, kernel.has_angle());
+            let angles = from.angles.rotated_large(q, dq, kernel.has_angle());
             let position = kernel.position(t, q, &angles);
             (kernel.stage_accelerations(&position, t, q, qd, &angles), kernel.growth_factor(&position))
         },

@@ -46,7 +46,7 @@ pub struct GaussRequest {
     pub tolerance: f64,
     /// Whether the step is a shorter one from the same state as the last step, directly after it. The next step still
     /// continues from the last step.
-    pub is_inside: bool,
+    pub is_within_last_step: bool,
 }
 
 /// The end of a step of the Gauss method.

@@ -129,7 +129,7 @@ impl<S: Token, const N: usize, const M: usize> LaneMotion<S, N, M> {
         for k in 0..m {
             multipliers[k] = row[1 + 3 * n + k];
         }
-        let angles = Angles::apart(&q, kernel.has_angle());
+        let angles = Angles::new_out_of_line(&q, kernel.has_angle());
         Self { t: row[0], state: KernelState { q, qd, qdd, multipliers, angles } }
     }
 

@@ -15,7 +15,7 @@ use std::vec::Vec;
 
 use serde::{Deserialize, Serialize};
 
-pub use function::{Argument, Function, Operations, Part, Shape, Statement};
+pub use function::{Argument, Function, Operations, ResultField, Shape, Statement};
 
 use crate::digest::digest;
 use crate::tape::Operation;

@@ -74,7 +74,7 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
             let dq = scaled(part, &v);
             end.q = sum(&from.q, &dq);
             end.qd = along(&from.qd, part, &a);
-            end.angles = from.angles.turned(&end.q, &dq, kernel.has_angle());
+            end.angles = from.angles.rotated_small(&end.q, &dq, kernel.has_angle());
         }
         let at = if pass < 3 { t + half } else { t + h };
         let position = kernel.position(at, &end.q, &end.angles);
@@ -126,7 +126,7 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
         let increment = mean(sixth, [&from.qd, v[0], v[1], v[2]]);
         let qd = sum(&from.qd, &mean(sixth, [&from.qdd, a[0], a[1], a[2]]));
         let q = sum(&from.q, &increment);
-        let angles = near.nudged(&q, &along(&increment, -h, v[1]), kernel.has_angle());
+        let angles = near.rotated_tiny(&q, &along(&increment, -h, v[1]), kernel.has_angle());
         Self { q, qd, increment, angles, corrections: 0 }
     }
 }
@@ -143,7 +143,7 @@ fn stage<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
 ) -> ([R; N], [R; N], Angles<R, N>, K::Position) {
     let (dq, qd) = (scaled(part, v), along(&from.qd, part, a));
     let q = sum(&from.q, &dq);
-    let angles = from.angles.turned(&q, &dq, kernel.has_angle());
+    let angles = from.angles.rotated_small(&q, &dq, kernel.has_angle());
     let position = kernel.position(t + part, &q, &angles);
     let qdd = kernel.stage_accelerations(&position, t + part, &q, &qd, &angles);
     (qd, qdd, angles, position)

@@ -136,7 +136,7 @@ fn read<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     for k in 0..m {
         multipliers[k] = R::from_f64(row[1 + 3 * n + k]);
     }
-    (row[0], KernelState { q, qd, qdd, multipliers, angles: Angles::apart(&q, kernel.has_angle()) })
+    (row[0], KernelState { q, qd, qdd, multipliers, angles: Angles::new_out_of_line(&q, kernel.has_angle()) })
 }
 
 #[inline(always)]

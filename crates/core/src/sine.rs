@@ -79,7 +79,7 @@ fn near<R: Scalar>(x: R) -> (R, R) {
 /// `sin(x + d)` and `cos(x + d)` from those of `x`, for turns `d` up to an eighth of a revolution.
 #[cfg(feature = "simd")]
 #[inline(always)]
-pub(crate) fn turned<R: Scalar>(sin: R, cos: R, d: R) -> (R, R) {
+pub(crate) fn rotated<R: Scalar>(sin: R, cos: R, d: R) -> (R, R) {
     let number = R::from_f64;
     let z = d * d;
     let (z2, cube) = (z * z, z * d);

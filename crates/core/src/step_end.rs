@@ -35,7 +35,7 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
         self.q = sum(&from.q, &sum(&self.increment, correction));
         // The correction as added to the coordinates, rounding included.
         let moved = difference(&difference(&self.q, &from.q), &self.increment);
-        self.angles = self.angles.corrected(&self.q, &moved, kernel.has_angle());
+        self.angles = self.angles.rotated_by_correction(&self.q, &moved, kernel.has_angle());
         self.corrections = 1;
     }
 
@@ -63,7 +63,7 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
         for i in 0..N {
             self.q[i] = self.q[i] + size.choose(CORRECTION_ROUNDING, R::zero(), correction[i]);
         }
-        self.angles = self.angles.refreshed(&self.q, size, CORRECTION_ROUNDING, kernel.has_angle());
+        self.angles = self.angles.recomputed_where(&self.q, size, CORRECTION_ROUNDING, kernel.has_angle());
         self.corrections += 1;
         true
     }

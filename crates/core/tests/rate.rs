@@ -1,7 +1,7 @@
 //! Rates of a tape's values compared with differences along a motion.
 
 use qrm_core::Operation::{self, *};
-use qrm_core::named_tape::{Argument, Function, Part, Shape};
+use qrm_core::named_tape::{Argument, Function, ResultField, Shape};
 use qrm_core::{NamedTape, TapeEvaluator};
 
 /// A value of a tape at a time during a motion of two coordinates with constant accelerations.
@@ -9,7 +9,7 @@ fn value_at(time: f64, mut tape: NamedTape, value: u32) -> f64 {
     tape.functions.push(Function {
         name: "event".to_owned(),
         arguments: Argument::STATE.to_vec(),
-        parts: vec![Part { name: String::new(), doc: String::new(), values: Shape::Scalar(value) }],
+        parts: vec![ResultField { name: String::new(), doc: String::new(), values: Shape::Scalar(value) }],
         ..Default::default()
     });
     let (q, qd, qdd) = ([0.7, 0.4], [-1.1, 0.6], [2.0, -3.0]);

@@ -129,14 +129,16 @@ fn turns_of_any_size_lead_to_the_same_sines() {
             let by = std::array::from_fn(|i| to[i] - q[i]);
             let from = Angles::new(&q, is_angle);
             let expected = Angles::new(&to, is_angle);
-            for turned in
-                [from.turned(&to, &by, is_angle), from.nudged(&to, &by, is_angle), from.corrected(&to, &by, is_angle)]
-            {
+            for rotated in [
+                from.rotated_small(&to, &by, is_angle),
+                from.rotated_tiny(&to, &by, is_angle),
+                from.rotated_by_correction(&to, &by, is_angle),
+            ] {
                 for i in [0, 2] {
-                    let error = (turned.sin[i] - expected.sin[i]).abs().max((turned.cos[i] - expected.cos[i]).abs());
+                    let error = (rotated.sin[i] - expected.sin[i]).abs().max((rotated.cos[i] - expected.cos[i]).abs());
                     assert!(error < 4e-16, "turn by {:e}: {error:e}", by[i]);
                 }
-                assert_eq!(turned.sin[1], q[1]);
+                assert_eq!(rotated.sin[1], q[1]);
             }
         }
     }

@@ -8,7 +8,7 @@ use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
 use symbolica::symbol;
 
 use super::Place;
-use super::entry::{Entry, swells};
+use super::entry::{Entry, expands_too_much};
 use super::number::exact;
 use super::spline_names::{ORDERS, spline_name, splines_of};
 use super::switch::Switch;
@@ -45,7 +45,7 @@ impl<'s> Algebra<'s> {
     /// Quantities have names if formulae would expand too much.
     pub(super) fn new(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
         // Linearized equations need higher derivatives than names support.
-        let is_named = swells(scene) && !scene.run.stiff;
+        let is_named = expands_too_much(scene) && !scene.run.stiff;
         Self::with(number, scene, place, is_named)
     }
 
@@ -55,7 +55,7 @@ impl<'s> Algebra<'s> {
     }
 
     fn with(number: usize, scene: &'s Scene, place: &'s Place, names_roots: bool) -> Self {
-        let names_formulae = names_roots && swells(scene);
+        let names_formulae = names_roots && expands_too_much(scene);
         let symbols: HashMap<_, _> = symbols_of(scene, names_roots)
             .into_iter()
             .enumerate()
@@ -78,7 +78,8 @@ impl<'s> Algebra<'s> {
         algebra.name_angles();
         for point in &scene.points {
             let position = [0, 1].map(|axis| {
-                algebra.short(algebra.atom(&point.position[axis]), &format!("{}_{}", point.name, ["x", "y"][axis]))
+                algebra
+                    .named_if_long(algebra.atom(&point.position[axis]), &format!("{}_{}", point.name, ["x", "y"][axis]))
             });
             algebra.points.push(position);
         }
@@ -90,7 +91,7 @@ impl<'s> Algebra<'s> {
         for body in &self.scene.bodies {
             let is_plain = |angle: &&Value| !angle.names().any(|quantity| matches!(quantity, Quantity::Point(..)));
             if let Some(angle) = body.angle.as_ref().filter(is_plain) {
-                drop(self.short(self.atom(angle), &format!("{}_angle", body.name)));
+                drop(self.named_if_long(self.atom(angle), &format!("{}_angle", body.name)));
             }
         }
     }
@@ -105,7 +106,7 @@ impl<'s> Algebra<'s> {
     }
 
     /// Whether roots have names, or there are none.
-    pub(super) fn suits_kernel(&self) -> bool {
+    pub(super) fn has_named_roots(&self) -> bool {
         self.names_roots || names_at_most(self.scene, false) == 0
     }
 
@@ -225,13 +226,13 @@ impl<'s> Algebra<'s> {
                 Node::Call(function, arguments) => {
                     let argument = |&i: &usize| {
                         let argument = self.simplify(&atoms[i]);
-                        if is_root(function) { argument } else { self.short(argument, "argument") }
+                        if is_root(function) { argument } else { self.named_if_long(argument, "argument") }
                     };
                     let arguments: Vec<Atom> = arguments.iter().map(argument).collect();
                     self.call(*function, &arguments)
                 }
                 Node::Spline(spline, a) => {
-                    let argument = self.short(self.simplify(&atoms[*a]), "argument");
+                    let argument = self.named_if_long(self.simplify(&atoms[*a]), "argument");
                     self.spline(spline, argument)
                 }
             };
@@ -296,7 +297,7 @@ fn symbols_of(scene: &Scene, names_roots: bool) -> Vec<Symbol> {
     wanted.extend((0..n).map(Symbol::Rate));
     wanted.extend((0..n).map(Symbol::Acceleration));
     wanted.extend((0..m).map(Symbol::Multiplier));
-    let names = if names_roots { names_at_most(scene, swells(scene)) } else { 0 };
+    let names = if names_roots { names_at_most(scene, expands_too_much(scene)) } else { 0 };
     wanted.extend((0..names).map(Symbol::Named));
     wanted.extend((0..names).flat_map(|k| (0..n).map(move |i| Symbol::NamedSlope(k, i))));
     wanted.extend((0..names).map(Symbol::NamedRate));

@@ -11,10 +11,10 @@ use qrm_scene::scene::Scene;
 
 impl Algebra<'_> {
     /// The symbol of a quantity, which is named if necessary. Names of roots are final only at the end.
-    pub(super) fn name(&self, inside: &Atom, is_root: bool, name: &str) -> Atom {
-        let known = self.names.borrow().iter().position(|e| e.is_root == is_root && e.inside == *inside);
+    pub(super) fn name(&self, formula: &Atom, is_root: bool, name: &str) -> Atom {
+        let known = self.names.borrow().iter().position(|e| e.is_root == is_root && e.formula == *formula);
         let place = known.unwrap_or_else(|| {
-            let gradient = self.gradient(inside);
+            let gradient = self.gradient(formula);
             let gradient = if is_root { gradient } else { gradient.iter().map(|entry| self.simplify(entry)).collect() };
             let place = self.names.borrow().len();
             let slope = |(i, entry): (usize, &Atom)| match entry.as_view() {
@@ -25,7 +25,7 @@ impl Algebra<'_> {
             };
             let slopes = gradient.iter().enumerate().map(slope).collect();
             let name = if is_root { String::new() } else { self.unique(name) };
-            let entry = Entry { name, is_root, inside: inside.clone(), gradient, slopes };
+            let entry = Entry { name, is_root, formula: formula.clone(), gradient, slopes };
             self.names.borrow_mut().push(entry);
             place
         });
@@ -42,7 +42,7 @@ impl Algebra<'_> {
 
     /// The symbol of a quantity that depends on many coordinates, if such quantities have names; otherwise the quantity
     /// itself.
-    pub(super) fn short(&self, atom: Atom, name: &str) -> Atom {
+    pub(super) fn named_if_long(&self, atom: Atom, name: &str) -> Atom {
         let is_symbol = matches!(atom.as_view(), AtomView::Num(_) | AtomView::Var(_));
         if is_symbol || !self.names_formulae || self.coordinates(&atom).is_none_or(|count| count <= COORDINATES) {
             return atom;
@@ -126,7 +126,7 @@ impl Algebra<'_> {
     pub(super) fn time_derivative(&self, atom: &Atom) -> Atom {
         let through = |sum: Atom, (k, slope): (usize, Atom)| {
             let names = self.names.borrow();
-            let time_derivative = self.time_derivative(&names[k].inside);
+            let time_derivative = self.time_derivative(&names[k].formula);
             let over = if names[k].is_root { Atom::num(2) * self.symbol(Symbol::Named(k)) } else { Atom::num(1) };
             sum + slope * time_derivative / over
         };
@@ -151,7 +151,7 @@ impl Algebra<'_> {
     /// The formula of a name, or the expression itself if it is not a name.
     pub(super) fn definition(&self, atom: &Atom) -> Atom {
         match self.place(atom) {
-            Some(k) => self.names.borrow()[k].inside.clone(),
+            Some(k) => self.names.borrow()[k].formula.clone(),
             None => atom.clone(),
         }
     }
@@ -179,23 +179,23 @@ impl Algebra<'_> {
         let mut list = Vec::new();
         let half = |atom: &Atom| self.simple_term(&(atom / Atom::num(2)));
         for entry in names.iter() {
-            let inside = &entry.inside;
+            let formula = &entry.formula;
             list.push(if entry.is_root {
                 seen += 1;
                 let name = if roots == 1 { letter.to_owned() } else { format!("{letter}{seen}") };
                 let kind = NamedKind::Root(Root {
-                    radicand: self.simple_term(inside),
+                    radicand: self.simple_term(formula),
                     slopes: entry.gradient.iter().map(half).collect(),
-                    half_time_derivative: half(&self.time_derivative(inside)),
-                    half_bias: half(&self.bias(inside)),
+                    half_time_derivative: half(&self.time_derivative(formula)),
+                    half_bias: half(&self.bias(formula)),
                 });
                 Named { name, kind }
             } else {
                 let kind = NamedKind::Formula(Formula {
-                    value: self.term(inside),
+                    value: self.term(formula),
                     slopes: entry.gradient.iter().map(|slope| self.term(slope)).collect(),
-                    rate: self.simple_term(&self.rate(inside)),
-                    bias: self.simple_term(&self.bias(inside)),
+                    rate: self.simple_term(&self.rate(formula)),
+                    bias: self.simple_term(&self.bias(formula)),
                 });
                 Named { name: entry.name.clone(), kind }
             });

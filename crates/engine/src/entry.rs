@@ -18,15 +18,15 @@ pub(super) struct Entry {
     pub(super) name: String,
     pub(super) is_root: bool,
     /// The formula, or the radicand of a root.
-    pub(super) inside: Atom,
-    /// The derivatives of `inside`.
+    pub(super) formula: Atom,
+    /// The derivatives of `formula`.
     pub(super) gradient: Vec<Atom>,
     /// The derivatives of the quantity: symbols, unless they are numbers.
     pub(super) slopes: Vec<Atom>,
 }
 
 /// Whether the argument of a function other than a root depends on more than [`COORDINATES`] coordinates.
-pub(super) fn swells(scene: &Scene) -> bool {
+pub(super) fn expands_too_much(scene: &Scene) -> bool {
     all_values(scene).into_iter().any(has_long_argument)
 }
 

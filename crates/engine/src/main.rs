@@ -18,7 +18,7 @@ use std::thread;
 use qrm_core::{DERIVING, DerivedScene, WAITING};
 use qrm_engine::Waiting;
 use qrm_engine::generate::generate;
-use qrm_scene::files::write_whole;
+use qrm_scene::files::write_atomic;
 
 const USAGE: &str = "error: usage: qrm-engine generate FOLDER SCENE...\n\
                      \x20      qrm-engine derive SCENE FILE < SCENE\n\
@@ -58,14 +58,14 @@ fn derive(scene: &str, file: &Path) -> Result<(), String> {
     let source = String::from_utf8(source).map_err(|e| format!("error: {scene}: {e}"))?;
     let failed = |e| format!("error: cannot write {}: {e}", file.display());
     let mut is_shown = Ok(());
-    let show = |derived: &DerivedScene| is_shown = write_whole(&unverified, &derived.to_bytes());
+    let show = |derived: &DerivedScene| is_shown = write_atomic(&unverified, &derived.to_bytes());
     let announce = |waiting| {
         let line = if waiting == Waiting::Begins { WAITING } else { DERIVING };
         let _ = writeln!(std::io::stderr(), "{line}");
     };
     let derived =
         qrm_engine::interpretable::derive(Path::new(scene), source, &announce, show).map_err(|e| e.to_string())?;
-    is_shown.and_then(|()| write_whole(file, &derived.to_bytes())).map_err(failed)
+    is_shown.and_then(|()| write_atomic(file, &derived.to_bytes())).map_err(failed)
 }
 
 /// Ends the program and removes its files when the input is closed, since the calling program has ended.

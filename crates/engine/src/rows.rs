@@ -40,7 +40,7 @@ impl Rows {
             for (axis, (position, inertia, name)) in parts.into_iter().enumerate() {
                 let Some(position) = position else { continue };
                 let row_name = format!("{}_{name}", body.name);
-                let x = algebra.short(algebra.simplify(&algebra.atom(position)), &row_name);
+                let x = algebra.named_if_long(algebra.simplify(&algebra.atom(position)), &row_name);
                 let m = inertia.as_ref().map_or_else(|| Atom::num(0), |m| algebra.atom(m));
                 let row = Row { body: i, axis, inertia: algebra.simple_term(&m) };
                 let gradient: Vec<Atom> = algebra.gradient(&x).iter().map(|entry| algebra.simplify(entry)).collect();

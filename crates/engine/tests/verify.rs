@@ -197,7 +197,7 @@ fn one_wrong_sign_is_found_wherever_it_is() {
         ("velocity_residual", |e| &mut e.kernel.constraint_jacobian[0][0]),
         ("accelerations", |e| &mut e.kernel.constraint_bias[0]),
         ("accelerations", |e| &mut e.kernel.mass_matrix[1][1]),
-        ("accelerations", |e| &mut e.kernel.pushes[0].total[0]),
+        ("accelerations", |e| &mut e.kernel.effort_groups[0].total[0]),
         ("linearization", |e| &mut e.linearization.as_mut().expect("derivatives").stiffness[0][0]),
         ("linearization", |e| &mut e.linearization.as_mut().expect("derivatives").stiffness[1][0]),
         ("linearization", |e| &mut e.linearization.as_mut().expect("derivatives").damping[0][1]),

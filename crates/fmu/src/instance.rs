@@ -13,7 +13,7 @@ use crate::variables::variables;
 
 /// The residual above which an event is raised, in which an importer that integrates itself receives closed loops
 /// again.
-const OPEN: f64 = 1e-10;
+const OPEN_LOOP_RESIDUAL: f64 = 1e-10;
 
 /// The relative difference below which times are equal for an importer that sums its steps.
 const SAME: f64 = 1e-7;
@@ -47,9 +47,9 @@ pub(crate) struct State {
     /// The parameters set by the importer.
     set: BTreeMap<&'static str, f64>,
     /// Whether parameters were set since the motion last used them.
-    is_stale: bool,
+    parameters_changed: bool,
     /// The time and states of the importer's integration.
-    placed: Option<(f64, Vec<f64>)>,
+    importer_state: Option<(f64, Vec<f64>)>,
     /// Whether the motion is at that time and state.
     is_placed: bool,
     simulation: Option<Simulation>,
@@ -62,8 +62,8 @@ impl State {
             origin: 0.0,
             stop: None,
             set: BTreeMap::new(),
-            is_stale: false,
-            placed: None,
+            parameters_changed: false,
+            importer_state: None,
             is_placed: true,
             simulation: None,
         }
@@ -115,7 +115,7 @@ impl Instance {
         let kind = self.variable(reference)?.kind;
         match kind {
             Kind::Parameter(i) => Ok(self.model.parameter_values(&|name| self.value_set(name))[i]),
-            Kind::Time => match (&self.state.placed, &self.state.simulation) {
+            Kind::Time => match (&self.state.importer_state, &self.state.simulation) {
                 (Some((t, _)), _) => Ok(*t),
                 (None, Some(simulation)) => Ok(self.state.origin + simulation.now().t),
                 (None, None) => Ok(self.state.origin),
@@ -127,7 +127,11 @@ impl Instance {
                     return Ok(value);
                 }
                 let message = format!("`{name}` is not finite here");
-                Err(if self.state.placed.is_some() { Failure::Discard(message) } else { Failure::Error(message) })
+                Err(if self.state.importer_state.is_some() {
+                    Failure::Discard(message)
+                } else {
+                    Failure::Error(message)
+                })
             }
         }
     }
@@ -137,7 +141,7 @@ impl Instance {
         let named: Vec<&'static str> =
             references.iter().zip(values).map(|(r, value)| self.settable(*r, *value)).collect::<Result<_, _>>()?;
         self.state.set.extend(named.into_iter().zip(values.iter().copied()));
-        self.state.is_stale = true;
+        self.state.parameters_changed = true;
         Ok(())
     }
 
@@ -211,12 +215,12 @@ impl Instance {
 
     /// Sets the time and states of the importer's integration.
     pub(crate) fn place(&mut self, t: Option<f64>, states: Option<&[f64]>) -> Result<(), Failure> {
-        let mut now = match self.state.placed.take() {
-            Some(placed) => placed,
+        let mut now = match self.state.importer_state.take() {
+            Some(importer_state) => importer_state,
             None => (self.time(), self.continuous_states()?),
         };
         if !t.is_none_or(f64::is_finite) || !states.unwrap_or_default().iter().all(|state| state.is_finite()) {
-            self.state.placed = Some(now);
+            self.state.importer_state = Some(now);
             return Err("time or a state is not finite".into());
         }
         if let Some(t) = t {
@@ -225,14 +229,14 @@ impl Instance {
         if let Some(states) = states {
             now.1.copy_from_slice(states);
         }
-        self.state.placed = Some(now);
+        self.state.importer_state = Some(now);
         self.state.is_placed = false;
         Ok(())
     }
 
     /// The continuous states: coordinates, then rates.
     pub(crate) fn continuous_states(&mut self) -> Result<Vec<f64>, Failure> {
-        if let Some((_, states)) = &self.state.placed {
+        if let Some((_, states)) = &self.state.importer_state {
             return Ok(states.clone());
         }
         let now = self.simulation()?.now();
@@ -247,14 +251,19 @@ impl Instance {
 
     /// Whether the importer's integration has opened the loops.
     pub(crate) fn is_open(&mut self) -> Result<bool, Failure> {
-        Ok(self.simulation().map_err(Failure::final_one)?.residuals().iter().any(|residual| *residual > OPEN))
+        Ok(self
+            .simulation()
+            .map_err(Failure::final_one)?
+            .residuals()
+            .iter()
+            .any(|residual| *residual > OPEN_LOOP_RESIDUAL))
     }
 
     /// Closes the loops.
     pub(crate) fn close(&mut self) -> Result<(), Failure> {
-        self.state.is_stale = true;
+        self.state.parameters_changed = true;
         self.simulation().map_err(Failure::final_one)?;
-        self.state.placed = None;
+        self.state.importer_state = None;
         Ok(())
     }
 
@@ -266,9 +275,9 @@ impl Instance {
         let message = |e: SimError| e.to_string();
         let is_running = state.phase.is_running();
         let simulation = match state.simulation.take() {
-            Some(simulation) if is_running || !state.is_stale => simulation,
+            Some(simulation) if is_running || !state.parameters_changed => simulation,
             _ => {
-                state.is_stale = false;
+                state.parameters_changed = false;
                 let new = Simulation::new(model, &value, token.settings, Some(token.step)).map_err(message)?;
                 // An importer that integrates estimates its errors itself.
                 if *interface == Interface::CoSimulation { new.watched().map_err(message)? } else { new }
@@ -276,14 +285,14 @@ impl Instance {
         };
         // The motion is kept, even if the following steps fail.
         let simulation = state.simulation.insert(simulation);
-        if let (false, Some((t, states))) = (state.is_placed, &state.placed) {
+        if let (false, Some((t, states))) = (state.is_placed, &state.importer_state) {
             let (q, qd) = states.split_at(states.len() / 2);
             simulation.place(t - state.origin, q, qd).map_err(Failure::from_trial)?;
             state.is_placed = true;
         }
-        if state.is_stale {
+        if state.parameters_changed {
             simulation.replace(&value).map_err(message)?;
-            state.is_stale = false;
+            state.parameters_changed = false;
         }
         Ok(simulation)
     }

@@ -6,8 +6,8 @@
 mod absent;
 mod handle;
 mod integration;
-mod kept;
 mod pointers;
+mod saved_state;
 
 use std::ffi::{c_char, c_void};
 
@@ -159,16 +159,16 @@ interface! {
 
     fn fmi3GetFMUState(handle: *mut c_void, state: *mut *mut c_void) -> Status {
         // SAFETY: the importer passes a place for a state, or null.
-        with(handle, |instance| unsafe { kept::keep(instance, state) })
+        with(handle, |instance| unsafe { saved_state::save(instance, state) })
     }
 
     fn fmi3SetFMUState(handle: *mut c_void, state: *mut c_void) -> Status {
-        with(handle, |instance| kept::put_back(instance, state))
+        with(handle, |instance| saved_state::restore(instance, state))
     }
 
     fn fmi3FreeFMUState(handle: *mut c_void, state: *mut *mut c_void) -> Status {
         // SAFETY: the importer passes a place with a state, or null.
-        with(handle, |_| unsafe { kept::free(state) })
+        with(handle, |_| unsafe { saved_state::free(state) })
     }
 
     fn fmi3DoStep(

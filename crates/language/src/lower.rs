@@ -32,7 +32,7 @@ pub(super) fn program(scene: &Scene, tape: &NamedTape, source: &str) -> Program 
         });
     }
     functions.push(angles(&tape.has_angle));
-    let is_printed = |own: &&named_tape::Function| !crate::rust::is_part_of_type(&own.name);
+    let is_printed = |own: &&named_tape::Function| crate::rust::is_module_function(&own.name);
     functions.extend(tape.functions.iter().filter(is_printed).map(|own| {
         let doc = texts::function(scene, tape, own);
         lower.function(own, &doc, scene)
@@ -62,7 +62,7 @@ fn structs(scene: &Scene, tape: &NamedTape) -> Vec<Struct> {
     let kept = scene.parameters.iter().filter(|p| !p.left_out);
     let parameter = |p: &qrm_scene::scene::Parameter| Field { name: p.name.clone(), doc: vec![texts::parameter(p)] };
     let fields = |name: &str| -> Option<Vec<Field>> {
-        let field = |part: &named_tape::Part| Field { name: part.name.clone(), doc: lines(&part.doc) };
+        let field = |part: &named_tape::ResultField| Field { name: part.name.clone(), doc: lines(&part.doc) };
         tape.function(name).map(|own| own.parts.iter().map(field).collect())
     };
     let parameters = Some(kept.map(parameter).collect());

@@ -4,7 +4,7 @@ mod expression;
 mod function;
 mod header;
 mod kernel;
-mod own_struct;
+mod mechanism_struct;
 mod read;
 mod scene_items;
 mod scope;
@@ -67,7 +67,7 @@ pub fn names(code: &Code) -> [Vec<String>; 2] {
 /// The syntax tree of a scene's module. It has been parsed, so it is valid Rust.
 fn module(&Code { scene, tape, source, .. }: &Code) -> syn::File {
     let printer = Printer::new(scene, tape);
-    let functions = tape.functions.iter().filter(|function| !is_part_of_type(&function.name));
+    let functions = tape.functions.iter().filter(|function| is_module_function(&function.name));
     let functions = functions.map(|function| {
         let position = (function.name == "position").then(|| position(function));
         let function = printer.function(function);
@@ -104,9 +104,9 @@ const METHODS: [&str; 5] = ["parameters", "constants", "start", "schedule", "eve
 /// Functions for evaluators only, which modules omit.
 const NOT_PRINTED: [&str; 2] = ["switching_functions", "tanh_arguments"];
 
-/// Whether a function is a method of a type instead of a function of the module.
-pub(crate) fn is_part_of_type(name: &str) -> bool {
-    METHODS.contains(&name) || NOT_PRINTED.contains(&name)
+/// Whether a function is one of the module: neither a method of a type nor omitted.
+pub(crate) fn is_module_function(name: &str) -> bool {
+    !METHODS.contains(&name) && !NOT_PRINTED.contains(&name)
 }
 
 /// The lines of a documentation text in the form of doc attributes.

@@ -50,9 +50,9 @@ pub extern "C" fn output_length() -> usize {
 pub extern "C" fn load() -> u32 {
     answer(|state| {
         let simulator = Simulator::new(&state.input)?;
-        let about = simulator.about()?;
+        let json = simulator.scene_json()?;
         state.simulator = Some(simulator);
-        Ok(about)
+        Ok(json)
     })
 }
 

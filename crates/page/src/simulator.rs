@@ -71,7 +71,7 @@ impl Simulator {
     }
 
     /// The scene as JSON.
-    pub(crate) fn about(&self) -> Result<String, String> {
+    pub(crate) fn scene_json(&self) -> Result<String, String> {
         let description = self.model.description;
         let mechanism = self.mechanism(&NamedValues::default());
         let [mut parameters, start] = settable(&*mechanism, &Start::new(&*mechanism));

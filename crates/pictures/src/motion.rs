@@ -27,7 +27,7 @@ pub struct NoPlace {
 pub fn motion(scene: &Scene, parameters: &[f64], recording: &Recording) -> Result<(Motion, Sources), NoPlace> {
     let mut pose = Pose::recorded(scene, parameters, recording);
     let shapes = draw(&mut pose);
-    untrace_leaps(&mut pose);
+    hide_jumping_paths(&mut pose);
     let mut forces = reactions(&mut pose);
     forces.extend(loads(&mut pose));
     let groups = groups(scene, recording);
@@ -106,7 +106,7 @@ fn reactions(pose: &mut Pose) -> Vec<Force> {
             }
             _ => continue,
         };
-        let (name, doc, node) = (output.name.clone(), output.doc.clone(), pose.point_or_same(point));
+        let (name, doc, node) = (output.name.clone(), output.doc.clone(), pose.node_at_same_position(point));
         forces.push(Force { name, doc, is_reaction: true, node, sources });
     }
     forces
@@ -133,7 +133,7 @@ fn plots(groups: Vec<Group>, recording: &Recording) -> Vec<Plot> {
 }
 
 /// Removes paths of points that leap from one frame to the next.
-fn untrace_leaps(pose: &mut Pose) {
+fn hide_jumping_paths(pose: &mut Pose) {
     let span = |tracks: &mut dyn Iterator<Item = f64>| {
         let (low, high) = tracks.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
         high - low

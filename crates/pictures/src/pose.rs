@@ -53,7 +53,7 @@ impl<'s> Pose<'s> {
     }
 
     /// The node of a point, or a named one that always has the same position.
-    pub(super) fn point_or_same(&mut self, point: usize) -> usize {
+    pub(super) fn node_at_same_position(&mut self, point: usize) -> usize {
         if let Some(own) = self.points[point] {
             return own;
         }

@@ -60,9 +60,9 @@ pub struct Document {
     /// The location of the given values.
     pub given_span: Span,
     /// Whether a part that may declare names could not be read: names may then seem unknown by mistake.
-    pub lost_names: bool,
+    pub has_unread_declarations: bool,
     /// Whether there are no errors outside formulae.
-    pub is_whole: bool,
+    pub is_well_formed: bool,
     /// `[outputs]`
     pub outputs: Vec<OutputSyntax>,
     /// `[drawing]`
@@ -212,7 +212,7 @@ pub struct RunSyntax {
     /// The start of the table.
     pub span: Span,
     /// Whether all of the table could be read.
-    pub is_whole: bool,
+    pub is_well_formed: bool,
 }
 
 impl Document {
@@ -231,8 +231,8 @@ impl Document {
         if reader.findings.is_empty() {
             document.read(&mut reader, &parsed);
         }
-        document.lost_names = reader.lost;
-        document.is_whole = reader.findings.len() == reader.unreadable;
+        document.has_unread_declarations = reader.has_unread_declarations;
+        document.is_well_formed = reader.findings.len() == reader.unreadable;
         (document, reader.findings)
     }
 }

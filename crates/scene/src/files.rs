@@ -22,7 +22,7 @@ pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 }
 
 /// The path of a file while it is being written, next to its final path.
-pub fn under_way(path: &Path) -> PathBuf {
+pub fn temporary_path(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".under-way");
     path.with_file_name(name)
@@ -32,7 +32,7 @@ pub fn under_way(path: &Path) -> PathBuf {
 ///
 /// # Errors
 /// The file cannot be opened; [`io::ErrorKind::WouldBlock`] if another process has locked it.
-pub fn open_alone(path: &Path) -> io::Result<File> {
+pub fn open_locked(path: &Path) -> io::Result<File> {
     path.parent().map_or(Ok(()), fs::create_dir_all)?;
     loop {
         let file = File::options().read(true).append(true).create(true).open(path)?;
@@ -69,15 +69,15 @@ fn is_at(file: &File, path: &Path) -> bool {
 ///
 /// # Errors
 /// The folder or the file cannot be written; temporary files are removed.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    write_whole_with(path, |file| file.write_all(bytes))
+pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write_atomic_with(path, |file| file.write_all(bytes))
 }
 
-/// Writes a file atomically through a function: see [`write_whole`].
+/// Writes a file atomically through a function: see [`write_atomic`].
 ///
 /// # Errors
 /// The file cannot be written, or the function failed.
-pub fn write_whole_with<T>(path: &Path, write: impl FnOnce(&mut File) -> io::Result<T>) -> io::Result<T> {
+pub fn write_atomic_with<T>(path: &Path, write: impl FnOnce(&mut File) -> io::Result<T>) -> io::Result<T> {
     path.parent().map_or(Ok(()), fs::create_dir_all)?;
     let mut part = part(path)?;
     let written = write(part.as_file_mut())?;
@@ -90,7 +90,7 @@ pub fn write_whole_with<T>(path: &Path, write: impl FnOnce(&mut File) -> io::Res
 /// # Errors
 /// The path of a file and the reason why it cannot be written. Temporary files are removed; files that were already
 /// moved to their final path remain.
-pub fn write_all_whole(files: &[(PathBuf, impl AsRef<[u8]>)]) -> Result<(), (&Path, io::Error)> {
+pub fn write_all_atomic(files: &[(PathBuf, impl AsRef<[u8]>)]) -> Result<(), (&Path, io::Error)> {
     let mut parts = Vec::new();
     for (path, bytes) in files {
         let written = || -> io::Result<TempPath> {
@@ -135,8 +135,8 @@ mod tests {
     fn a_failed_write_leaves_the_earlier_file() {
         let folder = folder("failed");
         let path = folder.join("below/file.txt");
-        write_whole(&path, b"first").expect("written");
-        let failed = write_whole_with(&path, |file| {
+        write_atomic(&path, b"first").expect("written");
+        let failed = write_atomic_with(&path, |file| {
             file.write_all(b"second")?;
             Err::<(), _>(io::Error::other("no more"))
         });
@@ -151,11 +151,11 @@ mod tests {
         let folder = folder("together");
         let files: Vec<(PathBuf, &str)> = ["a", "b"].map(|name| (folder.join(name), name)).to_vec();
         fs::create_dir_all(folder.join("b")).expect("made");
-        let (path, e) = write_all_whole(&files).expect_err("one is a folder");
+        let (path, e) = write_all_atomic(&files).expect_err("one is a folder");
         assert_eq!((path, e.kind()), (&*folder.join("b"), io::ErrorKind::IsADirectory));
         assert_eq!(fs::read_dir(&folder).expect("a folder").count(), 1);
         fs::remove_dir(folder.join("b")).expect("removed");
-        write_all_whole(&files).expect("written");
+        write_all_atomic(&files).expect("written");
         assert_eq!(fs::read_dir(&folder).expect("a folder").count(), 2);
         assert_eq!(fs::read(folder.join("b")).expect("there"), b"b");
         fs::remove_dir_all(folder).expect("removed");
@@ -174,12 +174,12 @@ mod tests {
     #[test]
     fn a_file_is_opened_by_one_at_a_time() {
         let path = folder("alone").join("rows");
-        let mut first = open_alone(&path).expect("opened");
+        let mut first = open_locked(&path).expect("opened");
         first.write_all(b"one").expect("written");
-        assert_eq!(open_alone(&path).map_err(|e| e.kind()).err(), Some(io::ErrorKind::WouldBlock));
+        assert_eq!(open_locked(&path).map_err(|e| e.kind()).err(), Some(io::ErrorKind::WouldBlock));
         fs::rename(&path, path.with_extension("done")).expect("moved");
         // The name can be used again, though the first file is still locked.
-        let second = open_alone(&path).expect("another file");
+        let second = open_locked(&path).expect("another file");
         assert_eq!(second.metadata().expect("there").len(), 0);
         fs::remove_dir_all(folder("alone")).expect("removed");
     }
@@ -191,7 +191,7 @@ mod tests {
         std::thread::scope(|scope| {
             for letter in [b'a', b'b'] {
                 let path = &path;
-                scope.spawn(move || (0..50).for_each(|_| write_whole(path, &[letter; 10_000]).expect("written")));
+                scope.spawn(move || (0..50).for_each(|_| write_atomic(path, &[letter; 10_000]).expect("written")));
             }
         });
         let bytes = fs::read(&path).expect("there");

@@ -21,8 +21,8 @@ mod moments;
 mod outputs;
 mod places;
 mod resolved;
-mod rough_places;
 mod start;
+mod start_positions;
 pub(crate) mod terms;
 mod tree;
 
@@ -35,20 +35,20 @@ pub(crate) use friction::load_of_joint;
 use graph::Graph;
 use places::{Places, origin_names, slide};
 use resolved::Linkage;
-use rough_places::Rough;
+use start_positions::StartPositions;
 use tree::{Placement, Tree};
 
 /// Adds the coordinates, points, bodies, constraints and drawings of links and joints to a scene.
 pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let is_empty = document.links.is_empty() && document.joints.is_empty();
     // Unreadable parts would be missing.
-    if is_empty || document.lost_names {
+    if is_empty || document.has_unread_declarations {
         return;
     }
     let before = errors(findings);
     let Some(graph) = Graph::new(document, findings) else {
-        document.lost_names = true;
-        document.is_whole = false;
+        document.has_unread_declarations = true;
+        document.is_well_formed = false;
         return;
     };
     let first = document.links.first().map_or(0..0, |link| link.identifier.span.clone());
@@ -64,7 +64,7 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let bodies = (1..graph.links.len())
         .filter_map(|link| bodies::body(&graph, &tree, &angles, &places, link, findings))
         .collect();
-    let values = Rough::new(&graph, &angles, &tree).values();
+    let values = StartPositions::new(&graph, &angles, &tree).values();
     let four_bars = four_bars::four_bars(&graph, &angles, &places);
     let constants = Constants::new(document);
     let is_drawn = !document.drawing.is_empty();
@@ -98,10 +98,10 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let unknown = start::write(document, values, freedoms);
     start::report_unknown(document, &unknown, findings);
     // Consequential errors are not reported.
-    if document.is_whole && errors(findings) == before {
+    if document.is_well_formed && errors(findings) == before {
         start::report_too_few(document, freedoms, &first, findings);
     }
-    document.is_whole &= errors(findings) == before;
+    document.is_well_formed &= errors(findings) == before;
 }
 
 fn put_before<T>(list: &mut Vec<T>, before: Vec<T>) {

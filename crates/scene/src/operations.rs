@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use qrm_core::named_tape::{self, Argument, Part, Shape, Statement};
+use qrm_core::named_tape::{self, Argument, ResultField, Shape, Statement};
 use qrm_core::{NamedTape, Operation, Tape};
 
 use crate::expression::Node;
@@ -33,7 +33,7 @@ pub fn event(scene: &Scene, condition: &Condition<Quantity>, tape: &mut NamedTap
         name: "event".to_owned(),
         arguments: Argument::STATE.to_vec(),
         statements: statements(tape, rising, names),
-        parts: vec![Part { name: String::new(), doc: String::new(), values: Shape::Scalar(rising) }],
+        parts: vec![ResultField { name: String::new(), doc: String::new(), values: Shape::Scalar(rising) }],
         ..Default::default()
     }
 }

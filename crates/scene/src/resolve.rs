@@ -49,10 +49,11 @@ pub fn read_with(path: &str, source: &str, replace: &dyn Fn(&str) -> Option<f64>
         return Err(Report::new(path, source, findings));
     }
     linkage::expand(&mut document, &mut findings);
-    let lost_names = document.lost_names;
-    let is_whole = document.is_whole;
+    let has_unread_declarations = document.has_unread_declarations;
+    let is_well_formed = document.is_well_formed;
     let has_unknown = !findings.is_empty();
-    let mut resolver = Resolver { source, scope: Scope::default(), findings, lost_names, is_whole, has_unknown };
+    let mut resolver =
+        Resolver { source, scope: Scope::default(), findings, has_unread_declarations, is_well_formed, has_unknown };
     let scene = resolver.scene(&document, replace);
     let report = Report::new(path, source, resolver.findings);
     if report.has_errors() { Err(report) } else { Ok((scene, report)) }
@@ -81,8 +82,14 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
         scene.outputs.iter().map(|output| &*output.name),
     );
     let findings = Vec::new();
-    let mut resolver =
-        Resolver { source: text, scope, findings, lost_names: false, is_whole: true, has_unknown: false };
+    let mut resolver = Resolver {
+        source: text,
+        scope,
+        findings,
+        has_unread_declarations: false,
+        is_well_formed: true,
+        has_unknown: false,
+    };
     let condition = match crate::parser::parse_condition(text, 0, &[]) {
         Ok(condition) => Some(resolver.condition(&condition)),
         Err(finding) => {
@@ -101,9 +108,9 @@ struct Resolver<'a> {
     scope: Scope,
     findings: Vec<Diagnostic>,
     /// Whether names may seem unknown because their declaration could not be read.
-    lost_names: bool,
+    has_unread_declarations: bool,
     /// Whether all parts of the scene are present under unique names, and the start is valid.
-    is_whole: bool,
+    is_well_formed: bool,
     /// Whether some name could not be looked up.
     has_unknown: bool,
 }
@@ -112,7 +119,7 @@ impl Resolver<'_> {
     fn scene(&mut self, document: &Document, replace: &dyn Fn(&str) -> Option<f64>) -> Scene {
         let found = self.findings.len();
         self.declare(document);
-        self.is_whole &= self.findings.len() == found;
+        self.is_well_formed &= self.findings.len() == found;
         let parameters = self.parameters(document);
         let points = self.points(document);
         let bodies: Vec<Body> = document.bodies.iter().map(|body| self.body(body)).collect();
@@ -140,14 +147,14 @@ impl Resolver<'_> {
             }
         }
         self.outputs(document, &mut scene);
-        if !self.lost_names {
+        if !self.has_unread_declarations {
             number_parameters(&mut scene, replace);
             check::parts(document, &scene, &mut self.findings);
             friction::check(document, &scene, &mut self.findings);
             self.check_joints(document, &scene);
             self.check_extremes(document, &scene, replace);
         }
-        if self.is_whole {
+        if self.is_well_formed {
             check::whole(document, &scene, &mut self.findings);
             if !self.has_unknown {
                 usage::used(document, &scene, &mut self.findings);

@@ -28,5 +28,5 @@ pub fn gif(motion: &Motion) -> Result<Vec<u8>, NoAnimation> {
     track::check(motion)?;
     let stage = Stage::new(motion).ok_or(NoAnimation::NotFinite)?;
     let clock = Clock::new(&motion.times).ok_or(NoAnimation::NotRising)?;
-    film::shot(motion, &stage, &clock).map_err(|e| NoAnimation::NotWritten(e.to_string()))
+    film::encode(motion, &stage, &clock).map_err(|e| NoAnimation::NotWritten(e.to_string()))
 }

@@ -12,7 +12,7 @@ mod step;
 
 use qrm_core::{Interval, Model, Tape, TapeSeries};
 
-use self::crossing::Passage;
+use self::crossing::CrossingResult;
 use self::event::Event;
 use self::flow::Flow;
 pub use self::flow::NoSeries;
@@ -215,13 +215,15 @@ impl<'m> Motion<'m> {
                 return Err(step.obstacle.map_or(Reason::StepTooShort, Reason::NoSeries));
             }
             self.steps += 1;
-            let passage = match &mut event {
-                Some(event) => step.passage(&mut self.flow, event, to)?,
-                None => Passage::Not(step.states(&mut self.flow, to).ok_or(Reason::NoSeries(NoSeries::Singular))?),
+            let result = match &mut event {
+                Some(event) => step.states_or_crossing(&mut self.flow, event, to)?,
+                None => CrossingResult::NotReached(
+                    step.states(&mut self.flow, to).ok_or(Reason::NoSeries(NoSeries::Singular))?,
+                ),
             };
-            match passage {
-                Passage::Not(set) => self.set = set,
-                Passage::At(t, states) => return Ok(Some((t, states))),
+            match result {
+                CrossingResult::NotReached(set) => self.set = set,
+                CrossingResult::At(t, states) => return Ok(Some((t, states))),
             }
         }
         Ok(None)

@@ -9,10 +9,10 @@ use crate::quadrature::{NODES, gauss_legendre};
 /// The number of panels in a turn, or in a unit of length. The results of the two numbers differ by rounding errors.
 pub const PANELS: [f64; 2] = [96.0, 67.0];
 /// Random rates at which loads without a potential are searched for.
-const PROBES: [f64; 3] = [1.0, -0.7, 2.3];
+const PROBE_RATES: [f64; 3] = [1.0, -0.7, 2.3];
 /// The number of times, less one, at which loads are tested with each of these rates: a load may act for a short time
 /// only.
-const MOMENTS: u32 = 256;
+const PROBE_TIMES: u32 = 256;
 
 /// Times at equally spaced values of the driven coordinate.
 #[derive(Clone)]
@@ -151,8 +151,8 @@ impl<'m> EnergyIntegral<'m> {
         let description = mechanism.description();
         let (still, multipliers) = (vec![0.0; at.q.len()], vec![0.0; description.constraints.len()]);
         let works = |t: f64, rate: f64| mechanism.power(t, &at.q, &scaled(&tangent, rate), &still, &multipliers) != 0.0;
-        let mut times = (0..=MOMENTS).map(|k| until * f64::from(k) / f64::from(MOMENTS));
-        if !description.friction.is_empty() || times.any(|t| PROBES.into_iter().any(|rate| works(t, rate))) {
+        let mut times = (0..=PROBE_TIMES).map(|k| until * f64::from(k) / f64::from(PROBE_TIMES));
+        if !description.friction.is_empty() || times.any(|t| PROBE_RATES.into_iter().any(|rate| works(t, rate))) {
             Err(NoEnergyIntegral::NotConservative)
         } else {
             Ok(())

@@ -102,7 +102,7 @@ pub fn measure(
     let begun = Instant::now();
     while seconds.len() < repetitions.least || begun.elapsed() < repetitions.time {
         let repetition = Instant::now();
-        counts = visit(mechanism, trial, &first, times, &mut states).map_err(StartError::Step)?;
+        counts = run_to_times(mechanism, trial, &first, times, &mut states).map_err(StartError::Step)?;
         seconds.push(repetition.elapsed().as_secs_f64());
         if begun.elapsed() > 10 * repetitions.time {
             break;
@@ -118,7 +118,7 @@ pub fn measure(
 const CHUNK: u64 = 256;
 
 /// Runs once to each of the times.
-fn visit(
+fn run_to_times(
     mechanism: &dyn Mechanism,
     Trial { settings, step }: &Trial,
     first: &State,

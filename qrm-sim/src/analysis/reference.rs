@@ -69,7 +69,7 @@ fn follow(
         let mut part = Equations::new(&tape, parameters).with_constraints_of(&equations);
         part.budget = equations.budget;
         let mut motion = Motion::new(part, at, tolerance)?;
-        motion.visit(times, &mut states)?;
+        motion.run_to_times(times, &mut states)?;
         if states.len() == times.len() {
             return Ok(states);
         }
@@ -119,7 +119,7 @@ impl<'t> Motion<'t> {
     }
 
     /// Adds states at the remaining times, up to the end of this part.
-    fn visit(&mut self, times: &[f64], states: &mut Vec<ReferenceState>) -> Result<(), StepError> {
+    fn run_to_times(&mut self, times: &[f64], states: &mut Vec<ReferenceState>) -> Result<(), StepError> {
         for &t in &times[states.len()..] {
             if self.advance_to(t.into())? {
                 return Ok(());

@@ -1,19 +1,19 @@
 //! The quasi-static motion of a driven coordinate over a turn or a length: positions, forces of static equilibrium,
 //! limit positions.
 
-mod course;
-mod round;
+mod sample_series;
 mod series;
+mod turn_sweep;
 
 use std::f64::consts::TAU;
 
 use qrm_core::Mechanism;
 
 use crate::position::LimitPosition;
-use round::{GAP, NEAR, Round, Step};
+use turn_sweep::{GAP, NEAR, Step, TurnSweep};
 
-pub use round::NoRevolution;
 pub use series::{Series, Vertex};
+pub use turn_sweep::NoRevolution;
 
 /// The number of positions in a turn.
 const SAMPLES: usize = 720;
@@ -56,22 +56,22 @@ pub struct Range {
 /// # Errors
 /// No coordinate can be driven in this way.
 pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution> {
-    let round = Round::new(mechanism)?;
-    let driven = round.driven;
+    let sweep = TurnSweep::new(mechanism)?;
+    let driven = sweep.driven;
     let description = mechanism.description();
-    let mut positions = vec![round.start.clone()];
+    let mut positions = vec![sweep.start.clone()];
     let mut change_points = Vec::new();
     let mut visit = |step| match step {
         Step::To(position) => positions.push(position),
         Step::ChangePoint(angle) => change_points.push(angle),
     };
-    let followed = round.follow(round.direction, SAMPLES, &mut visit);
+    let followed = sweep.follow(sweep.direction, SAMPLES, &mut visit);
     let (range, is_locked, returns) = match followed {
         Ok(end) if description.is_angle(driven) => {
             let is_periodic = |i: usize| {
                 let unit = description.coordinates[i].unit;
-                let size = if description.is_angle(i) { 1.0 } else { end.q[i].abs().max(round.start.q[i].abs()) };
-                wrap_angle(end.q[i] - round.start.q[i], unit).abs() <= 1e-9 * size
+                let size = if description.is_angle(i) { 1.0 } else { end.q[i].abs().max(sweep.start.q[i].abs()) };
+                wrap_angle(end.q[i] - sweep.start.q[i], unit).abs() <= 1e-9 * size
             };
             (None, [false; 2], (0..end.q.len()).all(is_periodic))
         }
@@ -81,36 +81,36 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
                 Step::To(position) => behind.push(position),
                 Step::ChangePoint(angle) => change_points.push(angle),
             };
-            let back = round.follow(-round.direction, SAMPLES, &mut visit).err();
+            let back = sweep.follow(-sweep.direction, SAMPLES, &mut visit).err();
             behind.extend(back.as_ref().map(|limit| limit.position.clone()));
             behind.reverse();
             let ahead = ahead.err();
             let is_at_start =
-                |limit: &LimitPosition| round.is_near(limit.position.q[driven], round.start.q[driven], GAP);
+                |limit: &LimitPosition| sweep.is_near(limit.position.q[driven], sweep.start.q[driven], GAP);
             if [&ahead, &back].into_iter().all(|limit| limit.as_ref().is_some_and(is_at_start)) {
                 return Err(NoRevolution::Singular);
             }
             positions.extend(ahead.as_ref().map(|limit| limit.position.clone()));
             positions.splice(0..0, behind);
-            let end = |limit: &LimitPosition| (limit.position.q[driven], round.drive.open_beyond(limit));
+            let end = |limit: &LimitPosition| (limit.position.q[driven], sweep.drive.open_beyond(limit));
             let (ahead, back) = (ahead.as_ref().map(end), back.as_ref().map(end));
             let is_locked = [back.is_some(), ahead.is_some()];
-            let (low, high) = if round.direction > 0.0 { (back, ahead) } else { (ahead, back) };
+            let (low, high) = if sweep.direction > 0.0 { (back, ahead) } else { (ahead, back) };
             (Some(Range { low, high }), is_locked, false)
         }
     };
-    let (count, rounding) = (description.outputs.len(), round.rounding_of_outputs());
+    let (count, rounding) = (description.outputs.len(), sweep.rounding_of_outputs());
     // The positions on both sides may find the same change point.
-    change_points.dedup_by(|a, b| round.is_near(*a, *b, NEAR));
+    change_points.dedup_by(|a, b| sweep.is_near(*a, *b, NEAR));
     Ok(Revolution {
         coordinate: driven,
-        start: round.start.q[driven],
-        direction: round.direction,
+        start: sweep.start.q[driven],
+        direction: sweep.direction,
         outputs: (0..count)
-            .map(|i| round.course(&positions, returns, rounding[i], |at| round.outputs(&at.q)[i]))
+            .map(|i| sweep.sample_series(&positions, returns, rounding[i], |at| sweep.outputs(&at.q)[i]))
             .collect(),
-        balance: round.between_locks(&positions, is_locked, returns, |at| round.drive.balance(&at.q).1[driven]),
-        inertia: round.between_locks(&positions, is_locked, returns, |at| round.inertia(at)),
+        balance: sweep.sample_between_locks(&positions, is_locked, returns, |at| sweep.drive.balance(&at.q).1[driven]),
+        inertia: sweep.sample_between_locks(&positions, is_locked, returns, |at| sweep.inertia(at)),
         range,
         change_points,
         returns,
@@ -119,7 +119,7 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
 
 /// Whether the driven coordinate can make a full revolution.
 pub fn can_revolve(mechanism: &dyn Mechanism) -> bool {
-    Round::new(mechanism).is_ok_and(|round| round.follow(round.direction, SAMPLES / 8, &mut |_| ()).is_ok())
+    TurnSweep::new(mechanism).is_ok_and(|sweep| sweep.follow(sweep.direction, SAMPLES / 8, &mut |_| ()).is_ok())
 }
 
 /// The difference of two values in a unit; whole turns are removed from angles.

@@ -17,9 +17,9 @@ use crate::state::State;
 use companion::{Companion, LONGER, LOOSER};
 
 /// The largest tolerance: errors of longer steps do not follow the tolerance.
-const LOOSEST: f64 = 3e-9;
+const MAX_TOLERANCE: f64 = 3e-9;
 /// A design of `auto` with more steps leaves its lane: it may be stiff.
-const MOST_STEPS: f64 = 2000.0;
+const MAX_STEPS: f64 = 2000.0;
 
 /// A sweep in lanes.
 pub(super) struct LaneSweep<'a> {
@@ -221,7 +221,7 @@ impl<'a> LaneSweep<'a> {
         self.batch.set_parameters(lane, self.designs[next.design].parameters());
         let [looser, longer] = if next.companion.is_some() { [LOOSER, LONGER] } else { [1.0, 1.0] };
         let settings = self.request.settings;
-        let tolerance = looser * settings.tolerance.min(LOOSEST);
+        let tolerance = looser * settings.tolerance.min(MAX_TOLERANCE);
         let first = &next.first;
         let rate = largest(&first.qd).1.max(largest(&first.qdd).1.sqrt()).max(1.0 / next.end_time);
         first.write(&mut self.row);
@@ -230,7 +230,7 @@ impl<'a> LaneSweep<'a> {
             longest: longer * next.bounds.longest,
             end_time: next.next_end(first.t),
             step: tolerance.powf(0.125) / rate,
-            most_steps: if settings.method == AUTO { MOST_STEPS } else { f64::INFINITY },
+            max_steps: if settings.method == AUTO { MAX_STEPS } else { f64::INFINITY },
         };
         self.batch.place(lane, &self.row, &schedule);
         self.lanes[lane] = Some(next);

@@ -14,9 +14,9 @@ use crate::state::State;
 /// The largest number of parts of a step; if corners need more, the motion slides along one.
 pub(crate) const MOST_PARTS: usize = 64;
 /// The fraction of the way to a jump at which a part of a step ends before it, so that no stage lies behind the jump.
-pub(crate) const LEFT: f64 = 1e-3;
+pub(crate) const JUMP_MARGIN: f64 = 1e-3;
 /// The largest distance, in multiples of the shortest one, by which a corner is crossed after it was found.
-const MOST_UNITS: f64 = 64.0;
+const MAX_CROSSING: f64 = 64.0;
 /// Changes below this fraction of those caused by 16 units in the last place of the state are rounding errors.
 const NOISE: f64 = 0.25;
 /// A time along the tangent of a motion.
@@ -40,13 +40,13 @@ pub(crate) struct Corners {
     /// Whether each function may have a zero in the last step.
     candidates: Vec<bool>,
     /// Whether stages of the last step may lie behind a corner that the end of the step does not reach.
-    is_seen_by_stages: bool,
+    stages_may_pass_corner: bool,
     /// Changes that are rounding errors.
     noise: Vec<f64>,
     /// The function of the last corner, and its sign before the corner.
     found: Option<(usize, f64)>,
     /// Buffers for a state moved along its tangent, and for the values there.
-    moved: [Vec<f64>; 3],
+    probe: [Vec<f64>; 3],
 }
 
 /// Marks programs whose steps end at corners.
@@ -75,7 +75,7 @@ impl Corners {
         let values = [vec![0.0; count], vec![0.0; count]];
         let changes = vec![f64::INFINITY; count];
         let n = mechanism.description().coordinates.len();
-        let moved = [vec![0.0; n], vec![0.0; n], vec![0.0; count]];
+        let probe = [vec![0.0; n], vec![0.0; n], vec![0.0; count]];
         let mut corners = Self {
             _ends_steps: ends_steps,
             evaluator,
@@ -85,10 +85,10 @@ impl Corners {
             values,
             changes,
             candidates: vec![false; count],
-            is_seen_by_stages: false,
+            stages_may_pass_corner: false,
             noise: vec![0.0; count],
             found: None,
-            moved,
+            probe,
         };
         corners.find_times(n);
         Some(corners)
@@ -124,7 +124,7 @@ impl Corners {
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.
-    pub(super) fn leave(
+    pub(super) fn move_off_zero(
         &mut self,
         mechanism: &dyn Mechanism,
         (projection, solver): ((Projection, ProjectionTolerance), &mut Solver),
@@ -137,7 +137,7 @@ impl Corners {
         }
         let from = state.clone();
         let mut far = equal(from.t);
-        let nearest = MOST_UNITS * Corner::resolution(from.t);
+        let nearest = MAX_CROSSING * Corner::resolution(from.t);
         while self.is_at(state) && far <= longest || self.is_before(found, state) && far <= nearest {
             state.clone_from(&from);
             solver.cross(mechanism, projection, from.t + far, state)?;
@@ -153,8 +153,8 @@ impl Corners {
     /// Whether a function still has its sign from before the corner.
     fn is_before(&mut self, found: Option<(usize, f64)>, state: &State) -> bool {
         found.is_some_and(|(i, sign)| {
-            self.evaluator.switching_functions(state.t, &state.q, &state.qd, &mut self.moved[2]);
-            self.moved[2][i] * sign > 0.0
+            self.evaluator.switching_functions(state.t, &state.q, &state.qd, &mut self.probe[2]);
+            self.probe[2][i] * sign > 0.0
         })
     }
 
@@ -165,9 +165,9 @@ impl Corners {
         if !self.values[1][self.others.clone()].contains(&0.0) {
             return false;
         }
-        self.note_noise(&state, 1);
+        self.measure_rounding(&state, 1);
         self.move_along(&state, ALONG);
-        self.others.clone().any(|i| self.values[1][i] == 0.0 && self.moved[2][i].abs() > self.noise[i])
+        self.others.clone().any(|i| self.values[1][i] == 0.0 && self.probe[2][i].abs() > self.noise[i])
     }
 
     /// Evaluates the functions at a state, unless it is the end of the last step.
@@ -181,7 +181,7 @@ impl Corners {
 
     /// Evaluates the functions at a state moved along its rates and accelerations.
     fn move_along(&mut self, at: &StateRef, h: f64) {
-        let [q, qd, values] = &mut self.moved;
+        let [q, qd, values] = &mut self.probe;
         for i in 0..q.len() {
             q[i] = at.q[i] + h * at.qd[i];
             qd[i] = at.qd[i] + h * at.qdd[i];
@@ -190,14 +190,14 @@ impl Corners {
     }
 
     /// Records the changes of the values caused by rounding errors of the state at one end of the last step.
-    fn note_noise(&mut self, at: &StateRef, end: usize) {
-        let [q, qd, _] = &mut self.moved;
+    fn measure_rounding(&mut self, at: &StateRef, end: usize) {
+        let [q, qd, _] = &mut self.probe;
         for (perturbed, exact) in [(q, at.q), (qd, at.qd)] {
             for (i, (perturbed, exact)) in perturbed.iter_mut().zip(exact).enumerate() {
                 *perturbed = exact * (1.0 + if i % 2 == 0 { EQUAL } else { -EQUAL });
             }
         }
-        let [q, qd, _] = &self.moved;
+        let [q, qd, _] = &self.probe;
         self.evaluator.switching_functions(at.t, q, qd, &mut self.noise);
         for (noise, exact) in self.noise.iter_mut().zip(&self.values[end]) {
             *noise = NOISE * (*noise - exact).abs();

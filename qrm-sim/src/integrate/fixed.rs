@@ -5,7 +5,7 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 use super::adaptive::KeepState;
 use super::classical::CLASSICAL;
 use super::corner::Corner;
-use super::corners::{Corners, LEFT, MOST_PARTS};
+use super::corners::{Corners, JUMP_MARGIN, MOST_PARTS};
 use super::explicit::Explicit;
 use super::methods::MethodSettings;
 use super::step_error::StepError;
@@ -18,7 +18,7 @@ const CROSSED: f64 = 1e-12;
 /// not depend on the step length: a companion run uses fewer steps.
 const STEPS_BEHIND_CORNERS: u32 = 3;
 /// Accelerations jump if they change by more than `CONTINUOUS` within this fraction of the way to a corner.
-const BESIDE: f64 = 1e-6;
+const NEIGHBOUR_DISTANCE: f64 = 1e-6;
 const CONTINUOUS: f64 = 1e-5;
 
 /// The largest difference, relative to their change, between the velocities in the middle of a smooth step and those
@@ -50,7 +50,7 @@ enum FoundCorner {
 }
 
 /// The mechanism, the settings and the solver of a step.
-pub(super) struct StepBy<'a> {
+pub(super) struct StepContext<'a> {
     pub(super) mechanism: &'a dyn Mechanism,
     pub(super) settings: &'a MethodSettings,
     pub(super) solver: &'a mut Solver,
@@ -58,7 +58,7 @@ pub(super) struct StepBy<'a> {
     pub(super) asks_kernel: bool,
 }
 
-impl StepBy<'_> {
+impl StepContext<'_> {
     fn projection(&self) -> (Projection, ProjectionTolerance) {
         (self.settings.projection, self.settings.projection_tolerance)
     }
@@ -84,7 +84,7 @@ impl Fixed {
     /// The motion does not get there.
     pub(super) fn advance(
         &mut self,
-        by: &mut StepBy,
+        by: &mut StepContext,
         from: &State,
         t: f64,
         to: &mut State,
@@ -100,7 +100,7 @@ impl Fixed {
 
     fn advance_split_at_corners(
         &mut self,
-        by: &mut StepBy,
+        by: &mut StepContext,
         corners: &mut Corners,
         now: &mut State,
         t: f64,
@@ -114,7 +114,7 @@ impl Fixed {
             if let Some(corner) = corners.at(now.t).filter(|corner| corner.just_after() < t) {
                 by.solver.cross(by.mechanism, by.projection(), corner.just_after(), now)?;
             }
-            corners.leave(by.mechanism, (by.projection(), by.solver), CROSSED * whole, now)?;
+            corners.move_off_zero(by.mechanism, (by.projection(), by.solver), CROSSED * whole, now)?;
             let mut count = 1;
             if now.t > last {
                 inner(now);
@@ -128,13 +128,13 @@ impl Fixed {
             if let Some(behind) = self.corner_inside(by, corners, (now, count), to)? {
                 match self.found_corner(by, (now, count), &behind)? {
                     FoundCorner::Corner => *now = behind,
-                    FoundCorner::Jump => self.go_to_jump(by, corners, behind.t, whole, (now, count))?,
+                    FoundCorner::Jump => self.step_to_jump(by, corners, behind.t, whole, (now, count))?,
                     FoundCorner::Unclear(middle) => limit = middle,
                 }
                 corners.forget();
                 corners.forget_found();
-            } else if corners.is_seen_by_stages() {
-                self.go_to_jump(by, corners, to.t, whole, (now, count))?;
+            } else if corners.stages_may_pass_corner() {
+                self.step_to_jump(by, corners, to.t, whole, (now, count))?;
                 corners.forget();
             } else if end >= t || corners.at(end).is_some_and(|corner| corner.just_after() >= t) {
                 to.t = t;
@@ -154,7 +154,7 @@ impl Fixed {
     /// The state at, or just behind, the first corner in a step.
     fn corner_inside(
         &mut self,
-        by: &mut StepBy,
+        by: &mut StepContext,
         corners: &mut Corners,
         (from, count): (&State, u32),
         to: &State,
@@ -172,16 +172,16 @@ impl Fixed {
     /// The kind of the corner at which a part of the step ends; `behind` is the state just behind it.
     fn found_corner(
         &mut self,
-        by: &mut StepBy,
+        by: &mut StepContext,
         (now, count): (&State, u32),
         behind: &State,
     ) -> Result<FoundCorner, StepError> {
         let way = behind.t - now.t;
-        if !(BESIDE * way > Corner::resolution(now.t)) {
+        if !(NEIGHBOUR_DISTANCE * way > Corner::resolution(now.t)) {
             return Ok(FoundCorner::Jump);
         }
         let mut at = now.clone();
-        self.steps(by, (now, count), behind.t - BESIDE * way, &mut at)?;
+        self.steps(by, (now, count), behind.t - NEIGHBOUR_DISTANCE * way, &mut at)?;
         let size = largest(&behind.qdd).1.max(largest(&at.qdd).1);
         if !behind.qdd.iter().zip(&at.qdd).all(|(b, a)| (b - a).abs() <= CONTINUOUS * size) {
             return Ok(FoundCorner::Jump);
@@ -192,9 +192,9 @@ impl Fixed {
     }
 
     /// Advances towards a jump, so far that no stage lies behind it; crosses the jump if it is near.
-    fn go_to_jump(
+    fn step_to_jump(
         &mut self,
-        by: &mut StepBy,
+        by: &mut StepContext,
         corners: &mut Corners,
         t: f64,
         whole: f64,
@@ -203,7 +203,7 @@ impl Fixed {
         let from = now.clone();
         let mut left = t - from.t;
         while left > (CROSSED * whole).max(Corner::resolution(t)) {
-            let length = (1.0 - LEFT) * left;
+            let length = (1.0 - JUMP_MARGIN) * left;
             self.steps(by, (&from, count), from.t + length, now)?;
             corners.forget();
             corners.may_meet(&from.as_ref(), &now.as_ref());
@@ -222,7 +222,7 @@ impl Fixed {
     /// A step could not be made.
     fn steps(
         &mut self,
-        by: &mut StepBy,
+        by: &mut StepContext,
         (from, count): (&State, u32),
         t: f64,
         to: &mut State,
@@ -243,7 +243,7 @@ impl Fixed {
     ///
     /// # Errors
     /// The step could not be made.
-    fn step(&mut self, by: &mut StepBy, from: &State, t: f64, to: &mut State) -> Result<(), StepError> {
+    fn step(&mut self, by: &mut StepContext, from: &State, t: f64, to: &mut State) -> Result<(), StepError> {
         if by.asks_kernel && self.step_by_kernel(by, from, t, to) {
             return Ok(());
         }
@@ -251,7 +251,7 @@ impl Fixed {
     }
 
     /// Makes a step by the kernel; returns false if it is unreliable.
-    fn step_by_kernel(&mut self, by: &StepBy, from: &State, t: f64, to: &mut State) -> bool {
+    fn step_by_kernel(&mut self, by: &StepContext, from: &State, t: f64, to: &mut State) -> bool {
         let residual = by.settings.projection_tolerance.residual;
         let step = t - from.t;
         let request = RowRequest { origin: from.t, step, end_time: t, first: 0, residual, watches_event: false };

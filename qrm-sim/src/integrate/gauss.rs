@@ -87,7 +87,7 @@ impl StepFormula for Gauss {
         if let Some(steps) = &mut self.steps
             && !evaluator.solver.is_redundant()
         {
-            let request = GaussRequest { h, tolerance: task.tolerance, is_inside: false };
+            let request = GaussRequest { h, tolerance: task.tolerance, is_within_last_step: false };
             let [begin, end] = &mut self.extrapolated;
             let end = GaussEnd { q: &mut to.q, qd: &mut to.qd, extrapolated: [begin, end] };
             if let Some(estimate) = steps.step(&request, &from.as_ref(), end) {
@@ -130,7 +130,7 @@ impl StepFormula for Gauss {
         };
         // Inside the step the polynomials are less accurate than its end, so a shorter step is made.
         let from = &step.from;
-        let request = GaussRequest { h: to.t - from.t, tolerance: task.tolerance, is_inside: true };
+        let request = GaussRequest { h: to.t - from.t, tolerance: task.tolerance, is_within_last_step: true };
         let [begin, end] = &mut self.extrapolated;
         let end = GaussEnd { q: &mut to.q, qd: &mut to.qd, extrapolated: [begin, end] };
         if let Some(estimate) = steps.step(&request, &from.as_ref(), end) {

@@ -5,7 +5,7 @@ mod block;
 use qrm_core::{Mechanism, RowLayout};
 
 use super::adaptive::{Adaptive, Counts, IntermediateRows};
-use super::fixed::{Fixed, StepBy};
+use super::fixed::{Fixed, StepContext};
 use super::formula::Formula;
 use super::methods::MethodSettings;
 use super::step_error::StepError;
@@ -186,7 +186,7 @@ impl Integrator {
         };
         match steps {
             Steps::Fixed(fixed) => {
-                fixed.advance(&mut StepBy { mechanism, settings, solver, asks_kernel }, from, t, to, &mut keep)
+                fixed.advance(&mut StepContext { mechanism, settings, solver, asks_kernel }, from, t, to, &mut keep)
             }
             Steps::Adaptive(adaptive) => {
                 let inner = keeps_inner.map(|which| (which, &mut keep as &mut dyn FnMut(&State)));

@@ -48,7 +48,7 @@ impl Balance {
     }
 
     /// Sets the work up to a row equal to the change of the energy: the power jumped before it.
-    pub(crate) fn pass_over(&mut self, row: &Row) {
+    pub(crate) fn skip_jump(&mut self, row: &Row) {
         // Two rows do not show how the power changed between them either.
         if self.window.len() > 2 {
             *self = self.finished();
@@ -69,7 +69,7 @@ impl Balance {
     }
 
     /// The largest difference so far; zero while it is unknown, that is, with fewer than four rows and nonzero power.
-    pub(crate) fn known(&self) -> f64 {
+    pub(crate) fn largest_known_excess(&self) -> f64 {
         let is_known = self.window.len() == 4 || self.window.iter().all(|(_, power, _)| *power == 0.0);
         if !is_known {
             0.0

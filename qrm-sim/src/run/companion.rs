@@ -18,7 +18,7 @@ const COMPANION_STEPS: [u64; 2] = [3, 2];
 
 /// The tolerance below which a companion's tolerance is reduced by the factor for order 4: smaller ones may be
 /// unreachable near singular positions.
-const TIGHT: f64 = 1e-8;
+const ORDER4_THRESHOLD: f64 = 1e-8;
 /// The smallest tolerance that double precision supports.
 const SMALLEST_TOLERANCE: f64 = 1e-15;
 
@@ -69,7 +69,7 @@ impl Companion {
         has_outputs: bool,
     ) -> Option<Self> {
         let finer = |order: u32| settings.tolerance * COMPANION_STEP_RATIO.powi(order as i32);
-        let tolerance = finer(settings.method.order).max(finer(4).min(TIGHT)).max(SMALLEST_TOLERANCE);
+        let tolerance = finer(settings.method.order).max(finer(4).min(ORDER4_THRESHOLD)).max(SMALLEST_TOLERANCE);
         let settings = MethodSettings { tolerance, ..*settings };
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         let quantities = Quantities::new(mechanism.description(), has_outputs);

@@ -71,7 +71,7 @@ pub(crate) struct Follower<'scope, 'env> {
     /// The number of values so far.
     count: usize,
     /// The companion, if it runs in the thread of the run.
-    beside: Option<Companion>,
+    inline_companion: Option<Companion>,
     thread: Option<CompanionThread<'scope, 'env>>,
 }
 
@@ -102,7 +102,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
             spare: RowBuffer::default(),
             known: Vec::new(),
             count: 0,
-            beside: companion,
+            inline_companion: companion,
             thread: None,
         }
     }
@@ -110,7 +110,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
     /// Follows the latest rows of a run's integrator; the first of them has the number `first`. `extremes` are those
     /// known after these rows.
     pub(crate) fn follow(&mut self, run: &Integrator, (rows, first): (&[f64], u64), extremes: &[Extremes]) {
-        if self.beside.is_none() && self.thread.is_none() {
+        if self.inline_companion.is_none() && self.thread.is_none() {
             return;
         }
         let block = &mut self.block;
@@ -128,7 +128,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         self.count += self.block.rows.len();
         if self.count > LONG
             && let Some(scope) = self.scope
-            && let Some(companion) = self.beside.take()
+            && let Some(companion) = self.inline_companion.take()
         {
             self.thread = Some(CompanionThread::spawn(scope, self.mechanism, self.request, companion));
         }
@@ -161,7 +161,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
             self.block.move_last(waiting * self.width, self.width, &mut later);
         }
         let mut block = std::mem::replace(&mut self.block, later);
-        if let Some(companion) = &mut self.beside {
+        if let Some(companion) = &mut self.inline_companion {
             block.follow(companion, self.mechanism, &self.request);
             block.clear();
             self.spare = block;
@@ -173,7 +173,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
     /// Returns the companion at the end of the run.
     pub(crate) fn finish(mut self) -> Option<Companion> {
         self.follow_block(0);
-        let Some(CompanionThread { sender, thread, .. }) = self.thread else { return self.beside };
+        let Some(CompanionThread { sender, thread, .. }) = self.thread else { return self.inline_companion };
         drop(sender);
         Some(thread.join().unwrap_or_else(|panic| panic::resume_unwind(panic)))
     }

@@ -13,7 +13,7 @@ use crate::state::State;
 const SEARCHES: bool = cfg!(feature = "extremes");
 
 /// The distance from a row, relative to that of rows, at which a column is tested for a rise.
-const BESIDE: f64 = 1e-3;
+const NEIGHBOUR_DISTANCE: f64 = 1e-3;
 
 /// The number of rows for the polynomial of an extreme.
 const TAIL: usize = 5;
@@ -72,7 +72,7 @@ impl ExtremeSearch {
             let at = value(t);
             // A value at an end is an extreme, unless the column rises from there.
             let other = bracket[0] + bracket[1] - t;
-            if bracket.contains(&t) && !(value(t + BESIDE * (other - t)) > at) {
+            if bracket.contains(&t) && !(value(t + NEIGHBOUR_DISTANCE * (other - t)) > at) {
                 continue;
             }
             let peak = at.and_then(|at| {

@@ -40,7 +40,7 @@ pub(crate) struct Vertex<D = f64> {
     /// The times of the neighbouring rows.
     pub(crate) bracket: [D; 2],
     /// The largest deviation of the value from the estimate.
-    pub(super) slack: f64,
+    pub(super) value_uncertainty: f64,
     /// The largest deviation of the value from the estimate if the polynomial is accurate; `None` at corners.
     pub(super) agreement: Option<f64>,
 }

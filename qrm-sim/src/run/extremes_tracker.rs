@@ -72,7 +72,7 @@ impl<D: Number> ExtremesTracker<D> {
         }
         self.rows += 1;
         if self.rows == 2 && !is_at_last {
-            self.take_up_end([0, 1]);
+            self.record_end_row([0, 1]);
         }
         if self.window() < ROWS || is_at_last {
             return;
@@ -102,16 +102,16 @@ impl<D: Number> ExtremesTracker<D> {
         }
         let row = (self.value(middle, column), self.time(middle));
         // The polynomial is inaccurate at a corner.
-        let (estimate, slack, agreement) = match self.search(column, end, middle, reach) {
+        let (estimate, value_uncertainty, agreement) = match self.search(column, end, middle, reach) {
             Some(vertex) => (vertex, SLACK * (vertex.0.re() - at).abs(), Some(AGREEMENT * reach)),
             None => (row, reach, None),
         };
         let bracket = [self.time(middle - 1), self.time(middle + 1)];
-        self.take_up(Vertex { column, end, estimate, bracket, slack, agreement });
+        self.record_candidate(Vertex { column, end, estimate, bracket, value_uncertainty, agreement });
     }
 
     /// Records a candidate, unless better ones are known.
-    fn take_up(&mut self, vertex: Vertex<D>) {
+    fn record_candidate(&mut self, vertex: Vertex<D>) {
         if !self.may_be_extreme(&vertex) {
             return;
         }
@@ -129,7 +129,7 @@ impl<D: Number> ExtremesTracker<D> {
     /// Whether the column may be smaller or larger there than in any row.
     pub(crate) fn may_be_extreme(&self, vertex: &Vertex<D>) -> bool {
         let lead = vertex.estimate.0.re() - self.extreme(vertex.column, vertex.end).0.re();
-        sign(vertex.end) * lead + vertex.slack >= 0.0
+        sign(vertex.end) * lead + vertex.value_uncertainty >= 0.0
     }
 
     fn extreme(&self, column: usize, end: usize) -> (D, D) {
@@ -149,19 +149,19 @@ impl<D: Number> ExtremesTracker<D> {
             }
         }
         if let Some(before) = self.window().checked_sub(2) {
-            self.take_up_end([before + 1, before]);
+            self.record_end_row([before + 1, before]);
         }
     }
 
     /// Records the first or the last row together with its neighbour: the column may rise from there, like from a row
     /// that is not an extreme.
-    fn take_up_end(&mut self, [at, beside]: [usize; 2]) {
+    fn record_end_row(&mut self, [at, beside]: [usize; 2]) {
         let times = [at.min(beside), at.max(beside)].map(|i| self.time(i));
         for column in 0..self.found.len() {
             let [own, other] = [at, beside].map(|i| self.value(i, column));
             let end = usize::from(own.re() > other.re());
-            let (estimate, slack) = ((own, self.time(at)), (own.re() - other.re()).abs());
-            self.take_up(Vertex { column, end, estimate, bracket: times, slack, agreement: None });
+            let (estimate, value_uncertainty) = ((own, self.time(at)), (own.re() - other.re()).abs());
+            self.record_candidate(Vertex { column, end, estimate, bracket: times, value_uncertainty, agreement: None });
         }
     }
 

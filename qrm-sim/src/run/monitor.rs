@@ -154,7 +154,7 @@ impl RunMonitor {
                 corrections: row[self.layout.corrections()] as u32,
             };
             if has_inner {
-                self.balance.pass_over(&row);
+                self.balance.skip_jump(&row);
             }
             observer.row(&row).and_then(|()| self.balance.row(&row)).map_err(Status::Unwritable)?;
             self.rows += 1;

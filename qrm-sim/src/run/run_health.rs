@@ -139,7 +139,7 @@ impl RunHealth {
     /// The largest difference between energy and work, summed over all parts.
     fn imbalance(&self, integrator: &Integrator) -> f64 {
         let is_conservative = self.monitor.is_conservative && integrator.is_conservative();
-        let of_rows = self.monitor.balance.known();
+        let of_rows = self.monitor.balance.largest_known_excess();
         self.before.imbalance + self.monitor.imbalance(integrator.imbalance(), of_rows, is_conservative)
     }
 

@@ -112,15 +112,15 @@ impl Ldl {
     /// Solves `A x = b` in place for each row `b` of a matrix, with the same rounding as [`solve`](Self::solve).
     pub(super) fn solve_rows(&self, matrix: &mut Matrix) {
         let (count, n) = (matrix.rows(), matrix.columns());
-        if count < ABREAST {
+        if count < SOLVES_PER_BLOCK {
             (0..count).for_each(|row| self.solve(&mut matrix[row]));
             return;
         }
-        let mut block = vec![[0.0; ABREAST]; n];
-        for from in (0..count).step_by(ABREAST) {
-            let rows = from..count.min(from + ABREAST);
+        let mut block = vec![[0.0; SOLVES_PER_BLOCK]; n];
+        for from in (0..count).step_by(SOLVES_PER_BLOCK) {
+            let rows = from..count.min(from + SOLVES_PER_BLOCK);
             for (i, values) in block.iter_mut().enumerate() {
-                *values = [0.0; ABREAST];
+                *values = [0.0; SOLVES_PER_BLOCK];
                 rows.clone().zip(&mut *values).for_each(|(row, value)| *value = matrix[row][i]);
             }
             self.solve_block(&mut block);
@@ -130,7 +130,7 @@ impl Ldl {
         }
     }
 
-    fn solve_block(&self, x: &mut [[f64; ABREAST]]) {
+    fn solve_block(&self, x: &mut [[f64; SOLVES_PER_BLOCK]]) {
         let n = x.len().max(1);
         let start = x.iter().position(|values| values.iter().any(|value| *value != 0.0)).unwrap_or(x.len());
         let rows = || self.l.entries().chunks_exact(n).zip(&self.first).enumerate();
@@ -138,7 +138,7 @@ impl Ldl {
             let (before, rest) = x.split_at_mut(i);
             let begin = start.max(*first).min(i);
             for (entry, values) in row[begin..].iter().zip(&before[begin..]) {
-                (0..ABREAST).for_each(|k| rest[0][k] -= entry * values[k]);
+                (0..SOLVES_PER_BLOCK).for_each(|k| rest[0][k] -= entry * values[k]);
             }
         }
         for (values, inverse) in x.iter_mut().zip(&self.inverse_d) {
@@ -147,14 +147,14 @@ impl Ldl {
         for (i, (row, first)) in rows().rev() {
             let (before, rest) = x.split_at_mut(i);
             for (values, entry) in before[*first..].iter_mut().zip(&row[*first..]) {
-                (0..ABREAST).for_each(|k| values[k] -= entry * rest[0][k]);
+                (0..SOLVES_PER_BLOCK).for_each(|k| values[k] -= entry * rest[0][k]);
             }
         }
     }
 }
 
 /// The number of right-hand sides solved simultaneously, which hides the latency of the sums.
-const ABREAST: usize = 8;
+const SOLVES_PER_BLOCK: usize = 8;
 
 /// The number of leading zeros of a row.
 fn leading_zeros(row: &[f64]) -> usize {
@@ -179,7 +179,7 @@ impl PivotedLdl {
     const CUTOFF: f64 = 1e-12;
     /// The fraction of the largest diagonal entry up to which others consist of rounding errors: squares of nearly
     /// vanishing rows.
-    const NOTHING: f64 = 1e-20;
+    const ROUNDING_FLOOR: f64 = 1e-20;
 
     /// Factors `a`.
     pub fn new(a: &Matrix) -> Self {
@@ -188,23 +188,23 @@ impl PivotedLdl {
 
     /// Factors `a` with at most `rank` pivots; further pivots count as zero.
     pub fn with_rank(a: &Matrix, rank: usize) -> Self {
-        Self::above(a, rank, [Self::CUTOFF, Self::NOTHING])
+        Self::above(a, rank, [Self::CUTOFF, Self::ROUNDING_FLOOR])
     }
 
     /// Factors `a` with at most `rank` pivots, none of them suspicious.
-    pub(super) fn regular(a: &Matrix, rank: usize) -> Self {
+    pub(super) fn without_suspicious_pivots(a: &Matrix, rank: usize) -> Self {
         Self::above(a, rank, [SUSPICIOUS; 2])
     }
 
     /// Factors `a` with pivots above the fraction `cutoff` of their diagonal entry; diagonal entries must exceed the
-    /// fraction `nothing` of the largest.
-    fn above(a: &Matrix, rank: usize, [cutoff, nothing]: [f64; 2]) -> Self {
+    /// fraction `floor` of the largest.
+    fn above(a: &Matrix, rank: usize, [cutoff, floor]: [f64; 2]) -> Self {
         let n = a.columns();
         let largest = (0..n).fold(0.0, |largest: f64, i| largest.max(a[i][i]));
         let scale: Vec<f64> = (0..n)
             .map(|i| {
-                let is_nothing = !(a[i][i] > nothing * largest);
-                if is_nothing { 0.0 } else { a[i][i].sqrt().recip() }
+                let is_rounding = !(a[i][i] > floor * largest);
+                if is_rounding { 0.0 } else { a[i][i].sqrt().recip() }
             })
             .collect();
         let mut a = Matrix::from_fn(n, n, |i, j| scale[i] * a[i][j] * scale[j]);

@@ -9,7 +9,7 @@ use super::projection_settings::ProjectionTolerance;
 
 /// The distance of tested positions from a singular one, in rad, or relative to the largest length among the
 /// coordinates.
-const BESIDE: f64 = 1e-2;
+const NEIGHBOUR_DISTANCE: f64 = 1e-2;
 /// The number of tested times before and after, each twice as far away, for a driven mechanism.
 const LATER: i32 = 12;
 /// The largest number of corrections of such a position.
@@ -39,23 +39,24 @@ pub fn constraint_rank(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> usize {
     let length = if lengths > 0.0 { lengths } else { 1.0 };
     let size = |i: usize| if description.is_angle(i) { 1.0 } else { length };
     let mut most = here;
-    let beside = |position: &[f64]| (0..q.len()).any(|i| (position[i] - q[i]).abs() > 0.5 * BESIDE * size(i));
+    let is_neighbour =
+        |position: &[f64]| (0..q.len()).any(|i| (position[i] - q[i]).abs() > 0.5 * NEIGHBOUR_DISTANCE * size(i));
     if mechanism.is_driven() {
         // A driven mechanism changes its position only with time.
         let step = mechanism.schedule().step;
         let times = (0..LATER).flat_map(|k| [1.0, -1.0].map(|sign| t + sign * step * 2.0_f64.powi(k)));
         let positions = times.filter_map(|t| closed(mechanism, t, q, count));
-        let found = positions.filter(|(position, _)| beside(position)).take(2);
+        let found = positions.filter(|(position, _)| is_neighbour(position)).take(2);
         return found.fold(here, |most, (_, jacobian)| most.max(PivotedLdl::new(&row_products(&jacobian)).rank));
     }
     for motion in motions(&constraints.constraint_jacobian, &factors) {
         let longest = (0..q.len()).map(|i| motion[i].abs() / size(i)).fold(0.0, f64::max);
-        for distance in [BESIDE, -BESIDE] {
+        for distance in [NEIGHBOUR_DISTANCE, -NEIGHBOUR_DISTANCE] {
             let guess: Vec<f64> = q.iter().zip(&motion).map(|(q, part)| q + distance / longest * part).collect();
             let closed = closed(mechanism, t, &guess, here).or_else(|| closed(mechanism, t, &guess, count));
             // Residuals also vanish if corrections lead back to the singular position, which does not count.
             if let Some((position, jacobian)) = closed
-                && beside(&position)
+                && is_neighbour(&position)
             {
                 most = most.max(PivotedLdl::new(&row_products(&jacobian)).rank);
             }

@@ -59,7 +59,11 @@ impl SaddlePoint {
     /// The factors of the Schur complement without redundant constraints, whose remainders would be amplified near a
     /// singular position.
     pub(super) fn robust_factors(&self) -> PivotedLdl {
-        if self.is_redundant() { PivotedLdl::regular(&self.schur, self.rank) } else { PivotedLdl::new(&self.schur) }
+        if self.is_redundant() {
+            PivotedLdl::without_suspicious_pivots(&self.schur, self.rank)
+        } else {
+            PivotedLdl::new(&self.schur)
+        }
     }
 
     /// Solves the equations; returns true if the factors of `Mbar` are known afterwards.
@@ -158,7 +162,7 @@ impl SaddlePoint {
         schur_complement(jacobian, pull, schur);
         let factors = PivotedLdl::with_rank(schur, *rank);
         let is_regular = if is_redundant {
-            PivotedLdl::regular(schur, *rank).rank == *rank
+            PivotedLdl::without_suspicious_pivots(schur, *rank).rank == *rank
         } else {
             schur_factors.factor_products(schur)
         };

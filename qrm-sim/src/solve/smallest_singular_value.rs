@@ -27,18 +27,18 @@ const MOST_INVERSE_ITERATIONS: usize = 20;
 const MIXED: f64 = 1e-3;
 
 /// The number of rows above which singular values are tracked from matrix to matrix instead of being recomputed.
-const MANY: usize = 16;
+const TRACKING_MIN_ROWS: usize = 16;
 
 impl SmallestSingularValue {
     /// Creates buffers for matrices of this size.
     pub fn new(rows: usize, columns: usize) -> Self {
         Self {
-            combination: (0..rows).map(uneven).collect(),
+            combination: (0..rows).map(asymmetric_start).collect(),
             rows: Matrix::zero(rows, columns),
             rotations: Matrix::zero(rows, rows),
             products: Matrix::zero(rows, rows),
             factors: Ldl::with_size(rows),
-            is_tracking: rows > MANY,
+            is_tracking: rows > TRACKING_MIN_ROWS,
             redundant: 0,
         }
     }
@@ -59,7 +59,7 @@ impl SmallestSingularValue {
         {
             Some(value)
         } else {
-            self.find_anew(matrix)
+            self.recompute(matrix)
         }
     }
 
@@ -67,7 +67,7 @@ impl SmallestSingularValue {
     ///
     /// The rows are rotated in pairs until they are orthogonal (one-sided Jacobi); their lengths are then the singular
     /// values.
-    fn find_anew(&mut self, matrix: &Matrix) -> Option<f64> {
+    fn recompute(&mut self, matrix: &Matrix) -> Option<f64> {
         let Self { rows, rotations, .. } = self;
         let count = matrix.rows();
         rows.copy_from(matrix);
@@ -119,7 +119,7 @@ impl SmallestSingularValue {
         }
         // No part may stay zero: another combination may become the shortest.
         for (k, part) in self.combination.iter_mut().enumerate() {
-            *part += MIXED * uneven(k);
+            *part += MIXED * asymmetric_start(k);
         }
         let mut length = f64::NAN;
         for _ in 0..MOST_INVERSE_ITERATIONS {
@@ -136,7 +136,7 @@ impl SmallestSingularValue {
 }
 
 /// The parts of a combination without symmetry, so that symmetric problems miss no value.
-fn uneven(k: usize) -> f64 {
+fn asymmetric_start(k: usize) -> f64 {
     1.0 + 0.1 * (k as f64).sin()
 }
 

@@ -26,7 +26,7 @@ pub struct Solver {
     pub(super) weights: Vec<f64>,
     pub(super) start: Vec<f64>,
     /// Solves at neighbours of singular positions; created on first use.
-    beside: Option<Box<Solver>>,
+    neighbour_solver: Option<Box<Solver>>,
 }
 
 impl Solver {
@@ -44,7 +44,7 @@ impl Solver {
             has_mass: false,
             weights: vec![0.0; m],
             start: vec![0.0; n],
-            beside: None,
+            neighbour_solver: None,
         }
     }
 
@@ -109,7 +109,7 @@ impl Solver {
         self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
         if self.stats.suspicious_constraints != before {
             let rank = self.saddle.rank;
-            let solver = self.beside.get_or_insert_with(|| Box::new(Self::with_rank(mechanism, rank)));
+            let solver = self.neighbour_solver.get_or_insert_with(|| Box::new(Self::with_rank(mechanism, rank)));
             singular_position::interpolate(mechanism, solver, t, (q, qd), (qdd, multipliers));
         }
         Ok(())

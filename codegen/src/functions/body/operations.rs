@@ -61,7 +61,7 @@ impl Body<'_> {
         let is_product = |body: &Self, id: Id| {
             matches!(body.graph.op(id), Op::Product(_))
                 && !body.values.contains_key(&id)
-                && !body.outside.contains_key(&id)
+                && !body.predefined.contains_key(&id)
         };
         let mut ordered = terms.to_vec();
         ordered.sort_by_key(|term| (is_product(self, term.id), depths[term.id]));
@@ -108,7 +108,7 @@ impl Body<'_> {
         let divisor = |body: &Self, id: Id| match graph.op(id) {
             // A kernel keeps reciprocals separate, since they do not depend on the other factors.
             Op::Reciprocal(a)
-                if body.depths.is_none() && !body.values.contains_key(&id) && !body.outside.contains_key(&id) =>
+                if body.depths.is_none() && !body.values.contains_key(&id) && !body.predefined.contains_key(&id) =>
             {
                 Some(*a)
             }

@@ -9,7 +9,7 @@ use crate::functions::{Writer, reserved};
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::kernel::{Block, Kernel, Local};
 use crate::term::Symbol;
-use qrm_core::named_tape::{Argument, Function, Part, Shape, place};
+use qrm_core::named_tape::{Argument, Function, ResultField, Shape, place};
 
 /// Creates the functions of a kernel.
 pub(in crate::functions) struct Emitter<'a> {
@@ -17,7 +17,7 @@ pub(in crate::functions) struct Emitter<'a> {
     pub(super) kernel: &'a Kernel,
     pub(super) graph: &'a Graph,
     /// The inputs of every function: arguments, parameters, constants, sines and cosines.
-    pub(super) outside: HashMap<Id, u32>,
+    pub(super) predefined: HashMap<Id, u32>,
     /// Whether each value follows from the position alone.
     pub(super) is_position: Vec<bool>,
     depths: Vec<u32>,
@@ -30,21 +30,22 @@ impl<'a> Emitter<'a> {
     pub(in crate::functions) fn new(writer: &'a Writer<'a>, kernel: &'a Kernel, has_angles: bool) -> Self {
         let graph = writer.graph;
         let n = place(writer.scene.coordinates.len());
-        let mut outside = writer.outside.clone();
+        let mut predefined = writer.predefined.clone();
         for (id, op) in graph.ops().iter().enumerate().filter(|_| has_angles) {
             if let Some((function, i)) = angle_of(graph, op) {
                 let sine = writer.tape.borrow().sine(i);
-                outside.insert(id, if function == Call::Sin { sine } else { sine + n });
+                predefined.insert(id, if function == Call::Sin { sine } else { sine + n });
             }
         }
         let mut taken = reserved();
         let results = |id: Id| matches!(graph.op(id), Op::Input(Symbol::Acceleration(_) | Symbol::Multiplier(_)));
         let tape = writer.tape.borrow();
-        let given = outside.iter().filter(|(id, _)| !results(**id) && !graph.is_constant(**id));
+        let given = predefined.iter().filter(|(id, _)| !results(**id) && !graph.is_constant(**id));
         taken.extend(given.filter_map(|(_, value)| tape.names.get(value).cloned()));
         drop(tape);
         let inputs: HashMap<Id, &Local> = kernel.locals.iter().map(|local| (local.input.id, local)).collect();
-        let mut emitter = Self { writer, kernel, graph, outside, is_position: Vec::new(), depths: Vec::new(), taken };
+        let mut emitter =
+            Self { writer, kernel, graph, predefined, is_position: Vec::new(), depths: Vec::new(), taken };
         for (id, op) in graph.ops().iter().enumerate() {
             let local = inputs.get(&id);
             let follows = match (op, local) {
@@ -67,7 +68,7 @@ impl<'a> Emitter<'a> {
         let more = |operands: usize| 3 * u32::try_from(operands.saturating_sub(1)).unwrap_or(u32::MAX / 4);
         match op {
             // Sines and cosines are available first.
-            op if self.outside.contains_key(&id) || angle_of(self.graph, op).is_some() => 0,
+            op if self.predefined.contains_key(&id) || angle_of(self.graph, op).is_some() => 0,
             Op::Input(_) => definition.map_or(0, |id| self.depths[id]),
             Op::Number(_) => 0,
             Op::Sum(terms) => deepest + more(terms.len()),
@@ -86,13 +87,13 @@ impl<'a> Emitter<'a> {
     pub(super) fn needed_locals(
         &self,
         results: impl Iterator<Item = Signed>,
-        outside: &HashMap<Id, u32>,
+        predefined: &HashMap<Id, u32>,
     ) -> Vec<&Local> {
         let definitions = self.definitions();
         let mut pending: Vec<Id> = results.map(|root| root.id).collect();
         let mut needed = HashSet::new();
         while let Some(id) = pending.pop() {
-            if !outside.contains_key(&id) && needed.insert(id) {
+            if !predefined.contains_key(&id) && needed.insert(id) {
                 pending.extend(self.graph.op(id).operands());
                 pending.extend(definitions.get(&id));
             }
@@ -102,22 +103,27 @@ impl<'a> Emitter<'a> {
 
     pub(super) fn body<'b>(
         &'b self,
-        outside: &'b HashMap<Id, u32>,
+        predefined: &'b HashMap<Id, u32>,
         fields: &HashSet<String>,
         roots: &[Signed],
     ) -> Body<'b> {
         // The fields of a position are bound in the same scope.
         let taken = self.taken.union(fields).cloned().collect();
         let graph = (self.graph, &self.writer.tape);
-        Body::begin(graph, outside, &self.writer.hints, taken, roots, Some(&self.depths))
+        Body::begin(graph, predefined, &self.writer.hints, taken, roots, Some(&self.depths))
     }
 
     /// Creates a function without a position as argument.
-    pub(in crate::functions) fn whole(&self, name: &str, arguments: &[Argument], results: &[&[Signed]]) -> Function {
+    pub(in crate::functions) fn function_without_position(
+        &self,
+        name: &str,
+        arguments: &[Argument],
+        results: &[&[Signed]],
+    ) -> Function {
         let ends: Vec<Signed> = results.iter().copied().flatten().copied().collect();
-        let locals = self.needed_locals(ends.iter().copied(), &self.outside);
+        let locals = self.needed_locals(ends.iter().copied(), &self.predefined);
         let roots: Vec<Signed> = locals.iter().map(|local| local.value).chain(ends.clone()).collect();
-        let mut body = self.body(&self.outside, &HashSet::new(), &roots);
+        let mut body = self.body(&self.predefined, &HashSet::new(), &roots);
         define(&mut body, &locals, &HashSet::new());
         body.define_all(&ends, &HashSet::new());
         let parts = vectors(&mut body, results);
@@ -141,10 +147,10 @@ pub(super) struct KernelFunction<'k> {
 }
 
 /// Returns results as lists.
-pub(super) fn vectors(body: &mut Body, results: &[&[Signed]]) -> Vec<Part> {
+pub(super) fn vectors(body: &mut Body, results: &[&[Signed]]) -> Vec<ResultField> {
     let part = |result: &&[Signed]| {
         let values = Shape::Vector(result.iter().map(|root| body.root(*root)).collect());
-        Part { name: String::new(), doc: String::new(), values }
+        ResultField { name: String::new(), doc: String::new(), values }
     };
     results.iter().map(part).collect()
 }

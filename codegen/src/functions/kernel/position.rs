@@ -8,7 +8,7 @@ use super::emitter::{Emitter, KernelFunction, angle_of, define};
 use crate::graph::{Id, Op, Signed};
 use crate::kernel::Local;
 use crate::term::Symbol;
-use qrm_core::named_tape::{Argument, Function, Part, Shape};
+use qrm_core::named_tape::{Argument, Function, ResultField, Shape};
 
 /// The results of the function `position`.
 pub(super) struct Position {
@@ -54,7 +54,7 @@ impl Emitter<'_> {
         pending.extend(kernel.locals.iter().filter(|local| !local.block.is_position()).map(|local| local.value.id));
         let (mut seen, mut fields) = (HashSet::new(), BTreeSet::new());
         while let Some(id) = pending.pop() {
-            if self.outside.contains_key(&id) || !seen.insert(id) {
+            if self.predefined.contains_key(&id) || !seen.insert(id) {
                 continue;
             }
             let op = self.graph.op(id);
@@ -73,7 +73,7 @@ impl Emitter<'_> {
         let named: HashSet<Id> = fields.iter().copied().collect();
         let roots: Vec<Signed> = fields.iter().map(|&id| Signed { negative: false, id }).collect();
         let all: Vec<Signed> = locals.iter().map(|local| local.value).chain(roots.clone()).collect();
-        let mut body = self.body(&self.outside, &HashSet::new(), &all);
+        let mut body = self.body(&self.predefined, &HashSet::new(), &all);
         define(&mut body, &locals, &named);
         body.define_all(&roots, &named);
         let values: BTreeMap<Id, u32> = fields.iter().map(|&id| (id, body.value(id))).collect();
@@ -89,7 +89,7 @@ impl Emitter<'_> {
             true => vec![Argument::Time, Argument::Coordinates, Argument::Angles],
             false => vec![Argument::Coordinates, Argument::Angles],
         };
-        let part = |(name, value): (&String, &u32)| Part {
+        let part = |(name, value): (&String, &u32)| ResultField {
             name: name.clone(),
             doc: String::new(),
             values: Shape::Scalar(*value),
@@ -129,7 +129,7 @@ impl Emitter<'_> {
             name: "growth_factor".to_owned(),
             doc: "How much the elimination of dependent coordinates magnifies rounding errors.".to_owned(),
             arguments: vec![Argument::Position],
-            parts: vec![Part { name: String::new(), doc: String::new(), values: Shape::Scalar(most) }],
+            parts: vec![ResultField { name: String::new(), doc: String::new(), values: Shape::Scalar(most) }],
             ..Default::default()
         });
     }

@@ -15,7 +15,8 @@ impl Builder<'_> {
         let jacobian = self.jacobian(e);
         let mass = self.mass_matrix(e);
         let closing: Vec<Value> = e.constraint_bias.iter().map(|bias| self.value(bias).map(Signed::negated)).collect();
-        let forces: Vec<Value> = e.pushes.iter().flat_map(|push| &push.total).map(|force| self.value(force)).collect();
+        let forces: Vec<Value> =
+            e.effort_groups.iter().flat_map(|group| &group.total).map(|force| self.value(force)).collect();
         let weighted = self.weighted(&jacobian, &mass);
         let completed = self.completed(&jacobian, &weighted, mass);
         if let Some(system) = RangeSpace::new(&mut self, &jacobian, &completed) {

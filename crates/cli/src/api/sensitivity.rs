@@ -2,7 +2,7 @@
 
 use super::options::RunOptions;
 use super::scene::LoadedScene;
-use crate::commands::sensitivity::{Asked, Quantity};
+use crate::commands::sensitivity::{DerivativeRequest, Quantity};
 use crate::error::Error;
 
 /// The options of a sensitivity analysis.
@@ -52,7 +52,7 @@ impl LoadedScene {
                 .help("leave out `start`"));
         }
         let vector = options.hessian_vector.iter().cloned().collect();
-        let found = Asked::new(&setup, &options.by, &options.of, vector, options.check)?.find(&setup)?;
+        let found = DerivativeRequest::new(&setup, &options.by, &options.of, vector, options.check)?.compute(&setup)?;
         let rows = found.quantities(&setup);
         let matrix = |part: fn(&Quantity) -> Option<Vec<f64>>| -> Option<Vec<f64>> {
             let parts: Option<Vec<Vec<f64>>> = rows.iter().map(part).collect();

@@ -36,7 +36,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let setup = Setup::from_found(options.scene.name.find(models)?, &options.scene, &options.method)?;
     // The full check includes both as topics.
     if !options.at_rest.is_empty() || options.branches {
-        setup.print_notes();
+        setup.print_rewrites();
     }
     if !options.at_rest.is_empty() {
         let mechanism = released(&setup, &setup.scene.drives())?;

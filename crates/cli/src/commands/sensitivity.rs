@@ -50,12 +50,12 @@ pub(crate) struct Options {
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.how)?;
     let vector = assignments("--hessian-vector", &options.hessian_vector)?;
-    let asked = Asked::new(&setup, &options.by, &options.of, vector, !options.no_check)?;
+    let request = DerivativeRequest::new(&setup, &options.by, &options.of, vector, !options.no_check)?;
     let path = options.out.folder(&setup.path).join("sensitivity.csv");
     check_target(&path)?;
     // An old table could be mistaken for the new one. If it cannot be removed, writing will fail too.
     let _ = std::fs::remove_file(&path);
-    let found = asked.find(&setup)?;
+    let found = request.compute(&setup)?;
     let rows = found.quantities(&setup);
     save(&path, &table::csv(&rows, &found.by)?)?;
     let text = table::text(&setup, &rows, &found.by) + &check::text(&found.checks);
@@ -67,7 +67,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
 }
 
 /// The requested derivatives.
-pub(crate) struct Asked {
+pub(crate) struct DerivativeRequest {
     by: Vec<&'static str>,
     of: Vec<String>,
     /// The entries of the vector for Hessian products.
@@ -77,7 +77,7 @@ pub(crate) struct Asked {
 }
 
 /// Derivatives of a motion, and their checks.
-pub(crate) struct Found {
+pub(crate) struct CheckedDerivatives {
     /// The parameters, in the order of the derivatives.
     pub(crate) by: Vec<&'static str>,
     of: Vec<String>,
@@ -85,7 +85,7 @@ pub(crate) struct Found {
     checks: Vec<Check>,
 }
 
-impl Asked {
+impl DerivativeRequest {
     /// Creates the request; an empty `by` means all parameters, an empty `of` all quantities.
     pub(crate) fn new(
         setup: &Setup,
@@ -103,7 +103,7 @@ impl Asked {
     }
 
     /// Computes the derivatives and checks them.
-    pub(crate) fn find(self, setup: &Setup) -> Result<Found, Error> {
+    pub(crate) fn compute(self, setup: &Setup) -> Result<CheckedDerivatives, Error> {
         let Self { by, of, vector, is_checked } = self;
         let direction: Vec<(&str, f64)> = vector.iter().map(|(name, entry)| (name.as_str(), *entry)).collect();
         let checking = if is_checked { check::motions(by.len()) } else { 0 };
@@ -121,11 +121,11 @@ impl Asked {
         }
         let rows = quantities(setup, &derivatives, &of);
         let checks = if is_checked { check::check((setup, &progress), &by, &rows, &of) } else { Vec::new() };
-        Ok(Found { by, of, derivatives, checks })
+        Ok(CheckedDerivatives { by, of, derivatives, checks })
     }
 }
 
-impl Found {
+impl CheckedDerivatives {
     /// The quantities with their derivatives.
     pub(crate) fn quantities(&self, setup: &Setup) -> Vec<Quantity<'_>> {
         quantities(setup, &self.derivatives, &self.of)

@@ -5,7 +5,7 @@ use std::io::{Error, Write};
 use std::ops::Range;
 use std::path::Path;
 
-use qrm_scene::files::write_whole_with;
+use qrm_scene::files::write_atomic_with;
 use qrm_scene::resolve;
 use qrm_scene::source::read_text;
 use toml_edit::{Document, Item};
@@ -30,7 +30,7 @@ pub(super) fn write_back(path: &Path, values: &BTreeMap<String, f64>) -> Result<
         let is_same = read_text(path).is_ok_and(|now| now == text);
         if is_same { Ok(()) } else { Err(Error::other("another program has just saved it; try again")) }
     };
-    write_whole_with(&file, write).map_err(failed)
+    write_atomic_with(&file, write).map_err(failed)
 }
 
 /// The text of a scene with other values.

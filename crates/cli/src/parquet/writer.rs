@@ -94,7 +94,7 @@ fn column<'r>(
 mod tests {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
-    use qrm_scene::files::write_whole_with;
+    use qrm_scene::files::write_atomic_with;
 
     use super::*;
 
@@ -110,7 +110,7 @@ mod tests {
     fn a_written_table_can_be_read() {
         let path = std::env::temp_dir().join(format!("qrm-test-{}.parquet", std::process::id()));
         let table = "design,O2A,status,reason,steps\n0,0.15,done,,1756\n1,1e-300,failed,\"no, never\",\n";
-        let written = write_whole_with(&path, |file| write(&mut table.as_bytes(), file, kind));
+        let written = write_atomic_with(&path, |file| write(&mut table.as_bytes(), file, kind));
         assert_eq!(written.expect("written"), 2);
         let reader = SerializedFileReader::new(File::open(&path).expect("there")).expect("Parquet");
         let rows: Vec<Vec<Field>> = reader

@@ -11,19 +11,19 @@ use crate::setup::Setup;
 use qrm_pictures::Recording;
 
 /// The ratio of the smallest singular value to its largest value below which it explains other problems.
-pub(super) const SUSPECT: f64 = 0.1;
+pub(super) const EXPLAINS_FAILURE: f64 = 0.1;
 /// The ratio of the smallest singular value to its largest value below which it deserves a warning.
 const SINGULAR: f64 = 1e-2;
 /// The reaction, relative to the largest multiplier, up to which it is a rounding error.
 const ROUNDING: f64 = 1e-9;
 
 /// The reasons not to trust the results of a completed run.
-pub(crate) fn distrust(outcome: &Outcome, description: &Description) -> Vec<String> {
+pub(crate) fn rejection_reasons(outcome: &Outcome, description: &Description) -> Vec<String> {
     let rejection_reasons = outcome.rejection_reasons(description);
     let mut reasons: Vec<String> =
         rejection_reasons.iter().map(|reason| reason.text(outcome.tolerance, description)).collect();
     if !reasons.is_empty() {
-        reasons.extend(near_singular(outcome, description, SUSPECT).map(|message| message.text));
+        reasons.extend(near_singular(outcome, description, EXPLAINS_FAILURE).map(|message| message.text));
     }
     reasons
 }

@@ -20,7 +20,7 @@ const HIGHEST_MODE: f64 = 4.0;
 /// The weight of the coefficient of P6 relative to that of P7.
 const WEIGHT_OF_P6: f64 = 0.3;
 /// Larger tolerances are reduced to this one: iterations in longer steps often do not converge.
-const LOOSEST: f64 = 1e-6;
+const MAX_TOLERANCE: f64 = 1e-6;
 /// The iteration ends when the expected change in the next iteration, relative to the tolerance, falls below this.
 const CONVERGED: f64 = 0.3;
 /// The smallest contraction that is expected. The contraction is the ratio of successive changes.
@@ -33,11 +33,11 @@ const RESOLVED: f64 = 0.15;
 /// The largest number of iterations of a step.
 const MOST_ITERATIONS: u32 = 20;
 /// The number of iterations after which a far too long step is given up.
-const EARLY: u32 = 2;
+const EARLY_EXIT_ITERATIONS: u32 = 2;
 /// The error reported for such a step.
 const FAR_TOO_LONG: f64 = 30.0;
 /// The largest distance to which the polynomials of a step are extrapolated, in lengths of that step.
-const FURTHEST: f64 = 4.0;
+const MAX_EXTRAPOLATION: f64 = 4.0;
 /// Changes up to this size, relative to the increment, are rounding errors.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -72,7 +72,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> Steps<
     fn first_values(known: &Polynomials<S, N>, (t, h): (f64, f64), qdd: &[f64; N]) -> [AtNodes<S>; N] {
         let mut values = [[Lanes::zero(); 2]; N];
         let (part, ratio) = ((t - known.t) / known.h, h / known.h);
-        if (0.0..1.0 + 1e-9).contains(&part) && part + ratio <= FURTHEST {
+        if (0.0..1.0 + 1e-9).contains(&part) && part + ratio <= MAX_EXTRAPOLATION {
             let lagrange = lagrange_polynomials::<S>(part, ratio);
             for i in 0..N {
                 values[i] = sums_by(&lagrange, &known.values[i]);
@@ -111,7 +111,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> Steps<
             // An error of the rates becomes an error of the coordinates too.
             of_change[i] = number(Scalar::max(0.5 * h * of_q, of_qd));
         }
-        let tolerance = Scalar::min(tolerance, LOOSEST);
+        let tolerance = Scalar::min(tolerance, MAX_TOLERANCE);
         let highest = HIGHEST_MODE * tolerance.sqrt();
         let convergence = Convergence::Diverged;
         let mut estimate = GaussEstimate { error: f64::INFINITY, convergence, iterations: 0, work: 0.0 };
@@ -157,7 +157,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> Steps<
             if !(growth.is_within(MAX_GROWTH) && (sum * number(0.0)).is_within(0.0)) {
                 return None;
             }
-            if estimate.iterations == EARLY {
+            if estimate.iterations == EARLY_EXIT_ITERATIONS {
                 let error = error(n, values, &rates, h, &scales) / highest;
                 if error > FAR_TOO_LONG {
                     (estimate.error, estimate.convergence) = (error, Convergence::TooLong);
@@ -174,7 +174,9 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> Steps<
                 // The contraction grows with the square of the step's length, the error with its eighth power.
                 break if is_measured { (contraction / RESOLVED).powi(4) } else { 0.0 };
             }
-            if estimate.iterations == MOST_ITERATIONS || estimate.iterations > EARLY && contraction > SLOWEST {
+            if estimate.iterations == MOST_ITERATIONS
+                || estimate.iterations > EARLY_EXIT_ITERATIONS && contraction > SLOWEST
+            {
                 return Some((*q, *qd, estimate));
             }
             change_before = change;
@@ -235,13 +237,13 @@ where
     #[inline(always)]
     fn call(self) -> Self::Output {
         let Self { steps, request, from, mut end } = self;
-        let (t, h, is_inside) = (from.t, request.h, request.is_inside);
+        let (t, h, is_within_last_step) = (from.t, request.h, request.is_within_last_step);
         let [n, _] = steps.kernel.sizes();
         let (q, qd, qdd) = (&padded(from.q, n)?, &padded(from.qd, n)?, &padded(from.qdd, n)?);
-        if !is_inside && t > steps.last.t {
+        if !is_within_last_step && t > steps.last.t {
             steps.before = steps.last;
         }
-        let known = if is_inside { &steps.last } else { &steps.before };
+        let known = if is_within_last_step { &steps.last } else { &steps.before };
         let mut values = Steps::<K, S, N, M>::first_values(known, (t, h), qdd);
         let (q, qd, estimate) = steps.solve(request, (t, q, qd), &mut values)?;
         end.q.copy_from_slice(&q[..n]);
@@ -253,7 +255,7 @@ where
                 to[i] = whole[lane / S::F64_LANES].get(lane % S::F64_LANES);
             }
         }
-        if !is_inside && estimate.convergence == Convergence::Converged {
+        if !is_within_last_step && estimate.convergence == Convergence::Converged {
             steps.last = Polynomials { t, h, values };
         }
         Some(estimate)

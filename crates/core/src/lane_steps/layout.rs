@@ -29,13 +29,13 @@ pub(crate) struct BatchLayout {
 }
 
 /// The place of the number of steps made.
-pub(crate) const MADE: usize = 0;
+pub(crate) const STEPS_MADE: usize = 0;
 /// The first place of a lane's [`LaneSchedule`].
 pub(crate) const STEP: usize = 1;
 pub(crate) const END_TIME: usize = 2;
 pub(crate) const TOLERANCE: usize = 3;
 pub(crate) const LONGEST: usize = 4;
-pub(crate) const MOST_STEPS: usize = 5;
+pub(crate) const MAX_STEPS: usize = 5;
 /// The place of the scene's event value after the last step.
 pub(crate) const EVENT: usize = 6;
 /// The first place of growth factor, residual and finiteness check of the last step.

@@ -86,7 +86,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
                 for i in 0..N {
                     dq[i] = q[i] - from.q[i];
                 }
-                let angles = from.angles.turned_far(&q, &dq, kernel.has_angle());
+                let angles = from.angles.rotated_large(&q, &dq, kernel.has_angle());
                 let position = kernel.position(t, &q, &angles);
                 let (qdd, multipliers) = kernel.accelerations(&position, t, &q, &qd, &angles);
                 kernel.outputs_at(&position, t, &q, &qd, &angles, &qdd, &multipliers, outputs);

@@ -1,7 +1,8 @@
 //! Steps of order 8: each lane chooses its own length by its own tolerance.
 
 use super::layout::{
-    CHECKPOINT_STEP, COORDINATE_RANGES, END_TIME, EVENT, LONGEST, MADE, MOST_STEPS, QUALITY, SHORTEST, STEP, TOLERANCE,
+    CHECKPOINT_STEP, COORDINATE_RANGES, END_TIME, EVENT, LONGEST, MAX_STEPS, QUALITY, SHORTEST, STEP, STEPS_MADE,
+    TOLERANCE,
 };
 use super::{LaneMotion, StepsBy};
 use crate::dop853::{Slopes, dop853_step};
@@ -24,9 +25,9 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
         let layout = self.layout();
         self.set_kernel();
         let [n, _] = self.kernel.sizes();
-        let [mut made, mut step] = [self.number(MADE), self.number(STEP)];
+        let [mut made, mut step] = [self.number(STEPS_MADE), self.number(STEP)];
         let [longest, end_time] = [self.number(LONGEST), self.number(END_TIME)];
-        let [tolerance, most_steps] = [self.number(TOLERANCE), self.number(MOST_STEPS)];
+        let [tolerance, max_steps] = [self.number(TOLERANCE), self.number(MAX_STEPS)];
         let mut motion = self.motion();
         let mut slopes = Slopes::zero();
         loop {
@@ -63,13 +64,13 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
                     self.set_number(lowest, q.min(self.number(lowest)));
                     self.set_number(highest, q.max(self.number(highest)));
                 }
-                self.keep(made, &motion);
+                self.store_checkpoint(made, &motion);
             }
             let mut quality = [result.growth_factor, result.residual, result.end.finite_check()];
             for number in &mut quality {
                 *number = chosen(*number, Lanes::zero());
             }
-            let is_stuck = (number(SHORTEST) * end_time - step).max(made - most_steps);
+            let is_stuck = (number(SHORTEST) * end_time - step).max(made - max_steps);
             let keep_running = (t - end_time).max(event).max(is_stuck).is_negative()
                 && quality[0].is_within(MAX_GROWTH)
                 && quality[1].is_within(self.residual)
@@ -78,7 +79,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
             if !keep_running {
                 self.set_row(layout.row_before(), &before);
                 self.set_row(layout.row(), &motion);
-                for (place, value) in [(MADE, made), (STEP, step), (EVENT, event)] {
+                for (place, value) in [(STEPS_MADE, made), (STEP, step), (EVENT, event)] {
                     self.set_number(place, value);
                 }
                 for i in 0..3 {
@@ -91,7 +92,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
 
     /// Stores the motion of the lanes that have reached their next checkpoint.
     #[inline(always)]
-    fn keep(&mut self, made: Lanes<S>, motion: &LaneMotion<S, N, M>) {
+    fn store_checkpoint(&mut self, made: Lanes<S>, motion: &LaneMotion<S, N, M>) {
         let next = self.number(CHECKPOINT_STEP);
         let chosen = |kept, other| (next - made).choose(0.0, kept, other);
         let [row, before] = [self.layout().checkpoint(0), self.layout().checkpoint(1)];

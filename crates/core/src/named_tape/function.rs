@@ -79,7 +79,7 @@ impl<T> Shape<T> {
 
 /// A result, or a named part of one.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Part {
+pub struct ResultField {
     /// The name of the part; empty if it is the whole result.
     pub name: String,
     /// The description of the part; empty if there is none.
@@ -113,14 +113,14 @@ pub struct Function {
     /// Named values, in their order.
     pub statements: Vec<Statement>,
     /// The results of the function.
-    pub parts: Vec<Part>,
+    pub parts: Vec<ResultField>,
     /// The type of a result with named parts.
     pub structure: Option<String>,
 }
 
 impl Function {
     /// A part of the result by its name.
-    pub fn part(&self, name: &str) -> Option<&Part> {
+    pub fn part(&self, name: &str) -> Option<&ResultField> {
         self.parts.iter().find(|part| part.name == name)
     }
 

@@ -4,7 +4,7 @@ use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
 use super::function::Printer;
-use super::own_struct::own_struct;
+use super::mechanism_struct::mechanism_struct;
 use crate::identifier::ident;
 use crate::texts;
 use qrm_scene::names::module_name;
@@ -23,7 +23,7 @@ pub(super) struct Items {
 pub(super) fn items(printer: &Printer, source: &str) -> Items {
     Items {
         parameters: parameters(printer),
-        mechanism: own_struct(printer.scene, printer.tape.function("constants").is_some(), source),
+        mechanism: mechanism_struct(printer.scene, printer.tape.function("constants").is_some(), source),
         generated: generated(printer),
         description: description(printer.scene, source),
     }

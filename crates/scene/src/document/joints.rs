@@ -105,7 +105,7 @@ impl JointKind {
     ];
 
     /// Whether the joint can be one-sided: a single constraint then has its name.
-    fn may_let_go(self) -> bool {
+    fn can_be_one_sided(self) -> bool {
         matches!(self, Self::PinInSlot | Self::Rod | Self::Cam)
     }
 
@@ -160,7 +160,7 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: reader::Value
     let radii = radii.map(|(radii, _)| radii);
     let profile = (kind == JointKind::Cam).then(|| needed(r, "profile"));
     let face = (kind == JointKind::Cam).then(|| table.optional("face")).flatten().map(|v| r.formula(v));
-    let side_of = kind.may_let_go().then(|| table.optional("one_sided")).flatten();
+    let side_of = kind.can_be_one_sided().then(|| table.optional("one_sided")).flatten();
     let one_sided = side_of.and_then(|v| r.text(v)).and_then(|text| side(r, &text));
     let carrier = (kind == JointKind::Gear).then(|| table.optional("carrier")).flatten();
     let carrier = carrier.and_then(|v| r.text(v)).map(|text| end(&text, &identifier, kind));

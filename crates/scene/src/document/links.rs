@@ -123,7 +123,7 @@ fn shape(r: &mut Reader, table: &Table, points: &mut Vec<(Identifier, [Formula; 
 }
 
 fn wrong(r: &mut Reader, value: reader::Value, title: &str, help: &str) -> Option<Shape> {
-    r.lost = true;
+    r.has_unread_declarations = true;
     let error = Diagnostic::error(title, value.span(), "another number of them");
     r.findings.push(error.help(format!("{help}, or give all points by `points = {{ ... }}`")));
     None

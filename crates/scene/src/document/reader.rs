@@ -24,14 +24,14 @@ pub(super) struct Reader<'s> {
     /// The lookup tables that formulae may call in addition to the built-in functions.
     pub(super) lookup_tables: Vec<Arc<Spline>>,
     /// Whether a part that may declare names could not be read.
-    pub(super) lost: bool,
+    pub(super) has_unread_declarations: bool,
     /// The number of findings about the inside of a formula.
     pub(super) unreadable: usize,
 }
 
 impl<'s> Reader<'s> {
     pub(super) fn new(source: &'s str) -> Self {
-        Self { source, findings: Vec::new(), lookup_tables: Vec::new(), lost: false, unreadable: 0 }
+        Self { source, findings: Vec::new(), lookup_tables: Vec::new(), has_unread_declarations: false, unreadable: 0 }
     }
 
     pub(super) fn wrong_type(&mut self, value: Value, expected: &str) {
@@ -43,7 +43,7 @@ impl<'s> Reader<'s> {
         if let DeValue::Array(items) = value.0.get_ref() {
             return items.iter().map(Value).collect();
         }
-        self.lost = true;
+        self.has_unread_declarations = true;
         self.wrong_type(value, "an array");
         Vec::new()
     }

@@ -36,10 +36,10 @@ impl Document {
         // Links have their own coordinates.
         let has_links = root.is_there("links");
         let coordinates = if has_links { root.optional("coordinates") } else { root.required(r, "coordinates") };
-        r.lost |= coordinates.is_none() && !has_links;
+        r.has_unread_declarations |= coordinates.is_none() && !has_links;
         for value in coordinates.map(|v| r.array(v)).unwrap_or_default() {
             let coordinate = coordinate(r, value);
-            r.lost |= coordinate.is_none();
+            r.has_unread_declarations |= coordinate.is_none();
             self.coordinates.extend(coordinate);
         }
         // Read first, since every formula may call them.
@@ -53,12 +53,12 @@ impl Document {
         }
         for (identifier, value) in root.entries(r, "links") {
             let link = link(r, identifier, value);
-            r.lost |= link.is_none();
+            r.has_unread_declarations |= link.is_none();
             self.links.extend(link);
         }
         for (identifier, value) in root.entries(r, "joints") {
             let joint = joint(r, identifier, value);
-            r.lost |= joint.is_none();
+            r.has_unread_declarations |= joint.is_none();
             self.joints.extend(joint);
         }
         for (identifier, value) in root.entries(r, "points") {
@@ -127,7 +127,7 @@ impl Document {
         let mut asked = |key: &str| run.optional(key).and_then(|v| r.boolean(v).then(|| v.span()));
         (self.run.stiff, self.run.inverse) = (asked("stiff"), asked("inverse"));
         run.finish(r);
-        self.run.is_whole = r.findings.len() == before;
+        self.run.is_well_formed = r.findings.len() == before;
     }
 }
 
@@ -185,7 +185,7 @@ impl Reader<'_> {
     /// Reports a name that cannot occur in a formula.
     pub(super) fn check_name(&mut self, identifier: &Identifier, what: &str) {
         if !is_identifier(&identifier.name) {
-            self.lost = true;
+            self.has_unread_declarations = true;
             self.findings.push(
                 Diagnostic::error(
                     format!("`{}` cannot be the name of {} {what}", identifier.name, article(what)),

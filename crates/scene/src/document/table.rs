@@ -157,7 +157,7 @@ impl<'t, 's> Table<'t, 's> {
         for (key, value) in self.entries.iter().filter(|(key, _)| !known.iter().any(|k| k == key.get_ref())) {
             let error = self.unknown(key);
             // A whole section may have been intended to declare names.
-            r.lost |= self.what == SCENE && (Value(value).is_table() || Value(value).is_array());
+            r.has_unread_declarations |= self.what == SCENE && (Value(value).is_table() || Value(value).is_array());
             let names = known.iter().map(String::as_str);
             let help = suggestion(key.get_ref(), names, || format!("known keys: {}", known.join(", ")));
             r.findings.push(error.help(help));
@@ -186,7 +186,7 @@ impl Reader<'_> {
         if let DeValue::Table(entries) = value.0.get_ref() {
             return Some(Table::new(what.to_owned(), entries, value.span()));
         }
-        self.lost = true;
+        self.has_unread_declarations = true;
         self.wrong_type(value, &format!("a table for {what}"));
         None
     }

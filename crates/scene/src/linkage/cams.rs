@@ -18,7 +18,7 @@ pub(super) struct Cam<'c> {
     joint: &'c Joint<'c>,
     angles: &'c Angles,
     /// The vector from the point of the cam to that of the follower.
-    way: [Formula; 2],
+    offset: [Formula; 2],
     /// The angle of contact in the frame of the cam.
     theta: Formula,
 }
@@ -38,7 +38,7 @@ impl<'c> Cam<'c> {
     pub(super) fn new(joint: &'c Joint<'c>, angles: &'c Angles, places: &Places) -> Self {
         let span = &joint.syntax.identifier.span;
         let [point, centre] = [0, 1].map(|end: usize| places.components(joint.ends[end], span));
-        Self { joint, angles, way: difference(point, centre), theta: name(coordinate(joint), span) }
+        Self { joint, angles, offset: difference(point, centre), theta: name(coordinate(joint), span) }
     }
 
     fn angle(&self, end: usize) -> Formula {
@@ -60,10 +60,10 @@ impl<'c> Cam<'c> {
     pub(super) fn distance(&self) -> (Formula, Vec<(usize, Formula)>) {
         let [along, across] = self.directions();
         let profile = self.joint.syntax.profile.clone().unwrap_or_else(|| whole(0));
-        let residual = subtract(dot(self.way.clone(), along), substituted(&profile, THETA, &self.theta));
+        let residual = subtract(dot(self.offset.clone(), along), substituted(&profile, THETA, &self.theta));
         // The end whose link turns the direction.
         let end = if self.joint.syntax.face.is_some() { 0 } else { 1 };
-        (residual, vec![(self.joint.ends[end].link, dot(self.way.clone(), across))])
+        (residual, vec![(self.joint.ends[end].link, dot(self.offset.clone(), across))])
     }
 
     /// The residual that determines the contact angle, with its unit and its derivatives with respect to the angles of
@@ -78,7 +78,7 @@ impl<'c> Cam<'c> {
             }
             None => {
                 let [along, across] = self.directions();
-                (dot(self.way.clone(), across), "m", vec![(cam, negate(dot(self.way.clone(), along)))])
+                (dot(self.offset.clone(), across), "m", vec![(cam, negate(dot(self.offset.clone(), along)))])
             }
         }
     }

@@ -7,7 +7,7 @@ use super::friction::load_of_joint;
 use super::gears::forces_of_teeth;
 use super::graph::PointId;
 use super::places::line;
-use super::resolved::{Linkage, beyond};
+use super::resolved::{Linkage, displacement_through};
 use super::terms::{dot, negate, whole};
 use crate::document::{Identifier, JointKind, OutputValue, Target};
 use crate::parser::Formula;
@@ -64,16 +64,18 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
     }
     let axis = if direction[0] == 0 { "_y" } else { "_x" };
     if tree.places(number, on) {
-        let displacements = vec![beyond(linkage, on, direction.map(whole))];
+        let displacements = vec![displacement_through(linkage, on, direction.map(whole))];
         return OutputValue::FreeBody { displacements, multipliers: teeth, loads: Vec::new() };
     }
     // Constraints connect this end to others; the end also carries the links that the tree places by it.
-    let borne = joint.ends.iter().copied().filter(|end| tree.bearer(number, *end) == Some(on));
+    let carried_ends = joint.ends.iter().copied().filter(|end| tree.placing_end(number, *end) == Some(on));
     let open = open_pins(tree, joint, number, places);
     let factor = |end: PointId, to: PointId| i32::from(to == on) - i32::from(end == on);
     let multipliers = open.iter().map(|(suffix, end, to)| (format!("{name}{suffix}{axis}"), factor(*end, *to)));
     OutputValue::FreeBody {
-        displacements: borne.map(|end| beyond(linkage, end, direction.map(|part| whole(-part)))).collect(),
+        displacements: carried_ends
+            .map(|end| displacement_through(linkage, end, direction.map(|part| whole(-part))))
+            .collect(),
         multipliers: multipliers
             .filter(|(_, factor)| *factor != 0)
             .map(|(name, factor)| (identifier(name), whole(factor)))

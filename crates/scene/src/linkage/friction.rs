@@ -3,7 +3,7 @@
 use super::forces::force;
 use super::places::{line, slide};
 use super::resolved::Linkage;
-use super::resolved::beyond;
+use super::resolved::displacement_through;
 use super::terms::{difference, dot, multiply, name, negate, subtract, whole};
 use crate::diagnostic::Diagnostic;
 use crate::document::{
@@ -98,7 +98,7 @@ fn across(linkage: &Linkage, number: usize) -> OutputValue {
     let joint = &linkage.graph.joints[number];
     if let Some(end) = joint.ends.iter().find(|end| linkage.tree.places(number, **end)) {
         let [cos, sin] = line(linkage.graph, linkage.angles, number);
-        let displacements = vec![beyond(linkage, *end, [negate(sin), cos])];
+        let displacements = vec![displacement_through(linkage, *end, [negate(sin), cos])];
         return OutputValue::FreeBody { displacements, multipliers: Vec::new(), loads: Vec::new() };
     }
     let multipliers = vec![(joint.syntax.identifier.clone(), whole(-1))];

@@ -29,7 +29,7 @@ pub(super) fn moment(
         JointKind::Revolute if syntax.drive.is_some() || syntax.friction.is_some() => {
             Ok(pin_moment(linkage, number, on))
         }
-        kind if kind.holds_angle() => held(linkage, number, on, asked),
+        kind if kind.holds_angle() => angle_holding_moment(linkage, number, on, asked),
         _ => {
             let title = format!("joint `{}` carries no moment", asked.name);
             let error = Diagnostic::error(title, asked.span.clone(), "its links turn freely");
@@ -80,19 +80,25 @@ fn multiplier_moment(linkage: &Linkage, number: usize, suffix: &str, factor: For
 
 /// The moment of a joint that holds an angle. All links that other joints hold at one angle with the link of its end
 /// turn, each about the point by which the tree places it; links further out move without turning.
-fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Result<OutputValue, Diagnostic> {
+fn angle_holding_moment(
+    linkage: &Linkage,
+    number: usize,
+    on: PointId,
+    asked: &Identifier,
+) -> Result<OutputValue, Diagnostic> {
     let Linkage { graph, angles, closures, .. } = linkage;
     let joint = &graph.joints[number];
     let [first, second] = [joint.ends[0].link, joint.ends[1].link];
     let other = if on.link == first { second } else { first };
-    let turned = held_together(linkage, number, on.link);
+    let turned = links_at_same_angle(linkage, number, on.link);
     if turned.contains(&other) {
         let title = format!("the moment of joint `{}` cannot be told from those of others", asked.name);
         let error = Diagnostic::error(title, asked.span.clone(), "other joints hold its angle too");
         return Err(error.help("make one of them a revolute joint or a pin in a slot"));
     }
     // The ground does not turn; the links on the other side turn in the opposite direction instead.
-    let (turned, turn) = if turned.contains(&0) { (held_together(linkage, number, other), -1) } else { (turned, 1) };
+    let (turned, turn) =
+        if turned.contains(&0) { (links_at_same_angle(linkage, number, other), -1) } else { (turned, 1) };
     let class = angles.angle(on.link).class;
     // Formulae contain the coordinate of the link that owns it.
     let owner = if class > 0 { Some(angles.coordinates[class - 1].1) } else { None };
@@ -125,7 +131,7 @@ fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Re
 }
 
 /// The links that joints other than this one hold at one angle with a link.
-fn held_together(linkage: &Linkage, but: usize, link: usize) -> Vec<usize> {
+fn links_at_same_angle(linkage: &Linkage, but: usize, link: usize) -> Vec<usize> {
     linkage.graph.joined(vec![link], |number, joint| number != but && joint.syntax.kind.holds_angle())
 }
 
@@ -157,7 +163,7 @@ fn displacements(
     let mut moved: Vec<[Formula; 2]> = vec![[whole(0), whole(0)]; graph.links.len()];
     let mut displacements = Vec::new();
     for &link in &tree.order {
-        let bearer = match tree.placements[link] {
+        let guide = match tree.placements[link] {
             Placement::Slider { joint, .. } => Some(graph.joints[joint].ends[1].link),
             _ => None,
         };
@@ -166,7 +172,7 @@ fn displacements(
             if turned.contains(&at.link) && at != base(at.link) {
                 along = sum(along, velocity(base(at.link), at));
             }
-            if bearer.is_some_and(|bearer| turned.contains(&bearer)) {
+            if guide.is_some_and(|guide| turned.contains(&guide)) {
                 along = sum(along, velocity(at, own));
             }
             moved[link] = along;

@@ -20,8 +20,8 @@ pub(super) struct Linkage<'l> {
 }
 
 /// A displacement of all links that a joint of the tree places by its end.
-pub(super) fn beyond(linkage: &Linkage, end: PointId, along: [Formula; 2]) -> DisplacementSyntax {
-    let (bodies, points) = linkage.bodies_and_points(&linkage.tree.beyond(end.link));
+pub(super) fn displacement_through(linkage: &Linkage, end: PointId, along: [Formula; 2]) -> DisplacementSyntax {
+    let (bodies, points) = linkage.bodies_and_points(&linkage.tree.placed_through(end.link));
     DisplacementSyntax { bodies, points, along: Some(along), turn: None }
 }
 

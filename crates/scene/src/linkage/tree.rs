@@ -52,7 +52,7 @@ impl Tree {
     }
 
     /// A link and all links placed by it, directly or not.
-    pub(super) fn beyond(&self, link: usize) -> Vec<usize> {
+    pub(super) fn placed_through(&self, link: usize) -> Vec<usize> {
         let mut links = vec![link];
         for &other in &self.order {
             if let Placement::Pin { at, .. } | Placement::Slider { at, .. } = self.placements[other]
@@ -67,11 +67,11 @@ impl Tree {
 
     /// Whether a joint places this end by another of its ends.
     pub(super) fn places(&self, joint: usize, end: PointId) -> bool {
-        self.bearer(joint, end).is_some()
+        self.placing_end(joint, end).is_some()
     }
 
     /// The end of a joint by which the joint places this end.
-    pub(super) fn bearer(&self, joint: usize, end: PointId) -> Option<PointId> {
+    pub(super) fn placing_end(&self, joint: usize, end: PointId) -> Option<PointId> {
         match self.placements[end.link] {
             Placement::Pin { joint: own, at, .. } | Placement::Slider { joint: own, at, .. } => {
                 (own == joint).then_some(at)

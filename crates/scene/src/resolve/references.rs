@@ -45,7 +45,7 @@ impl Resolver<'_> {
             .map(Known::Coordinate)
             .or_else(|| place(&outputs, name).map(Known::Output))
             .or_else(|| rate().map(Known::Rate));
-        if found.is_none() && !self.lost_names {
+        if found.is_none() && !self.has_unread_declarations {
             let rates: Vec<String> = coordinates.iter().map(|name| format!("{name}_dot")).collect();
             let names: Vec<&str> =
                 coordinates.iter().copied().chain(rates.iter().map(String::as_str)).chain(outputs).collect();

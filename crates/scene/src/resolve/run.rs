@@ -43,7 +43,7 @@ impl Resolver<'_> {
             )),
             (Some(_), Some(_), None) | (None, None, Some(_)) => None,
         };
-        if let (Some((title, label, help)), true) = (wrong, run.is_whole) {
+        if let (Some((title, label, help)), true) = (wrong, run.is_well_formed) {
             self.findings.push(Diagnostic::error(title, run.span.clone(), label).help(help));
         }
         Run {

@@ -35,7 +35,7 @@ impl Resolver<'_> {
                 );
             }
         }
-        self.is_whole &= self.findings.len() == found;
+        self.is_well_formed &= self.findings.len() == found;
         let coordinate = |syntax: &crate::document::CoordinateSyntax| {
             let name = syntax.identifier.name.clone();
             let unit = if syntax.unit.is_empty() { "rad".to_owned() } else { syntax.unit.clone() };
@@ -57,7 +57,7 @@ impl Resolver<'_> {
             .iter()
             .flat_map(|c| [c.identifier.name.clone(), format!("{}_dot", c.identifier.name)])
             .collect();
-        if !names.contains(&identifier.name) && !self.lost_names {
+        if !names.contains(&identifier.name) && !self.has_unread_declarations {
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
             self.findings.push(
                 Diagnostic::error(

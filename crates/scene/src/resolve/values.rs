@@ -26,7 +26,7 @@ impl Resolver<'_> {
             scope.look_up(name, span.clone(), context).unwrap_or_else(|finding| {
                 *has_unknown = true;
                 // A repeated name in one formula is reported once.
-                if (scope.knows(name) || !self.lost_names) && reported.insert(name.clone()) {
+                if (scope.knows(name) || !self.has_unread_declarations) && reported.insert(name.clone()) {
                     findings.push(finding);
                     left -= 1;
                 }
@@ -42,7 +42,7 @@ impl Resolver<'_> {
     pub(super) fn find(&mut self, what: &str, identifier: &Identifier, names: &[&str]) -> Option<usize> {
         let place = names.iter().position(|name| *name == identifier.name);
         self.has_unknown |= place.is_none();
-        if place.is_none() && !self.lost_names {
+        if place.is_none() && !self.has_unread_declarations {
             let title = format!("unknown {what} `{}`", identifier.name);
             self.findings.push(Diagnostic::error(title, identifier.span.clone(), "not known").help(near_or_all(
                 what,

@@ -8,7 +8,7 @@ use super::profile::Profile;
 const CROSSING: f64 = 30.0;
 const CROSSED: f64 = 3.0;
 /// The cost of each pixel between a label and its marker.
-const AWAY: f64 = 1.2;
+const DISTANCE_COST: f64 = 1.2;
 /// The costs of covering a marker, of a leader through another label or marker, and of covering another label.
 const MARKER: f64 = 300.0;
 const LEADER: f64 = 400.0;
@@ -86,13 +86,18 @@ impl Label {
 }
 
 /// The requirements of a label: its marker, its width, and whether it should be above.
-pub(super) type Wish = (Place, i32, bool);
+pub(super) type LabelRequest = (Place, i32, bool);
 
 /// Places labels, each at the lowest cost: near its marker, clear of labels, markers and curves, and within the
 /// plotting area from `corner` to `opposite`. Earlier labels move if later ones obstruct them.
-pub(super) fn placed(wishes: &[Wish], height: i32, paths: &[&[Place]], area: (Place, Place)) -> Vec<Label> {
-    let room = Room {
-        markers: wishes.iter().map(|wish| wish.0).collect(),
+pub(super) fn place_labels(
+    requests: &[LabelRequest],
+    height: i32,
+    paths: &[&[Place]],
+    area: (Place, Place),
+) -> Vec<Label> {
+    let space = LabelSpace {
+        markers: requests.iter().map(|request| request.0).collect(),
         profiles: paths.iter().map(|path| Profile::new(path, area.0.0, area.1.0)).collect(),
         height,
         area,
@@ -100,10 +105,10 @@ pub(super) fn placed(wishes: &[Wish], height: i32, paths: &[&[Place]], area: (Pl
     let mut labels: Vec<Label> = Vec::new();
     for round in 0..ROUNDS {
         let before = labels.clone();
-        for (i, wish) in wishes.iter().enumerate() {
+        for (i, request) in requests.iter().enumerate() {
             let others: Vec<Label> =
                 labels.iter().enumerate().filter(|(other, _)| *other != i).map(|(_, label)| *label).collect();
-            let label = room.best(wish, &others);
+            let label = space.best(request, &others);
             match labels.get_mut(i) {
                 Some(place) => *place = label,
                 None => labels.push(label),
@@ -117,16 +122,16 @@ pub(super) fn placed(wishes: &[Wish], height: i32, paths: &[&[Place]], area: (Pl
 }
 
 /// The obstacles for labels, and the area for them.
-struct Room {
+struct LabelSpace {
     markers: Vec<Place>,
     profiles: Vec<Profile>,
     height: i32,
     area: (Place, Place),
 }
 
-impl Room {
+impl LabelSpace {
     /// The cheapest position of a label among others.
-    fn best(&self, &(marker, width, is_above): &Wish, others: &[Label]) -> Label {
+    fn best(&self, &(marker, width, is_above): &LabelRequest, others: &[Label]) -> Label {
         let (corner, opposite) = self.area;
         let height = self.height;
         let mut best: Option<(f64, Label)> = None;
@@ -141,7 +146,7 @@ impl Room {
                 continue;
             }
             let label = Label { marker, left, top, width, height };
-            let mut cost = label.distance() * AWAY;
+            let mut cost = label.distance() * DISTANCE_COST;
             cost += if (dy < 0) == is_above { 0.0 } else { 8.0 };
             // Prefer the middle above or below.
             cost += 4.0 * f64::from((left + width / 2 - marker.0).abs()) / f64::from(width);

@@ -5,7 +5,7 @@ use plotters::style::Color;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::chart::{Chart, Drawn, Sheet, corners, units};
-use super::label::{self, Wish};
+use super::label::{self, LabelRequest};
 use super::layout::LABEL;
 use super::look::{self, letters, pen_of, stroke};
 use super::path::Place;
@@ -28,9 +28,10 @@ pub(super) fn draw(sheet: &Sheet<'_>, chart: &Chart<'_>, panel: &Panel, traces: 
         sheet.draw(&Circle::new(mark.place, units(2.8), pen_of(mark.curve).line.paper.filled()))?;
     }
     let wide = |text: &str| units(text::width(text, LABEL));
-    let wishes: Vec<Wish> = marks.iter().map(|mark| (mark.place, wide(&mark.label), mark.is_maximum)).collect();
+    let requests: Vec<LabelRequest> =
+        marks.iter().map(|mark| (mark.place, wide(&mark.label), mark.is_maximum)).collect();
     let lines: Vec<&[Place]> = traces.iter().flat_map(|trace| &trace.pieces).map(Vec::as_slice).collect();
-    for (mark, label) in marks.iter().zip(label::placed(&wishes, units(15.0), &lines, corners(chart))) {
+    for (mark, label) in marks.iter().zip(label::place_labels(&requests, units(15.0), &lines, corners(chart))) {
         let ink = pen_of(mark.curve).ink;
         if let Some(end) = label.leader() {
             sheet.draw(&PathElement::new(vec![mark.place, end], stroke(ink, 60)))?;

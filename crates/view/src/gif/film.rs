@@ -16,14 +16,14 @@ use super::stage::Stage;
 use super::track::Moment;
 
 /// Encodes the whole animation.
-pub(super) fn shot(motion: &Motion, stage: &Stage, clock: &Clock) -> Result<Vec<u8>, EncodingError> {
+pub(super) fn encode(motion: &Motion, stage: &Stage, clock: &Clock) -> Result<Vec<u8>, EncodingError> {
     let (width, height) = (stage.width as u16, stage.height as u16);
     let mut palette = Palette::new();
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, width, height, &palette.table())?;
     encoder.set_repeat(Repeat::Infinite)?;
     let backdrop = backdrop(motion, stage).ok_or(io::Error::other("the picture has no area"))?;
-    let labels = labels::placed(motion, stage);
+    let labels = labels::place_labels(motion, stage);
     let mut shown: Vec<u8> = Vec::new();
     for &time in &clock.times {
         let moment = Moment::at(&motion.times, time);

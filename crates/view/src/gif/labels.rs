@@ -25,7 +25,7 @@ pub(super) struct Label {
 }
 
 /// Places the names of all named nodes.
-pub(super) fn placed(motion: &Motion, stage: &Stage) -> Vec<Label> {
+pub(super) fn place_labels(motion: &Motion, stage: &Stage) -> Vec<Label> {
     let frames = motion.times.len();
     let moments: Vec<Moment> = (0..LOOKS).map(|i| Moment::from_frame(i * (frames - 1) / (LOOKS - 1))).collect();
     let mut labels: Vec<Label> = Vec::new();
@@ -61,7 +61,7 @@ impl Label {
     }
 
     fn corner(&self, motion: &Motion, stage: &Stage, moment: Moment) -> Point {
-        let (x, y) = stage.seen(&motion.nodes[self.node], moment);
+        let (x, y) = stage.to_picture(&motion.nodes[self.node], moment);
         (x + self.offset.0, y + self.offset.1)
     }
 
@@ -81,7 +81,7 @@ impl Label {
             let (left, top) = other.corner(motion, stage, moment);
             x < left + other.width() && left < x + width && y < top + height && top < y + height
         };
-        let seen = |node: usize| stage.seen(&motion.nodes[node], moment);
+        let to_picture = |node: usize| stage.to_picture(&motion.nodes[node], moment);
         let crossed = motion.shapes.iter().map(|shape| match shape {
             Shape::Link { nodes, .. }
             | Shape::Guide { nodes, .. }
@@ -89,11 +89,11 @@ impl Label {
             | Shape::ForceElement { nodes, .. }
             | Shape::Belt { nodes, .. } => nodes
                 .windows(2)
-                .filter(|pair| along(seen(pair[0]), seen(pair[1])).any(|place| covers(place, 4.0)))
+                .filter(|pair| along(to_picture(pair[0]), to_picture(pair[1])).any(|place| covers(place, 4.0)))
                 .count(),
-            Shape::Block { node, .. } => usize::from(*node != self.node && covers(seen(*node), 12.0)),
-            Shape::Pivot { node } => usize::from(covers((seen(*node).0, seen(*node).1 + 12.0), 10.0)),
-            Shape::Mass { node, .. } => usize::from(covers(seen(*node), 5.0)),
+            Shape::Block { node, .. } => usize::from(*node != self.node && covers(to_picture(*node), 12.0)),
+            Shape::Pivot { node } => usize::from(covers((to_picture(*node).0, to_picture(*node).1 + 12.0), 10.0)),
+            Shape::Mass { node, .. } => usize::from(covers(to_picture(*node), 5.0)),
             // Names cannot avoid these.
             Shape::Gear { .. } | Shape::Rack { .. } | Shape::Rail { .. } | Shape::Outline { .. } => 0,
         });

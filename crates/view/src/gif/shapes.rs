@@ -16,37 +16,39 @@ const EDGE: f32 = 1.6;
 /// Draws the paths of traced nodes.
 pub(super) fn draw_traces(canvas: &mut Canvas, motion: &Motion, stage: &Stage) {
     for node in motion.nodes.iter().filter(|node| node.is_traced) {
-        let path: Vec<Point> = (0..motion.times.len()).map(|i| stage.seen(node, Moment::from_frame(i))).collect();
+        let path: Vec<Point> = (0..motion.times.len()).map(|i| stage.to_picture(node, Moment::from_frame(i))).collect();
         canvas.line(&path, 1.1, TRACE);
     }
 }
 
 /// Draws all shapes and forces at a moment.
 pub(super) fn draw(canvas: &mut Canvas, motion: &Motion, stage: &Stage, moment: Moment) {
-    let seen = |node: usize| stage.seen(&motion.nodes[node], moment);
-    let all = |nodes: &[usize]| nodes.iter().map(|node| seen(*node)).collect::<Vec<_>>();
+    let to_picture = |node: usize| stage.to_picture(&motion.nodes[node], moment);
+    let all = |nodes: &[usize]| nodes.iter().map(|node| to_picture(*node)).collect::<Vec<_>>();
     let colours = colours(motion);
     for (shape, colour) in motion.shapes.iter().zip(colours) {
         let turned = |node: usize, track: &[f64], places: &[[f64; 2]]| {
             let angle = angle(track, moment);
-            let seen = |place: &[f64; 2]| stage.seen_from(&motion.nodes[node], angle, *place, moment);
-            places.iter().map(seen).collect::<Vec<_>>()
+            let to_picture = |place: &[f64; 2]| stage.to_picture_in_frame(&motion.nodes[node], angle, *place, moment);
+            places.iter().map(to_picture).collect::<Vec<_>>()
         };
         match shape {
             Shape::Link { nodes, .. } => {
                 let corners = if nodes.len() > 2 { hull(&motion.nodes, nodes) } else { nodes.clone() };
                 draw_link(canvas, &all(&corners), colour);
             }
-            Shape::Block { node, angle: track, .. } => draw_block(canvas, seen(*node), angle(track, moment), colour),
-            Shape::Pivot { node } => draw_pivot(canvas, seen(*node)),
+            Shape::Block { node, angle: track, .. } => {
+                draw_block(canvas, to_picture(*node), angle(track, moment), colour)
+            }
+            Shape::Pivot { node } => draw_pivot(canvas, to_picture(*node)),
             Shape::Guide { nodes, is_channel: false } => canvas.line(&all(nodes), 1.5, GUIDE),
             Shape::Guide { nodes, is_channel: true } => draw_channel(canvas, &all(nodes)),
-            Shape::Mass { node, .. } => draw_mass(canvas, seen(*node)),
+            Shape::Mass { node, .. } => draw_mass(canvas, to_picture(*node)),
             Shape::Rod { nodes, .. } => canvas.line(&all(nodes), 2.2, INK),
             Shape::ForceElement { nodes, parts, .. } => {
                 let [Some(from), Some(to)] = [nodes.first(), nodes.last()] else { continue };
                 let range = distances(motion, stage, *from, *to);
-                force_elements::draw(canvas, parts, [seen(*from), seen(*to)], range);
+                force_elements::draw(canvas, parts, [to_picture(*from), to_picture(*to)], range);
             }
             Shape::Gear { node, angle, radius, teeth, phase, is_internal, .. } => {
                 let outline = turned(*node, angle, &teeth::gear(*radius, *teeth, *phase, *is_internal));
@@ -73,7 +75,8 @@ pub(super) fn draw(canvas: &mut Canvas, motion: &Motion, stage: &Stage, moment: 
                 canvas.line(&ends, 5.0 - 2.0 * 1.3, PIN);
             }
             Shape::Belt { nodes, radii, is_crossed, angle: track, .. } => {
-                let [first, second] = [nodes.first(), nodes.last()].map(|node| node.map_or((0.0, 0.0), |n| seen(*n)));
+                let [first, second] =
+                    [nodes.first(), nodes.last()].map(|node| node.map_or((0.0, 0.0), |n| to_picture(*n)));
                 let radii = radii.map(|radius| stage.length(radius));
                 draw_belt(canvas, [first, second], radii, *is_crossed, angle(track, moment) as f32);
             }
@@ -99,7 +102,7 @@ pub(super) fn draw(canvas: &mut Canvas, motion: &Motion, stage: &Stage, moment: 
     }
     for arrow in &motion.arrows {
         let force = stage.arrow((value(&arrow.x, moment), value(&arrow.y, moment)));
-        draw_arrow(canvas, seen(arrow.node), force, colour_of(arrow));
+        draw_arrow(canvas, to_picture(arrow.node), force, colour_of(arrow));
     }
 }
 
@@ -130,7 +133,8 @@ fn colours(motion: &Motion) -> Vec<(Rgb, Rgb)> {
 /// The smallest and the largest distance of two nodes.
 fn distances(motion: &Motion, stage: &Stage, from: usize, to: usize) -> [f32; 2] {
     let apart = |frame: usize| {
-        let [(ax, ay), (bx, by)] = [from, to].map(|node| stage.seen(&motion.nodes[node], Moment::from_frame(frame)));
+        let [(ax, ay), (bx, by)] =
+            [from, to].map(|node| stage.to_picture(&motion.nodes[node], Moment::from_frame(frame)));
         (bx - ax).hypot(by - ay)
     };
     let grown = |[low, high]: [f32; 2], length: f32| [low.min(length), high.max(length)];

@@ -39,7 +39,7 @@ impl Stage {
             .iter()
             .flat_map(|arrow| frames(motion).map(|moment| value(&arrow.x, moment).hypot(value(&arrow.y, moment))));
         let largest = forces.fold(0.0, f64::max);
-        let bodies = Extent::around(reached(motion))?;
+        let bodies = Extent::around(drawn_positions(motion))?;
         // If nothing has an extent, any scale will do.
         let size = bodies.width().max(bodies.height());
         let size = if size > 0.0 { size } else { 1.0 };
@@ -51,7 +51,7 @@ impl Stage {
                 (x + arrow * value(&a.x, moment), y + arrow * value(&a.y, moment))
             })
         });
-        let all = Extent::around(reached(motion).chain(tips))?;
+        let all = Extent::around(drawn_positions(motion).chain(tips))?;
         let is_finite = [largest, all.width(), all.height(), arrow].into_iter().all(f64::is_finite);
         is_finite.then(|| Self::fitted(&all, size, largest, arrow)).filter(|stage| stage.scale.is_finite())
     }
@@ -71,7 +71,7 @@ impl Stage {
     }
 
     /// The position of a node in the picture.
-    pub(super) fn seen(&self, node: &Node, moment: Moment) -> Point {
+    pub(super) fn to_picture(&self, node: &Node, moment: Moment) -> Point {
         self.pixel(place(node, moment))
     }
 
@@ -82,7 +82,7 @@ impl Stage {
     }
 
     /// The picture position of a point in a frame at a node, turned by an angle.
-    pub(super) fn seen_from(&self, node: &Node, angle: f64, at: [f64; 2], moment: Moment) -> Point {
+    pub(super) fn to_picture_in_frame(&self, node: &Node, angle: f64, at: [f64; 2], moment: Moment) -> Point {
         self.pixel(moved(place(node, moment), angle, at))
     }
 
@@ -107,10 +107,10 @@ fn place(node: &Node, moment: Moment) -> (f64, f64) {
 }
 
 /// The positions of everything that is drawn.
-fn reached(motion: &Motion) -> impl Iterator<Item = (f64, f64)> {
+fn drawn_positions(motion: &Motion) -> impl Iterator<Item = (f64, f64)> {
     let of_arrows = motion.arrows.iter().map(|arrow| &motion.nodes[arrow.node]);
-    let seen = motion.nodes.iter().filter(|node| node.is_traced || !node.name.is_empty());
-    let nodes = of_arrows.chain(seen).flat_map(|node| frames(motion).map(|moment| place(node, moment)));
+    let visible = motion.nodes.iter().filter(|node| node.is_traced || !node.name.is_empty());
+    let nodes = of_arrows.chain(visible).flat_map(|node| frames(motion).map(|moment| place(node, moment)));
     motion.shapes.iter().flat_map(|shape| reached_by(motion, shape)).chain(nodes)
 }
 

@@ -9,9 +9,9 @@ use super::state_set::StateSet;
 use super::step::Step;
 
 /// The result of a step towards an event.
-pub(super) enum Passage {
+pub(super) enum CrossingResult {
     /// The event has not come by the time of these states.
-    Not(StateSet),
+    NotReached(StateSet),
     /// The time of the event, and the states at that time.
     At(Interval, Vec<Interval>),
 }
@@ -31,28 +31,33 @@ impl Step {
     ///
     /// # Errors
     /// It is not certain whether the event comes.
-    pub(super) fn passage(&self, flow: &mut Flow, event: &mut Event, mut to: f64) -> Result<Passage, Reason> {
+    pub(super) fn states_or_crossing(
+        &self,
+        flow: &mut Flow,
+        event: &mut Event,
+        mut to: f64,
+    ) -> Result<CrossingResult, Reason> {
         let begin = self.begin();
         let states = |flow: &mut Flow, to: f64| self.states(flow, to).ok_or(Reason::NoSeries(NoSeries::Singular));
         if event.value(Interval::new(begin, to), &self.bound).hi() < 0.0 {
-            return states(flow, to).map(Passage::Not);
+            return states(flow, to).map(CrossingResult::NotReached);
         }
         for _ in 0..HALVINGS {
             let times = Interval::new(begin, to);
             let within = self.ranges(times);
             if event.value(times, &within).hi() < 0.0 {
-                return states(flow, to).map(Passage::Not);
+                return states(flow, to).map(CrossingResult::NotReached);
             }
             if event.rate(flow, times, &within).is_some_and(|rate| rate.lo() > 0.0) {
                 let end = states(flow, to)?;
                 let value = event.value(Interval::point(to), &end.hull);
                 if value.hi() < 0.0 {
-                    return Ok(Passage::Not(end));
+                    return Ok(CrossingResult::NotReached(end));
                 }
                 if value.lo() > 0.0
                     && let Some((t, states)) = self.cross(flow, event, to)
                 {
-                    return Ok(Passage::At(t, states));
+                    return Ok(CrossingResult::At(t, states));
                 }
             }
             to = begin + 0.5 * (to - begin);

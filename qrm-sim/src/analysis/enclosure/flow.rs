@@ -2,7 +2,7 @@
 
 use qrm_core::{Interval, Obstacle, Tape, TapeSeries};
 
-use super::linear::Linear;
+use super::linear::IntervalLinearSolver;
 use super::manifold::Manifold;
 use super::matrix::IntervalMatrix;
 
@@ -72,7 +72,7 @@ impl Flow {
             }
         }
         let mut time = vec![Interval::ZERO; width];
-        let mut saddle: Option<Linear> = None;
+        let mut saddle: Option<IntervalLinearSolver> = None;
         // Accelerations and multipliers of each order.
         let mut solutions: Vec<Vec<Interval>> = Vec::new();
         for k in 0..order {
@@ -84,7 +84,7 @@ impl Flow {
                 if let Some(obstacle) = series.obstacle() {
                     return Err(NoSeries::Operation(obstacle));
                 }
-                saddle = Some(Linear::new(&matrix(series, n, m)).ok_or(NoSeries::Singular)?);
+                saddle = Some(IntervalLinearSolver::new(&matrix(series, n, m)).ok_or(NoSeries::Singular)?);
             }
             let solution = match &saddle {
                 Some(saddle) => solve(series, saddle, &solutions, [n, m, width]),
@@ -150,7 +150,7 @@ fn matrix(series: &TapeSeries, n: usize, m: usize) -> IntervalMatrix {
 /// Accelerations and multipliers of the next order, with their derivatives.
 fn solve(
     series: &TapeSeries,
-    saddle: &Linear,
+    saddle: &IntervalLinearSolver,
     solutions: &[Vec<Interval>],
     [n, m, width]: [usize; 3],
 ) -> Vec<Interval> {

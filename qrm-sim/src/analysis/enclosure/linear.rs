@@ -10,7 +10,7 @@ use super::matrix::{IntervalMatrix, sum};
 /// with positive weights `d` and `g < 1`, every matrix has an inverse, and `x` is at most `|R b| / (1 - g)` in the norm
 /// with these weights (S. M. Rump, Verification methods, Acta Numerica 19, 2010).
 #[derive(Clone, Debug)]
-pub(super) struct Linear {
+pub(super) struct IntervalLinearSolver {
     /// `R`.
     inverse: IntervalMatrix,
     /// `G`.
@@ -25,7 +25,7 @@ const WEIGHT_PASSES: usize = 8;
 /// The number of passes that tighten the enclosure of a solution.
 const PASSES: usize = 2;
 
-impl Linear {
+impl IntervalLinearSolver {
     /// Creates the equations of a square matrix; `None` if it is not proved that all of its matrices have an inverse.
     pub(super) fn new(matrix: &IntervalMatrix) -> Option<Self> {
         if !matrix.is_finite() {
@@ -84,7 +84,7 @@ mod tests {
     fn solutions_at_all_corners_are_contained() {
         // Unknowns of very different sizes, like accelerations and forces.
         let (entries, width) = ([[100.0, 0.3], [0.2, 1e-3]], 1e-6);
-        let linear = Linear::new(&matrix(entries, width)).expect("all have an inverse");
+        let linear = IntervalLinearSolver::new(&matrix(entries, width)).expect("all have an inverse");
         let right = [1.0, 2.0];
         let solution = linear.solve(&right.map(Interval::point));
         for corner in 0..16 {
@@ -98,8 +98,8 @@ mod tests {
 
     #[test]
     fn a_singular_matrix_within_is_seen() {
-        assert!(Linear::new(&matrix([[1.0, 1.0], [1.0, 1.1]], 0.01)).is_some());
-        assert!(Linear::new(&matrix([[1.0, 1.0], [1.0, 1.1]], 0.06)).is_none());
-        assert!(Linear::new(&matrix([[1.0, 1.0], [1.0, 1.0]], 0.0)).is_none());
+        assert!(IntervalLinearSolver::new(&matrix([[1.0, 1.0], [1.0, 1.1]], 0.01)).is_some());
+        assert!(IntervalLinearSolver::new(&matrix([[1.0, 1.0], [1.0, 1.1]], 0.06)).is_none());
+        assert!(IntervalLinearSolver::new(&matrix([[1.0, 1.0], [1.0, 1.0]], 0.0)).is_none());
     }
 }

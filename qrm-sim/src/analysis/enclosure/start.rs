@@ -2,7 +2,7 @@
 
 use qrm_core::{Interval, Model, TapeSeries};
 
-use super::linear::Linear;
+use super::linear::IntervalLinearSolver;
 use super::manifold::{Linearized, Manifold};
 use super::matrix::{IntervalMatrix, negative};
 use super::{NoSeries, Reason, Values, replaced};
@@ -43,7 +43,7 @@ pub(super) fn start(model: &Model, values: Values, manifold: &mut Manifold) -> R
     };
     let Linearized { residuals, jacobian } = manifold.linearized(Interval::ZERO, &state);
     let matrix = IntervalMatrix::from_fn(m, m, |k, j| jacobian.at(m + k, n + free_rates[j]));
-    let rates = Linear::new(&matrix).ok_or(Reason::NotIsolated)?.solve(&negative(&residuals[m..]));
+    let rates = IntervalLinearSolver::new(&matrix).ok_or(Reason::NotIsolated)?.solve(&negative(&residuals[m..]));
     free_rates.iter().zip(rates).for_each(|(&i, rate)| state[n + i] = rate);
     Ok(state)
 }
@@ -60,7 +60,7 @@ fn position(manifold: &mut Manifold, mut state: Vec<Interval>, free: &[usize]) -
         let jacobian = manifold.linearized(Interval::ZERO, &wider).jacobian;
         let matrix = IntervalMatrix::from_fn(free.len(), free.len(), |k, j| jacobian.at(k, free[j]));
         let residuals = manifold.linearized(Interval::ZERO, &center).residuals;
-        let corrections = Linear::new(&matrix)?.solve(&residuals[..free.len()]);
+        let corrections = IntervalLinearSolver::new(&matrix)?.solve(&residuals[..free.len()]);
         free.iter().zip(corrections).for_each(|(&i, correction)| state[i] = center[i] - correction);
         if free.iter().all(|&i| state[i].is_inside(wider[i])) {
             return Some(state);

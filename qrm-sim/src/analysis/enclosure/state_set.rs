@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use qrm_core::Interval;
 
-use super::linear::Linear;
+use super::linear::IntervalLinearSolver;
 use super::manifold::Manifold;
 use super::matrix::{IntervalMatrix, sum};
 
@@ -28,12 +28,12 @@ impl StateSet {
     /// The states of a box that satisfy the constraints; `None` if the constraints do not determine the normal part.
     pub(super) fn from_box(manifold: &mut Manifold, t: f64, states: &[Interval]) -> Option<Self> {
         let zero = vec![Interval::ZERO; states.len()];
-        Self::moved(manifold, t, states, &IntervalMatrix::identity(states.len()), &zero)
+        Self::from_affine(manifold, t, states, &IntervalMatrix::identity(states.len()), &zero)
     }
 
     /// The states `moved + derivatives r` that satisfy the constraints; `None` if the constraints do not determine the
     /// normal part.
-    pub(super) fn moved(
+    pub(super) fn from_affine(
         manifold: &mut Manifold,
         t: f64,
         moved: &[Interval],
@@ -45,14 +45,15 @@ impl StateSet {
         let shift: Vec<Interval> = moved.iter().zip(&center).map(|(x, center)| *x - *center).collect();
         let at_center = manifold.linearized(time, &center);
         let basis = basis(&at_center.jacobian, derivatives, r);
-        let inverse = Linear::new(&basis)?;
+        let inverse = IntervalLinearSolver::new(&basis)?;
         let mut parts = sum(&inverse.solve(&shift), &inverse.solve_columns(derivatives).applied(r));
         // The mean value form of the constraints determines the normal part from the tangential part.
         let count = at_center.residuals.len();
         let (normals, tangents) = (basis.part(0..count), basis.part(count..size));
         let jacobian = manifold.linearized(time, &hull(&center, &basis, &parts)).jacobian;
         let by_tangents = jacobian.times(&tangents).applied(&parts[count..]);
-        let across = Linear::new(&jacobian.times(&normals))?.solve(&sum(&at_center.residuals, &by_tangents));
+        let across =
+            IntervalLinearSolver::new(&jacobian.times(&normals))?.solve(&sum(&at_center.residuals, &by_tangents));
         for (part, across) in parts.iter_mut().zip(across) {
             *part = part.intersection(-across)?;
         }

@@ -79,19 +79,20 @@ impl Step {
     /// distance from the center.
     pub(super) fn states(&self, flow: &mut Flow, t: f64) -> Option<StateSet> {
         let (size, time) = (self.bound.len(), Interval::point(t) - Interval::point(self.from.t));
-        let moved: Vec<Interval> = (0..size).map(|i| self.center.sum(ORDER, i, time)[0] + self.rest(i, time)).collect();
+        let moved: Vec<Interval> =
+            (0..size).map(|i| self.center.sum(ORDER, i, time)[0] + self.remainder_at(i, time)).collect();
         let derivatives: Vec<Vec<Interval>> = (0..size).map(|i| self.hull.sum(ORDER, i, time).split_off(1)).collect();
         let derivatives = IntervalMatrix::from_fn(size, size, |i, j| derivatives[i][j]);
-        StateSet::moved(&mut flow.manifold, t, &moved, &derivatives, &self.from.parts)
+        StateSet::from_affine(&mut flow.manifold, t, &moved, &derivatives, &self.from.parts)
     }
 
     /// A component in an interval of time since the beginning of the step.
     pub(super) fn range(&self, i: usize, time: Interval) -> Interval {
-        self.hull.sum(ORDER, i, time)[0] + self.rest(i, time)
+        self.hull.sum(ORDER, i, time)[0] + self.remainder_at(i, time)
     }
 
     /// The remainder of a component.
-    fn rest(&self, i: usize, time: Interval) -> Interval {
+    fn remainder_at(&self, i: usize, time: Interval) -> Interval {
         (0..ORDER).fold(self.remainder[i], |rest, _| rest * time)
     }
 }

@@ -8,9 +8,9 @@ use super::{At, Motion};
 use crate::integrate::StepError;
 
 /// The fraction of a step after which the signs of switching functions are taken: behind the corner at its beginning.
-const BEHIND: f64 = 1e-9;
+const SIGN_OFFSET: f64 = 1e-9;
 /// The number of points at which a step is inspected by its cubic.
-const LOOKS: i32 = 32;
+const INSPECTION_POINTS: i32 = 32;
 /// The largest number of steps to a corner, and the final size of the bracket or the value.
 const MOST: usize = 100;
 const LEFT: f64 = 1e-29;
@@ -39,7 +39,7 @@ impl Equations<'_> {
 
 /// The state a little later, along the tangent.
 fn behind(at: &At) -> (Number, Vec<Number>) {
-    let h = Number::from(BEHIND * at.h);
+    let h = Number::from(SIGN_OFFSET * at.h);
     (at.t + h, at.y.iter().zip(&at.slope).map(|(y, slope)| *y + h * *slope).collect())
 }
 
@@ -58,9 +58,9 @@ impl Motion<'_> {
         }
         let mut end_slope = next.to_vec();
         self.equations.slope(self.at.t + h, next, &mut end_slope)?;
-        let place = |look: i32| Number::from(f64::from(look) / f64::from(LOOKS));
-        for look in 1..=LOOKS {
-            let (part, is_end) = (place(look), look == LOOKS);
+        let place = |point: i32| Number::from(f64::from(point) / f64::from(INSPECTION_POINTS));
+        for point in 1..=INSPECTION_POINTS {
+            let (part, is_end) = (place(point), point == INSPECTION_POINTS);
             let y = if is_end { next.to_vec() } else { self.cubic(part, h, next, &end_slope) };
             if self.least(self.at.t + part * h, &y) > Number::zero() {
                 continue;
@@ -71,7 +71,7 @@ impl Motion<'_> {
             if value_high > Number::zero() {
                 continue;
             }
-            for before in (0..look).rev() {
+            for before in (0..point).rev() {
                 let low = place(before);
                 let y = if before == 0 { self.at.y.clone() } else { self.extrapolated(low * h)?.0 };
                 let value = self.least(self.at.t + low * h, &y);

@@ -100,9 +100,10 @@ impl<'t> Equations<'t> {
         for (rates, given) in [(false, &start.given), (true, &start.given_rates)] {
             let dependents = DependentCoordinates::new(&jacobian, given);
             for _ in 0..PASSES {
-                let open: Vec<f64> = self.open(Number::zero(), &y, rates).iter().map(|open| open.to_f64()).collect();
+                let residuals: Vec<f64> =
+                    self.residuals(Number::zero(), &y, rates).iter().map(|residual| residual.to_f64()).collect();
                 let mut change = vec![0.0; n];
-                dependents.follow(&mut change, &open);
+                dependents.follow(&mut change, &residuals);
                 let moved = &mut y[if rates { n } else { 0 }..][..n];
                 moved.iter_mut().zip(change).for_each(|(x, change)| *x = *x + change.into());
             }
@@ -154,9 +155,9 @@ impl<'t> Equations<'t> {
         write_saddle(self.saddle.entries_mut(), n, &self.mass_matrix, (jacobian, &self.independent));
         self.factor()?;
         for rates in [false, true] {
-            let open = self.open(t, y, rates);
+            let residuals = self.residuals(t, y, rates);
             self.right[..n].fill(Number::zero());
-            self.right[n..].iter_mut().zip(&self.independent).for_each(|(right, &k)| *right = -open[k]);
+            self.right[n..].iter_mut().zip(&self.independent).for_each(|(right, &k)| *right = -residuals[k]);
             self.solve()?;
             let moved = &mut y[if rates { n } else { 0 }..][..n];
             moved.iter_mut().zip(&self.solution).for_each(|(x, change)| *x = *x + *change);
@@ -185,7 +186,7 @@ impl<'t> Equations<'t> {
         let [kinetic, potential] = self.evaluator.energy(q, qd);
         let doubles = |numbers: &[Number]| numbers.iter().map(|number| number.to_f64()).collect::<Vec<f64>>();
         let (qdd, multipliers) = (doubles(qdd), doubles(&multipliers));
-        let residual = doubles(&self.open(t, y, false)).into_iter().map(f64::abs).fold(0.0, f64::max);
+        let residual = doubles(&self.residuals(t, y, false)).into_iter().map(f64::abs).fold(0.0, f64::max);
         Ok(StateAt {
             t: t.to_f64(),
             q: doubles(q),
@@ -200,7 +201,7 @@ impl<'t> Equations<'t> {
     }
 
     /// The residuals of the constraints, `C`, or of their rates, `C_q qd + C_t`.
-    pub(super) fn open(&mut self, t: Number, y: &[Number], rates: bool) -> Vec<Number> {
+    pub(super) fn residuals(&mut self, t: Number, y: &[Number], rates: bool) -> Vec<Number> {
         let (q, qd) = y.split_at(y.len() / 2);
         self.evaluator.loop_constraints(t, q, &mut self.constraints);
         let [residuals, jacobian, constraint_rate] = self.evaluator.tape().split_loop_constraints(&self.constraints);

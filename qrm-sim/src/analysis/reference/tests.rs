@@ -61,9 +61,9 @@ fn motion(parameters: [f64; 3], v: f64) -> Result<Motion<'static>, StepError> {
     Motion::new(Equations::new(&ROD, &parameters), at, 1e-22)
 }
 
-fn visit(motion: &mut Motion, times: &[f64]) -> Result<Vec<StateAt>, StepError> {
+fn run_to_times(motion: &mut Motion, times: &[f64]) -> Result<Vec<StateAt>, StepError> {
     let mut states: Vec<ReferenceState> = Vec::new();
-    motion.visit(times, &mut states)?;
+    motion.run_to_times(times, &mut states)?;
     Ok(states.into_iter().map(|state| state.rounded).collect())
 }
 
@@ -76,7 +76,7 @@ fn far(a: Number, b: Number) -> f64 {
 fn a_rod_that_grows_turns_as_it_must() {
     let [l, a, v] = [1.0, 0.25, 3.0];
     let mut motion = motion([l, a, 0.0], v).expect("regular");
-    let states = visit(&mut motion, &[0.5, 2.0]).expect("smooth");
+    let states = run_to_times(&mut motion, &[0.5, 2.0]).expect("smooth");
     let r = Number::from(l + 2.0 * a);
     let angle = Number::from(v / a) * (Number::from(1.0) - r.recip());
     let (sin, cos) = angle.sin_cos();
@@ -100,11 +100,11 @@ fn energy_and_length_of_a_pendulum_stay() {
         kinetic + potential
     };
     let first = energy(&mut motion);
-    visit(&mut motion, &[1.0, 3.0]).expect("smooth");
+    run_to_times(&mut motion, &[1.0, 3.0]).expect("smooth");
     assert!(far(energy(&mut motion), first) < 1e-19);
     for rates in [false, true] {
-        let open = motion.equations.open(motion.at.t, &motion.at.y, rates)[0];
-        assert!(open.to_f64().abs() < 1e-28, "{open:?}");
+        let residual = motion.equations.residuals(motion.at.t, &motion.at.y, rates)[0];
+        assert!(residual.to_f64().abs() < 1e-28, "{residual:?}");
     }
 }
 
@@ -115,6 +115,6 @@ fn what_cannot_be_followed_is_told() {
     // A rod that shrinks to nothing makes its mass turn ever faster.
     let mut motion = motion([1.0, -1.0, 0.0], 1.0).expect("regular");
     motion.equations.budget = 100_000;
-    let error = visit(&mut motion, &[1.5]).err();
+    let error = run_to_times(&mut motion, &[1.5]).err();
     assert!(matches!(error, Some(StepError::TooManySteps { .. })), "{error:?}");
 }

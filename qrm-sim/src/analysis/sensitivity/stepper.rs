@@ -7,13 +7,13 @@ use super::equations::{DualEquations, DualState};
 use super::error::SensitivityError;
 use super::number::{Inner, Number};
 use super::{collocation, explicit, rosenbrock};
-use crate::integrate::{Corner, Corners, Formula, LEFT, MOST_PARTS, MethodSettings, StepError};
+use crate::integrate::{Corner, Corners, Formula, JUMP_MARGIN, MOST_PARTS, MethodSettings, StepError};
 
 /// A corner is crossed where it is as near as this part of the step.
 const NEAR: f64 = 1e-6;
-/// A corner is crossed from this distance before it to this distance behind it: `BESIDE` of the step or `LEAST` of the
-/// time, whichever is larger.
-const BESIDE: f64 = 1e-10;
+/// A corner is crossed from this distance before it to this distance behind it: `CROSSING_DISTANCE` of the step or
+/// `LEAST` of the time, whichever is larger.
+const CROSSING_DISTANCE: f64 = 1e-10;
 const LEAST: f64 = 1e-12;
 
 /// Makes steps with derivatives by parameters.
@@ -79,7 +79,7 @@ impl<'m, T: Inner> DualStepper<'m, T> {
                 continue;
             }
             if corners.is_at(&now.real()) {
-                now = self.left(corners, now, BESIDE * whole)?;
+                now = self.moved_off_zero(corners, now, CROSSING_DISTANCE * whole)?;
             }
             let known = corners.next_time(begin).filter(|corner| corner.just_before() < end);
             let part_end = match known {
@@ -95,10 +95,10 @@ impl<'m, T: Inner> DualStepper<'m, T> {
                 now = to;
                 continue;
             };
-            let distance = (BESIDE * whole).max(LEAST * found.abs());
+            let distance = (CROSSING_DISTANCE * whole).max(LEAST * found.abs());
             let (before, behind) = (found - distance, found + distance);
             if found - begin > (NEAR * whole).max(2.0 * distance) {
-                now = self.step(formula, &now, Number::from_f64(found - LEFT * (found - begin)))?;
+                now = self.step(formula, &now, Number::from_f64(found - JUMP_MARGIN * (found - begin)))?;
             } else if behind > end {
                 return self.step(formula, &now, beside(before));
             } else {
@@ -152,7 +152,7 @@ impl<'m, T: Inner> DualStepper<'m, T> {
     }
 
     /// A state at a corner moved so far that it is behind it; the same state if that is further than `longest`.
-    fn left(
+    fn moved_off_zero(
         &mut self,
         corners: &mut Corners,
         from: DualState<T>,

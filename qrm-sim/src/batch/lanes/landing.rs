@@ -87,7 +87,7 @@ impl LaneSweep<'_> {
         let Ok(at) = locate(from, to, &mut condition, &mut |t| Ok::<_, Infallible>(quintic(from, to, t)));
         from.write(&mut self.row);
         let outputs = self.outputs(design, from);
-        self.batch.take_back(lane, &self.row, &outputs);
+        self.batch.undo_last_step(lane, &self.row, &outputs);
         self.step_on(lane, from.t, at.t);
     }
 

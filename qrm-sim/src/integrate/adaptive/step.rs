@@ -146,7 +146,7 @@ impl Adaptive {
             self.balance.cross(mechanism, now, corner);
             solver.cross(mechanism, self.task.projection, corner.just_after(), now)?;
         }
-        corners.leave(mechanism, (self.task.projection, solver), SHORTEST_TO_CORNER * self.control.h, now)
+        corners.move_off_zero(mechanism, (self.task.projection, solver), SHORTEST_TO_CORNER * self.control.h, now)
     }
 
     /// The first corner inside the last step, further than `shortest` from its beginning.

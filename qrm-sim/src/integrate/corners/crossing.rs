@@ -21,7 +21,7 @@ impl Corners {
         self.values.swap(0, 1);
         self.evaluator.switching_functions(to.t, to.q, to.qd, &mut self.values[1]);
         self.t = to.t;
-        self.is_seen_by_stages = false;
+        self.stages_may_pass_corner = false;
         let [mut may, mut approaches, mut knows_noise] = [false; 3];
         for i in self.others.clone() {
             let [a, b] = [self.values[0][i], self.values[1][i]];
@@ -29,7 +29,7 @@ impl Corners {
             let is_near = a * b > 0.0 && a.abs().min(b.abs()) <= NEAR * change.max(self.changes[i]);
             let is_candidate = a * b < 0.0 || is_near || (a == 0.0 && b != 0.0);
             if is_candidate && !knows_noise {
-                self.note_noise(from, 0);
+                self.measure_rounding(from, 0);
                 knows_noise = true;
             }
             self.candidates[i] = is_candidate && change > self.noise[i];
@@ -37,21 +37,21 @@ impl Corners {
             approaches |= a * b > 0.0 && b.abs() < a.abs() && b.abs() <= change;
             self.changes[i] = change;
         }
-        self.is_seen_by_stages = approaches && self.corrected_end_is_behind(from, to);
-        may || self.is_seen_by_stages
+        self.stages_may_pass_corner = approaches && self.corrected_end_is_behind(from, to);
+        may || self.stages_may_pass_corner
     }
 
     /// Whether stages of the last step may lie behind a corner that the end of the step does not reach.
-    pub(in crate::integrate) fn is_seen_by_stages(&self) -> bool {
-        self.is_seen_by_stages
+    pub(in crate::integrate) fn stages_may_pass_corner(&self) -> bool {
+        self.stages_may_pass_corner
     }
 
     /// The fraction of the last step before a corner that its end or its stages may have passed, by a secant.
     pub(in crate::integrate) fn part_before(&self) -> Option<f64> {
         let [begin, end] = &self.values;
-        let [.., corrected] = &self.moved;
+        let [.., corrected] = &self.probe;
         let crossings = self.others.clone().flat_map(|i| {
-            let corrected = if self.is_seen_by_stages { corrected[i] } else { end[i] };
+            let corrected = if self.stages_may_pass_corner { corrected[i] } else { end[i] };
             [end[i], corrected].map(|end| (begin[i], end))
         });
         let parts = crossings.filter(|(a, b)| a * b < 0.0).map(|(a, b)| a / (a - b));
@@ -61,7 +61,7 @@ impl Corners {
     /// Whether a switching function changes its sign up to an end by the trapezoidal rule, but not up to the end of the
     /// step: its last stages may have seen a jump that kept the end away.
     fn corrected_end_is_behind(&mut self, from: &StateRef, to: &StateRef) -> bool {
-        let [q, qd, values] = &mut self.moved;
+        let [q, qd, values] = &mut self.probe;
         let half = 0.5 * (to.t - from.t);
         for i in 0..q.len() {
             qd[i] = from.qd[i] + half * (from.qdd[i] + to.qdd[i]);
@@ -119,7 +119,7 @@ impl Corners {
         self.forget();
         self.begin_at(from);
         self.move_along(from, h);
-        let ends = self.others.clone().map(|i| (self.values[1][i], self.moved[2][i]));
+        let ends = self.others.clone().map(|i| (self.values[1][i], self.probe[2][i]));
         let crossings = ends.filter(|(a, b)| a * b < 0.0);
         crossings.map(|(a, b)| from.t + h * (a / (a - b))).reduce(f64::min).map(Corner)
     }

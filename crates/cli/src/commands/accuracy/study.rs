@@ -67,7 +67,7 @@ pub(super) enum Cut {
 }
 
 /// The repetitions of each measurement.
-const PATIENCE: Repetitions = Repetitions { least: 7, time: Duration::from_millis(15) };
+const REPETITIONS: Repetitions = Repetitions { least: 7, time: Duration::from_millis(15) };
 /// The longest steps, in steps of the scene; each further one is half as long.
 const COARSEST: f64 = 8.0;
 const HALVINGS: i32 = 11;
@@ -215,7 +215,7 @@ impl Series {
         let settings = MethodSettings { method: self.method, tolerance, projection: self.projection, ..setup.settings };
         let trial = Trial { settings, step };
         let times = reference.times();
-        let measured = measure(&*setup.mechanism(), &trial, &times, PATIENCE);
+        let measured = measure(&*setup.mechanism(), &trial, &times, REPETITIONS);
         let result = measured.map_err(|reason| setup.no_end(&reason)).map(|measurement| Measured {
             estimate: estimate(setup, reference.of, &trial, times[times.len() - 1]),
             ..compare(setup, reference, &measurement)

@@ -14,7 +14,7 @@ use crate::messages;
 use crate::options::{MethodOptions, SceneOptions};
 use crate::progress::{Progress, interrupted};
 use crate::reference::Reference;
-use crate::run_report::distrust;
+use crate::run_report::rejection_reasons;
 use crate::setup::Setup;
 use qrm_sim::integrate::METHODS;
 
@@ -53,7 +53,7 @@ pub(super) enum Verdict {
 }
 
 /// The repetitions of each run.
-const PATIENCE: Repetitions = Repetitions { least: 3, time: Duration::from_millis(5) };
+const REPETITIONS: Repetitions = Repetitions { least: 3, time: Duration::from_millis(5) };
 
 /// Runs every method on every variant; runs left unfinished by an interrupt are omitted.
 pub(super) fn cases(models: &'static [Model], options: &SceneOptions, setup: &Setup) -> Result<Vec<Case>, Error> {
@@ -181,10 +181,10 @@ fn run_case(variant: &Setup, exact: Option<&Exact>) -> CaseResult {
         return result(steps, Verdict::Refused(reason.text));
     }
     let tolerance = variant.settings.tolerance();
-    let mut distrust = distrust(&outcome, variant.description);
+    let mut reasons = rejection_reasons(&outcome, variant.description);
     let error = exact.map(|exact| exact.error(variant, &outcome.q, &outcome.qd, &end.outputs));
-    let verdict = match (distrust.is_empty(), error, exact) {
-        (false, _, _) => Verdict::Refused(distrust.swap_remove(0)),
+    let verdict = match (reasons.is_empty(), error, exact) {
+        (false, _, _) => Verdict::Refused(reasons.swap_remove(0)),
         (true, Some(error), Some(exact)) if error <= accepted_fraction(tolerance, steps) + exact.accuracy => {
             Verdict::Right
         }
@@ -192,7 +192,7 @@ fn run_case(variant: &Setup, exact: Option<&Exact>) -> CaseResult {
         (true, None, _) => Verdict::Unknown,
     };
     let trial = Trial { settings: variant.settings, step: variant.step() };
-    let measured = measure(&*variant.mechanism(), &trial, &[outcome.end_time], PATIENCE);
+    let measured = measure(&*variant.mechanism(), &trial, &[outcome.end_time], REPETITIONS);
     let seconds = measured.ok().map(|m| m.seconds[m.seconds.len() / 2]);
     CaseResult { seconds, error, ..result(steps, verdict) }
 }

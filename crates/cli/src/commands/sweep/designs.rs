@@ -70,7 +70,7 @@ pub(crate) fn threads(asked: Option<u32>) -> usize {
 impl Designs {
     /// Creates the designs, with extremes and error estimates, in all lanes.
     pub(crate) fn new(setup: Setup, axes: Axes) -> Result<Self, Error> {
-        if setup.own_step.is_some() && setup.settings.method.is_adaptive() {
+        if setup.requested_step.is_some() && setup.settings.method.is_adaptive() {
             return Err(Error::usage("`--step` needs a method of fixed steps, as a sweep writes no rows")
                 .help("add `--method rk4`, or choose `--tolerance` instead"));
         }
@@ -183,7 +183,7 @@ impl Designs {
         let request = SweepRequest {
             settings,
             step_bounds: Some(&step_bounds),
-            step: self.setup.own_step,
+            step: self.setup.requested_step,
             end: end_time.map(End::Time).or(self.setup.end()),
             extremes: self.has_extremes,
             estimate_error: self.estimate_error,
@@ -203,7 +203,7 @@ impl Designs {
             return None;
         }
         let scene = &self.setup.scene;
-        let step = self.setup.own_step.unwrap_or_else(|| constant(&scene.run.step, parameters));
+        let step = self.setup.requested_step.unwrap_or_else(|| constant(&scene.run.step, parameters));
         resolution::passed_over(&time_scales(scene, parameters), step, end_time)
     }
 

@@ -5,7 +5,7 @@ use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use qrm_core::digest;
-use qrm_scene::files::{open_alone, under_way};
+use qrm_scene::files::{open_locked, temporary_path};
 use qrm_sim::columns::Column;
 
 use super::rows::{Field, Record};
@@ -49,9 +49,9 @@ impl Journal {
     /// Opens the unfinished table of `out`; returns it with the number of designs in it.
     pub(super) fn open(out: &Path, title: &str, columns: &[Column<Field>]) -> Result<(Self, usize), Error> {
         check_target(out)?;
-        let path = under_way(out);
+        let path = temporary_path(out);
         let failed = |e: io::Error| Error::unwritable(&path, &e);
-        let mut file = open_alone(&path).map_err(|e| Error::unwritable(out, &e))?;
+        let mut file = open_locked(&path).map_err(|e| Error::unwritable(out, &e))?;
         let title = format!("# {title}\n");
         match Found::read(&mut file, &title).map_err(failed)? {
             Found::Nothing => {

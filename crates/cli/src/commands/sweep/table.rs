@@ -3,7 +3,7 @@
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use qrm_scene::files::write_whole_with;
+use qrm_scene::files::write_atomic_with;
 
 use super::rows::parquet_kind;
 use crate::error::Error;
@@ -41,7 +41,7 @@ impl Format {
 
     /// Writes rows and their header as a table; returns the number of rows.
     pub(super) fn write(self, rows: &mut impl Read, path: &Path) -> io::Result<usize> {
-        write_whole_with(path, |file| {
+        write_atomic_with(path, |file| {
             let count = match self {
                 Self::Csv => copy_lines(rows, file)?.saturating_sub(1),
                 Self::Parquet => parquet::write(rows, file, parquet_kind)?,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use qrm_scene::names::suggestion;
 
 use super::parameter::TolerancedParameter;
-use crate::commands::sensitivity::{Asked, Quantity as Row};
+use crate::commands::sensitivity::{DerivativeRequest, Quantity as Row};
 use crate::error::Error;
 use crate::setup::Setup;
 
@@ -21,7 +21,7 @@ pub(super) struct Derived {
 /// The requested quantities with their derivatives.
 pub(super) fn find(setup: &Setup, parameters: &[TolerancedParameter], of: &[String]) -> Result<Vec<Derived>, Error> {
     let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
-    let found = Asked::new(setup, &names, &[], BTreeMap::new(), false)?.find(setup)?;
+    let found = DerivativeRequest::new(setup, &names, &[], BTreeMap::new(), false)?.compute(setup)?;
     let place = |name: &String| found.by.iter().position(|by| by == name).unwrap_or(0);
     let quantity = |row: &Row| {
         let name = match (row.what, row.name.as_str()) {

@@ -119,7 +119,7 @@ impl Report<'_> {
                 standard_deviation,
                 worst_case: [nominal - reach, nominal + reach],
                 derivatives: self.named(slopes.iter().map(|slope| slope.is_confirmed.then_some(slope.derivative))),
-                differences: self.named(slopes.iter().map(|slope| slope.difference)),
+                differences: self.named(slopes.iter().map(|slope| slope.difference_quotient)),
                 shares: self.named(shares),
             },
             worst_case: quantity.worst.ends,

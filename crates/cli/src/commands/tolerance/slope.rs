@@ -5,7 +5,7 @@
 pub(super) struct Slope {
     pub(super) derivative: f64,
     /// The difference quotient over the full tolerance.
-    pub(super) difference: f64,
+    pub(super) difference_quotient: f64,
     /// Whether motions at other parameter values confirm the derivative.
     pub(super) is_confirmed: bool,
 }
@@ -21,20 +21,20 @@ impl Slope {
     /// Creates a slope from a derivative and the values at `PLACES`. Differences below `resolution` are insignificant.
     pub(super) fn new(derivative: f64, values: [f64; 4], tolerance: f64, resolution: f64) -> Self {
         let [first, before, behind, last] = values;
-        let difference = (last - first) / (2.0 * tolerance);
+        let difference_quotient = (last - first) / (2.0 * tolerance);
         let near = (behind - before) / (2.0 * NEAR * tolerance);
         // For smooth quantities, each quotient differs from the derivative by a term proportional to the square of its
         // distance.
-        let correction = (near - difference) * NEAR * NEAR / (1.0 - NEAR * NEAR);
+        let correction = (near - difference_quotient) * NEAR * NEAR / (1.0 - NEAR * NEAR);
         let expected = near + correction;
         let margin = MARGIN * derivative.abs().max(expected.abs());
         let margin = margin + correction.abs() + resolution / (NEAR * tolerance);
-        Self { derivative, difference, is_confirmed: (derivative - expected).abs() <= margin }
+        Self { derivative, difference_quotient, is_confirmed: (derivative - expected).abs() <= margin }
     }
 
     /// The derivative, or the difference quotient if the derivative is not confirmed.
     pub(super) fn value(&self) -> f64 {
-        if self.is_confirmed { self.derivative } else { self.difference }
+        if self.is_confirmed { self.derivative } else { self.difference_quotient }
     }
 }
 

@@ -81,7 +81,7 @@ impl Probes {
             (0..1_usize << count).map(|bits| corner(&|i| bits >> i & 1 == 1)).collect()
         } else {
             let by_signs = |slopes: &Vec<Slope>| {
-                [true, false].map(|is_larger| corner(&|i| (slopes[i].difference > 0.0) == is_larger))
+                [true, false].map(|is_larger| corner(&|i| (slopes[i].difference_quotient > 0.0) == is_larger))
             };
             slopes.iter().flat_map(by_signs).collect()
         };

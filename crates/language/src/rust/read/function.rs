@@ -8,7 +8,7 @@ use syn::{BinOp, Block, Expr, ExprLit, Lit, Member, Pat, Stmt, UnOp};
 
 use crate::identifier::ident;
 use qrm_core::NamedTape;
-use qrm_core::named_tape::{Argument, Function, Part, place};
+use qrm_core::named_tape::{Argument, Function, ResultField, place};
 
 /// Reads one function.
 pub(super) struct Reader<'t> {
@@ -195,7 +195,7 @@ impl Reader<'_> {
             }
             "k" => {
                 let constants = self.tape.function("constants").ok_or_else(|| unexpected(field))?;
-                let is_this = |(part, _): &(&Part, u32)| ident(&part.name) == *name;
+                let is_this = |(part, _): &(&ResultField, u32)| ident(&part.name) == *name;
                 let constant = constants.parts.iter().zip(constants.results()).find(is_this);
                 constant.map(|(_, value)| value).ok_or_else(|| unexpected(field))
             }

@@ -17,7 +17,7 @@ use crate::function::Function;
 use crate::parser::Formula;
 
 /// The known positions of links at the start.
-pub(super) struct Rough<'g, 'd> {
+pub(super) struct StartPositions<'g, 'd> {
     graph: &'g Graph<'d>,
     angles: &'g Angles,
     tree: &'g Tree,
@@ -26,25 +26,25 @@ pub(super) struct Rough<'g, 'd> {
     points: HashMap<PointId, [Formula; 2]>,
 }
 
-impl<'g, 'd> Rough<'g, 'd> {
+impl<'g, 'd> StartPositions<'g, 'd> {
     /// Propagates the given values until nothing further follows.
     pub(super) fn new(graph: &'g Graph<'d>, angles: &'g Angles, tree: &'g Tree) -> Self {
         let of_classes = vec![None; angles.coordinates.len() + 1];
-        let mut rough = Self { graph, angles, tree, of_classes, points: HashMap::new() };
-        rough.of_classes[0] = Some(whole(0));
+        let mut known = Self { graph, angles, tree, of_classes, points: HashMap::new() };
+        known.of_classes[0] = Some(whole(0));
         for link in 1..graph.links.len() {
             if let Some(angle) = graph.links[link].and_then(|link| link.angle.clone()) {
-                rough.set_angle(link, angle);
+                known.set_angle(link, angle);
             }
         }
         for joint in &graph.joints {
             if let Some(near) = &joint.syntax.near {
                 let ends = if joint.syntax.kind.is_pin() { &joint.ends[..] } else { &joint.ends[..1] };
-                rough.points.extend(ends.iter().map(|end| (*end, near.clone())));
+                known.points.extend(ends.iter().map(|end| (*end, near.clone())));
             }
         }
-        while rough.follow() {}
-        rough
+        while known.follow() {}
+        known
     }
 
     /// Propagates once; returns whether a new value was found.

@@ -19,7 +19,7 @@ const RESOLUTION: f64 = 1.6e-10;
 pub(super) const GAP: f64 = 1.6e-7;
 
 /// A turn of the driven coordinate.
-pub(super) struct Round<'m> {
+pub(super) struct TurnSweep<'m> {
     pub(super) drive: LoopSolver<'m>,
     pub(super) start: Position,
     pub(super) driven: usize,
@@ -29,7 +29,7 @@ pub(super) struct Round<'m> {
     pub(super) direction: f64,
 }
 
-impl<'m> Round<'m> {
+impl<'m> TurnSweep<'m> {
     pub(super) fn new(mechanism: &'m dyn Mechanism) -> Result<Self, NoRevolution> {
         if mechanism.is_driven() {
             return Err(NoRevolution::Driven);
@@ -84,7 +84,7 @@ impl<'m> Round<'m> {
                 && at <= before
                 && at <= after
                 && at < before.max(after)
-                && let Err(limit) = self.lock_between(&last[0], &last[2])
+                && let Err(limit) = self.check_no_lock(&last[0], &last[2])
             {
                 let angle = limit.position.q[self.driven];
                 if !self.crosses(&last[0], &last[2], angle) {
@@ -122,12 +122,12 @@ impl<'m> Round<'m> {
         let missed = from.q.iter().zip(&to.q).zip(&change).map(|((from, to), change)| (to - from - change).abs());
         let is_continued = missed.fold(0.0, f64::max) <= CONTINUATION * largest;
         // A gap may be shorter than the distance between two positions.
-        let back = || self.at(to, from.q[self.driven]).and_then(|_| self.lock_between(to, from));
+        let back = || self.at(to, from.q[self.driven]).and_then(|_| self.check_no_lock(to, from));
         is_continued && back().err().is_none_or(|limit| self.is_near(limit.position.q[self.driven], singular, GAP))
     }
 
     /// Returns an error if the mechanism locks between two positions, around the smallest determinant.
-    fn lock_between(&self, from: &Position, to: &Position) -> Result<(), LimitPosition> {
+    fn check_no_lock(&self, from: &Position, to: &Position) -> Result<(), LimitPosition> {
         self.vertex(from, to, |position| -position.determinant.abs()).map(|_| ())
     }
 

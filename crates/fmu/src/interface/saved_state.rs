@@ -13,13 +13,13 @@ use crate::failure::Failure;
 use crate::instance::{Instance, State};
 
 /// A saved state, and the identity of its instance.
-struct Kept {
+struct SavedState {
     identity: String,
     state: State,
 }
 
 /// All saved states by their addresses, which are unique in the process.
-type Register = BTreeMap<usize, Box<Kept>>;
+type Register = BTreeMap<usize, Box<SavedState>>;
 
 static REGISTER: Mutex<Register> = Mutex::new(Register::new());
 
@@ -32,7 +32,7 @@ fn register() -> MutexGuard<'static, Register> {
 ///
 /// # Safety
 /// `place` is null or points to a pointer.
-pub(super) unsafe fn keep(instance: &Instance, place: *mut *mut c_void) -> Result<(), Failure> {
+pub(super) unsafe fn save(instance: &Instance, place: *mut *mut c_void) -> Result<(), Failure> {
     // SAFETY: the caller's contract.
     let place = unsafe { place.as_mut() }.ok_or("there is no place for the state")?;
     let mut register = register();
@@ -42,15 +42,15 @@ pub(super) unsafe fn keep(instance: &Instance, place: *mut *mut c_void) -> Resul
         register.get_mut(&place.addr()).ok_or(UNKNOWN)?.state = state;
         return Ok(());
     }
-    let mut kept = Box::new(Kept { identity: instance.identity(), state });
-    let address: *mut Kept = &mut *kept;
+    let mut saved = Box::new(SavedState { identity: instance.identity(), state });
+    let address: *mut SavedState = &mut *saved;
     *place = address.cast();
-    register.insert(address.addr(), kept);
+    register.insert(address.addr(), saved);
     Ok(())
 }
 
 /// Restores a saved state in an instance.
-pub(super) fn put_back(instance: &mut Instance, state: *mut c_void) -> Result<(), Failure> {
+pub(super) fn restore(instance: &mut Instance, state: *mut c_void) -> Result<(), Failure> {
     instance.state = find(&register(), instance, state)?;
     Ok(())
 }
@@ -76,10 +76,10 @@ fn find(register: &Register, instance: &Instance, state: *mut c_void) -> Result<
     if state.is_null() {
         return Err("there is no state".into());
     }
-    let kept = register.get(&state.addr()).ok_or(UNKNOWN)?;
-    if kept.identity != instance.identity() {
-        let (theirs, own) = (&kept.identity, instance.identity());
+    let saved = register.get(&state.addr()).ok_or(UNKNOWN)?;
+    if saved.identity != instance.identity() {
+        let (theirs, own) = (&saved.identity, instance.identity());
         return Err(format!("the state is one of another unit: {theirs}, where this is {own}").into());
     }
-    Ok(kept.state.clone())
+    Ok(saved.state.clone())
 }

@@ -9,7 +9,7 @@ use qrm_scene::scene::Scene;
 use super::doc_lines;
 use crate::texts;
 
-pub(super) fn own_struct(scene: &Scene, has_constants: bool, source: &str) -> TokenStream {
+pub(super) fn mechanism_struct(scene: &Scene, has_constants: bool, source: &str) -> TokenStream {
     let own = format_ident!("{}", struct_name(&scene.name));
     let docs = doc_lines(&texts::mechanism(scene, source));
     let field = has_constants.then(|| quote!(constants: Constants<R>,));

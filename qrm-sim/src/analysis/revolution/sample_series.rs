@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::round::{NEAR, Round};
 use super::series::{Series, Vertex, parabola};
+use super::turn_sweep::{NEAR, TurnSweep};
 use crate::position::{LimitPosition, Position};
 use crate::solve::{Matrix, dot};
 
@@ -20,9 +20,9 @@ const NEAR_LOCK: f64 = 1e-3;
 /// distance.
 const GROWTH: f64 = 5.0;
 
-impl Round<'_> {
+impl TurnSweep<'_> {
     /// The course of a quantity with these `rounding` errors over consecutive positions.
-    pub(super) fn course(
+    pub(super) fn sample_series(
         &self,
         positions: &[Position],
         returns: bool,
@@ -79,7 +79,7 @@ impl Round<'_> {
     }
 
     /// The course of a quantity between locks; it may grow without bound towards them.
-    pub(super) fn between_locks(
+    pub(super) fn sample_between_locks(
         &self,
         positions: &[Position],
         is_locked: [bool; 2],
@@ -88,7 +88,7 @@ impl Round<'_> {
     ) -> Series {
         let [begin, end] = is_locked.map(usize::from);
         let inner = &positions[begin..positions.len() - end];
-        let mut course = self.course(inner, returns, 0.0, &value);
+        let mut course = self.sample_series(inner, returns, 0.0, &value);
         let ends = [(positions.first(), inner.first()), (positions.last(), inner.last())];
         for ((lock, next), _) in ends.into_iter().zip(is_locked).filter(|(_, is_locked)| *is_locked) {
             let (Some(lock), Some(next)) = (lock, next) else { continue };
