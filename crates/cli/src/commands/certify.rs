@@ -65,7 +65,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     }
     match (&options.until, reached) {
         (Some(until), Some(Enclosure { is_at_event: false, t, .. })) => {
-            Err(Error::run(format!("`{until}` does not become true up to t = {} s: that is proved", number(t.lo()))))
+            Err(Error::run(format!("`{until}` does not become true up to t = {} s: that is proved", t.lo())))
         }
         _ => Ok(()),
     }
