@@ -117,7 +117,7 @@ impl<'a, T: Inner> DualRun<'a, T> {
         }
         let mut is_at_event = false;
         if let Some(event) = &mut self.event
-            && let Some(at_event) = event.first_in(&mut self.stepper, step.formula, [&self.state, &next])?
+            && let Some(at_event) = event.locate_first(&mut self.stepper, step.formula, [&self.state, &next])?
         {
             (next, is_at_event) = (at_event, true);
         } else if is_at_end && value.is_some() {

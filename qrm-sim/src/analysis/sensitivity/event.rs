@@ -48,7 +48,7 @@ impl<'a, T: Inner> DualEvent<'a, T> {
     ///
     /// # Errors
     /// `g` does not cross zero, or a step cannot be made.
-    pub(super) fn first_in(
+    pub(super) fn locate_first(
         &mut self,
         stepper: &mut DualStepper<T>,
         formula: Formula,
