@@ -118,7 +118,7 @@ impl Known<'_> {
                 own[0] = node.value(value);
                 self.write_derivatives(node, own);
             }
-            _ if node.has_corner(|node| value(node)) => own.fill(Interval::ENTIRE),
+            _ if node.has_corner(value) => own.fill(Interval::ENTIRE),
             Node::Constant(_) | Node::Sign(_) | Node::Floor(_) => {}
             Node::Neg(a) => subtract(own, self.at(order, a)),
             Node::Add(a, b) => {
