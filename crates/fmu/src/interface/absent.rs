@@ -100,14 +100,16 @@ macro_rules! no_variables {
     ($($get:ident, $set:ident: $type:ty;)*) => {
         interface! {
             $(
-                fn $get(handle: *mut c_void, references: *const u32, count: usize, values: *mut $type, value_count: usize)
-                    -> Status
+                fn $get(
+                    handle: *mut c_void, references: *const u32, count: usize, values: *mut $type, value_count: usize
+                ) -> Status
                 {
                     nothing(handle, count)
                 }
 
-                fn $set(handle: *mut c_void, references: *const u32, count: usize, values: *const $type, value_count: usize)
-                    -> Status
+                fn $set(
+                    handle: *mut c_void, references: *const u32, count: usize, values: *const $type, value_count: usize
+                ) -> Status
                 {
                     nothing(handle, count)
                 }
