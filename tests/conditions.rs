@@ -101,6 +101,26 @@ fn lanes_of_a_sweep_end_where_single_runs_do() {
     }
 }
 
+/// The polynomial of a step meets the bound where the motion itself only comes near it.
+#[test]
+fn a_condition_that_comes_near_its_bound_does_not_hold_a_lane() {
+    let condition = "sin(3*((q_ddot - 0.216)/0.568)*((p_dot - 0.0481)/0.518)) >= 0.65394204";
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("sweep.csv");
+    let sweep = qrm(&["sweep", "slider-crank", "--vary", "k=1,1.1,0.9,0.8,1.2", "--until", condition, "--out"])
+        .arg(&out)
+        .output()
+        .expect("the command starts");
+    assert_eq!(sweep.status.code(), Some(0));
+    let table = Table::read(&out);
+    for row in 0..=table.last() {
+        let k = format!("k={}", table.text(row, "k"));
+        let run = run(&["slider-crank", "--method", "dop853", "--until", condition, "--set", &k]);
+        let alone = run.trajectory();
+        near(&k, table.number(row, "end_time"), alone.number(alone.last(), "t"), 1e-7);
+    }
+}
+
 /// A pendulum that is released level: at the height y, its energy is -m g y and the pull of its rod is -3 m g y/l.
 #[test]
 fn energies_forces_and_rates_of_points_agree_with_closed_forms() {

@@ -62,6 +62,8 @@ struct Lane {
     end_time: f64,
     /// Whether the step under way is to end where the stop condition becomes true.
     is_landing: bool,
+    /// The number of such steps so far.
+    landings: u32,
     /// The comparison of the companion with its design, where the companion is under way.
     companion: Option<Companion>,
 }
@@ -179,7 +181,8 @@ impl<'a> LaneSweep<'a> {
                     let outputs = self.outputs(design, &first);
                     self.batch.begin_ranges(lane, &outputs);
                     let (bounds, end_time) = (self.request.bounds_of(design), self.end_time(design));
-                    let next = Lane { design, first, bounds, end_time, is_landing: false, companion: None };
+                    let next =
+                        Lane { design, first, bounds, end_time, is_landing: false, landings: 0, companion: None };
                     return self.begin(lane, next);
                 }
                 Ok(None) => self.run_alone(design),

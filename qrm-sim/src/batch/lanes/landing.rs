@@ -15,6 +15,9 @@ const NEAR: f64 = 1e-5;
 /// The part of that within which a condition must have become true for the end to be accepted.
 const RESOLUTION: f64 = 1e-5;
 
+/// A design with more steps towards its condition runs by itself: the condition may only come near its bound.
+const MOST_LANDINGS: u32 = 20;
+
 impl LaneSweep<'_> {
     /// Ends a design where its stop condition becomes true, near the end of a step; or makes a step to there.
     pub(super) fn land(&mut self, lane: usize, to: &State, value: f64) {
@@ -93,14 +96,13 @@ impl LaneSweep<'_> {
 
     /// Makes a step that is to end where the condition becomes true.
     fn step_on(&mut self, lane: usize, begin: f64, end_time: f64) {
-        if !(end_time > begin) {
+        let Some(Lane { is_landing, landings, .. }) = &mut self.lanes[lane] else { return };
+        (*is_landing, *landings) = (true, *landings + 1);
+        if !(end_time > begin) || *landings > MOST_LANDINGS {
             return self.leave(lane);
         }
         let schedule = self.batch.schedule(lane);
         self.batch.set_schedule(lane, &LaneSchedule { end_time, step: end_time - begin, ..schedule });
-        if let Some(lane) = &mut self.lanes[lane] {
-            lane.is_landing = true;
-        }
     }
 
     /// The value of the stop condition of a lane, negative until it is true, where accelerations and multipliers are
