@@ -15,7 +15,7 @@ use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 
 use qrm_language::identifier::ident;
-use qrm_scene::operations;
+use qrm_scene::formula_tape;
 use qrm_scene::scene::{Coordinate, Scene, Start};
 
 use crate::graph::{Graph, Id, Op, Signed};
@@ -42,7 +42,7 @@ pub fn tape(scene: &Scene, equations: &Equations) -> NamedTape {
     let mut tape = writer.tape.into_inner();
     let start = scene_formula::start(scene, &mut tape);
     let schedule = scene_formula::schedule(scene, &mut tape);
-    let event = scene.run.until.as_ref().map(|until| operations::event(scene, until, &mut tape));
+    let event = scene.run.until.as_ref().map(|until| formula_tape::event(scene, until, &mut tape));
     tape.functions.extend([start, schedule].into_iter().chain(event));
     let switching = switching::switching(&tape, scene.friction_by_forces().next().is_some());
     tape.functions.extend(switching);

@@ -104,6 +104,13 @@ impl State {
         }
     }
 
+    /// The state after a short time along its rates and accelerations.
+    pub(crate) fn moved_along(&self, h: f64) -> Self {
+        let mut moved = self.clone();
+        moved.move_along(h);
+        moved
+    }
+
     /// The kinetic energy and the potential of the conservative loads, in J.
     pub(crate) fn energy(&self, mechanism: &dyn Mechanism) -> f64 {
         mechanism.energy(&self.q, &self.qd).iter().sum()

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use qrm_core::{Mechanism, Model, Tape};
-use qrm_scene::operations::event_tape;
+use qrm_scene::formula_tape::event_tape;
 use qrm_scene::resolve::{read_condition, read_with};
 use serde_json::Value;
 use tempfile::TempDir;

@@ -2,7 +2,7 @@
 
 use qrm_core::NamedTape;
 use qrm_core::named_tape::{self, ResultField, Shape};
-use qrm_scene::operations::Formula;
+use qrm_scene::formula_tape::Formula;
 use qrm_scene::scene::{Coordinate, Scene, Start};
 
 /// The function for the scene's parameter values, each computed from earlier ones.

@@ -3,6 +3,12 @@
 use qrm_core::named_tape::{Argument, Value};
 use qrm_core::{DoubleDouble, NamedTape, Operation, Scalar, execute};
 
+/// The powers of ten that are doubles.
+const POWERS_OF_TEN: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
+    1e21, 1e22,
+];
+
 /// A number type on which a tape is verified.
 pub(crate) trait Number: Scalar {
     /// The number that a double represents in a scene: its shortest decimal.
@@ -17,10 +23,28 @@ impl Number for f64 {
 
 impl Number for DoubleDouble {
     fn decimal(number: f64) -> Self {
-        let size = qrm_scene::expression::Number::parse(&format!("{:?}", number.abs()));
-        let size = size.map_or(Self::from(number.abs()), |size| Self::sum(size.value, size.rest));
-        if number < 0.0 { -size } else { size }
+        let text = format!("{number:e}");
+        short_decimal(&text).or_else(|| exact_decimal(&text)).unwrap_or_else(|| Self::from(number))
     }
+}
+
+/// A number with at most 18 digits, and a power of ten that is a double.
+fn short_decimal(text: &str) -> Option<DoubleDouble> {
+    let (mantissa, exponent) = text.split_once('e')?;
+    let digits: i64 = mantissa.replace('.', "").parse().ok()?;
+    let places = mantissa.split_once('.').map_or(0, |(_, fraction)| fraction.len());
+    let power = exponent.parse::<i32>().ok()? - i32::try_from(places).ok()?;
+    let nearest = digits as f64;
+    let whole = DoubleDouble::sum(nearest, (digits - nearest as i64) as f64);
+    let scale = DoubleDouble::from(POWERS_OF_TEN.get(power.unsigned_abs() as usize).copied()?);
+    Some(if power < 0 { whole / scale } else { whole * scale })
+}
+
+/// Any number in the range of doubles.
+fn exact_decimal(text: &str) -> Option<DoubleDouble> {
+    let (sign, size) = text.strip_prefix('-').map_or((1.0, text), |size| (-1.0, size));
+    let size = qrm_scene::expression::Number::parse(size)?;
+    Some(DoubleDouble::sum(sign * size.value, sign * size.rest))
 }
 
 /// The values of a tape.
@@ -82,5 +106,22 @@ impl<'t, N: Number> Evaluation<'t, N> {
         let Some(function) = self.tape.function(name) else { return Vec::new() };
         let all = function.parts.iter().filter(|own| part.is_empty() || own.name == part);
         all.flat_map(|part| part.values.values()).map(|&value| self.values[value as usize]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_decimals_are_those_of_exact_arithmetic() {
+        let numbers = [0.1, -1.234_567_890_123_456_7, 6.674_3e-11, 9.806_65, 299_792_458.0, 1e22, 1.7e18, 0.0];
+        for number in numbers {
+            let text = format!("{number:e}");
+            let [short, exact] = [short_decimal(&text), exact_decimal(&text)].map(|x| x.expect("a decimal"));
+            let error = short - exact;
+            assert!(error.hi().abs() <= 1e-31 * number.abs(), "{text}: {error:?}");
+        }
+        assert!(short_decimal("1e-300").is_none());
     }
 }

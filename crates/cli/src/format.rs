@@ -1,4 +1,11 @@
-//! Formatting of numbers for people.
+//! Formatting of numbers and names for people.
+
+use qrm_core::Description;
+
+/// The name of a scene, with its documentation if it has one.
+pub(crate) fn heading(scene: &Description) -> String {
+    if scene.doc.is_empty() { scene.name.to_owned() } else { format!("{}: {}", scene.name, scene.doc) }
+}
 
 /// A number of things: `1 step`, `2 steps`.
 pub(crate) fn counted(count: u64, noun: &str) -> String {

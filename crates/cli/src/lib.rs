@@ -25,6 +25,7 @@ mod resolution;
 mod run_report;
 mod scenes;
 mod setup;
+mod table;
 mod trajectory;
 
 use std::ffi::OsString;

@@ -41,7 +41,6 @@ pub(crate) struct Rewritten {
 ///
 /// # Errors
 /// The engine fails or is interrupted.
-/// The engine fails or is interrupted.
 pub(crate) fn rewritten(setup: &Setup, range: ParameterRange) -> Result<Option<Rewritten>, Error> {
     let (path, source, scene) = (&setup.path, setup.description.source, &*setup.scene);
     let directions = directions(scene, source);

@@ -41,7 +41,6 @@ pub enum Error {
 ///
 /// # Errors
 /// The reason why a file cannot be written; no file is ever partially written.
-/// Anything that keeps one of the files from being written; no file is ever half-written.
 pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<(), Error> {
     let files = SceneFile::read_all(scenes, |file, _| refused_name(file)).map_err(Error::Scenes)?;
     let all: Vec<&SceneFile> = files.iter().collect();

@@ -69,7 +69,6 @@ pub enum Error {
 ///
 /// # Errors
 /// The engine could not be started, or cannot differentiate a formula.
-/// The engine could not be started, or cannot differentiate a formula.
 pub fn derive(scenes: &[&Scene], announce: &dyn Fn(Waiting)) -> Result<Vec<Equations>, Error> {
     let lock = lock(announce)?;
     let place = Mutex::new((0, 0..0));

@@ -6,6 +6,9 @@ use symbolica::{function, symbol};
 use super::algebra::Algebra;
 use qrm_codegen::term::Symbol;
 
+/// The largest power of a sine or cosine that is replaced.
+const LARGEST_POWER: i64 = 8;
+
 impl Algebra<'_> {
     /// The cheapest of several equal forms: unchanged, expanded, and with sin^2 + cos^2 = 1 used in either direction.
     pub(super) fn simplify(&self, atom: &Atom) -> Atom {
@@ -15,9 +18,6 @@ impl Algebra<'_> {
         let atom = &atom.expand_num();
         let expanded = atom.expand();
         let cost = |form: &Atom| self.cost(form.as_view());
-        if !has_square(expanded.as_view()) {
-            return if cost(&expanded) <= cost(atom) { expanded } else { atom.clone() };
-        }
         let forms = [
             without_squares_of(EngineSymbol::COS, EngineSymbol::SIN, &expanded),
             without_squares_of(EngineSymbol::SIN, EngineSymbol::COS, &expanded),
@@ -67,30 +67,37 @@ impl Algebra<'_> {
     }
 }
 
-/// Whether a square or higher power of a sine or cosine occurs.
-fn has_square(view: AtomView) -> bool {
+/// The largest power of a function that occurs in an expression and can be replaced; 1 if there is none.
+fn largest_power(view: AtomView, f: EngineSymbol) -> i64 {
+    let largest =
+        |items: &mut dyn Iterator<Item = AtomView<'_>>| items.map(|item| largest_power(item, f)).max().unwrap_or(1);
     match view {
-        AtomView::Num(_) | AtomView::Var(_) => false,
-        AtomView::Add(sum) => sum.iter().any(has_square),
-        AtomView::Mul(product) => product.iter().any(has_square),
-        AtomView::Fun(call) => call.iter().any(has_square),
-        AtomView::Pow(power) => match power.get_base_exp() {
-            (AtomView::Fun(call), _) if [EngineSymbol::SIN, EngineSymbol::COS].contains(&call.get_symbol()) => true,
-            (AtomView::Var(base), exponent) if base.get_symbol() == EngineSymbol::E => has_square(exponent),
-            (base, _) => has_square(base),
-        },
+        AtomView::Num(_) | AtomView::Var(_) => 1,
+        AtomView::Add(sum) => largest(&mut sum.iter()),
+        AtomView::Mul(product) => largest(&mut product.iter()),
+        AtomView::Fun(call) => largest(&mut call.iter()),
+        AtomView::Pow(power) => {
+            let (base, exponent) = power.get_base_exp();
+            let own = match base {
+                AtomView::Fun(call) if call.get_symbol() == f => i64::try_from(exponent).unwrap_or(1),
+                _ => 1,
+            };
+            let own = if own > LARGEST_POWER { 1 } else { own };
+            largest(&mut [base, exponent].into_iter()).max(own)
+        }
     }
 }
 
 /// Replaces even powers: f(x)^2 = 1 - g(x)^2 where f and g are sine and cosine.
 fn without_squares_of(f: EngineSymbol, g: EngineSymbol, expanded: &Atom) -> Atom {
+    let largest = largest_power(expanded.as_view(), f);
     let x = Atom::var(symbol!("x_"));
     let (f, g) = (function!(f, &x), function!(g, &x));
     let mut atom = expanded.clone();
-    for exponent in (2..=8).rev() {
+    for exponent in (2..=largest).rev() {
         let square = Atom::num(1) - g.pow(Atom::num(2));
         let replacement = f.pow(Atom::num(exponent - 2)) * square;
         atom = atom.replace(f.pow(Atom::num(exponent)).to_pattern()).with(replacement.to_pattern());
     }
-    atom.expand()
+    if largest > 1 { atom.expand() } else { atom }
 }

@@ -112,7 +112,6 @@ impl Figure {
     ///
     /// # Errors
     /// There is nothing to draw, or the range is too large.
-    /// There is nothing to draw, or it lies too far apart.
     pub fn svg(&self) -> Result<String, NoPicture> {
         sheet::draw(self)
     }

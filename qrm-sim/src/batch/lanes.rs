@@ -269,7 +269,7 @@ impl<'a> LaneSweep<'a> {
             let has_landed = is_landing && to.t >= self.batch.schedule(lane).end_time;
             match self.events.get(lane).and_then(|event| event.value(&*self.designs[design], to)) {
                 Some(value) if value.is_nan() => return self.leave(lane),
-                Some(_) if !is_landing && self.ends_inside_steps && self.lands_inside(lane, to) => return,
+                Some(_) if !is_landing && self.ends_inside_steps && self.land_inside(lane, to) => return,
                 Some(value) if has_landed || value >= 0.0 => return self.land(lane, to, value),
                 // The step was rejected, or is made in several.
                 Some(_) if is_landing && !self.batch.is_stuck(lane) => return,

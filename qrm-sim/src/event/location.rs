@@ -117,27 +117,21 @@ pub(crate) fn locate<E>(
 
 /// The change of a value along the motion from a state, by its difference over a time.
 pub(crate) fn slope(at: &State, h: f64, value: &mut dyn FnMut(&State) -> Option<f64>) -> Option<f64> {
-    let mut moved = at.clone();
-    moved.move_along(h);
-    Some((value(&moved)? - value(at)?) / h)
+    Some((value(&at.moved_along(h))? - value(at)?) / h)
 }
 
 /// The time from a state on to the event nearest to it, within a time, where the motion goes on by its rates and
 /// accelerations.
 pub(crate) fn time_to_event(at: &State, longest: f64, value: &mut dyn FnMut(&State) -> Option<f64>) -> Option<f64> {
-    let moved = |h: f64| {
-        let mut moved = at.clone();
-        moved.move_along(h);
-        moved
-    };
     let is_behind = value(at)? >= 0.0;
     let mut reach = f64::EPSILON * at.t.abs().max(f64::MIN_POSITIVE);
     while reach <= longest {
-        let other = moved(if is_behind { -reach } else { reach });
+        let other = at.moved_along(if is_behind { -reach } else { reach });
         if (value(&other)? >= 0.0) != is_behind {
             let ends = if is_behind { [&other, at] } else { [at, &other] };
             let mut value = |at: &State| value(at).unwrap_or(f64::NAN);
-            let Ok(found) = locate(ends[0], ends[1], &mut value, &mut |t| Ok::<_, Infallible>(moved(t - at.t)));
+            let Ok(found) =
+                locate(ends[0], ends[1], &mut value, &mut |t| Ok::<_, Infallible>(at.moved_along(t - at.t)));
             return Some(found.t - at.t);
         }
         reach *= 4.0;

@@ -186,7 +186,6 @@ impl Adaptive {
     ///
     /// # Errors
     /// The motion cannot be continued to that time.
-    /// The motion does not get there.
     pub(super) fn advance_to(
         &mut self,
         mechanism: &dyn Mechanism,

@@ -81,7 +81,6 @@ impl Fixed {
     ///
     /// # Errors
     /// The motion cannot be continued to that time.
-    /// The motion does not get there.
     pub(super) fn advance(
         &mut self,
         by: &mut StepContext,

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use qrm_core::{Model, ParameterOverrides, Schedule, Tape};
-use qrm_scene::operations::event_tape;
+use qrm_scene::formula_tape::event_tape;
 use qrm_scene::resolve::{read_condition, read_with};
 use qrm_sim::analysis::{
     EnergyIntegral, SensitivityRequest, exact_states, reference_states, revolution, sensitivity, spectrum,

@@ -13,6 +13,7 @@ use qrm_sim::analysis::MechanismWithoutDrive;
 use qrm_sim::position::Start;
 
 use crate::error::Error;
+use crate::format::heading;
 use crate::options::{MethodOptions, SceneOptions};
 use crate::output::print;
 use crate::setup::Setup;
@@ -51,7 +52,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     }
     let (topics, problem) = report_lines(&setup)?;
     let width = topics.iter().map(|topic| topic.name.len()).max().unwrap_or(0);
-    let mut text = format!("{}: {}\n", setup.description.name, setup.description.doc);
+    let mut text = format!("{}\n", heading(setup.description));
     for Topic { name, lines } in &topics {
         let names = std::iter::once(name.as_str()).chain(std::iter::repeat(""));
         text.push('\n');

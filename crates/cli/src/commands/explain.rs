@@ -4,6 +4,7 @@ use clap::Args;
 use qrm_core::Model;
 
 use crate::error::Error;
+use crate::format::heading;
 use crate::options::SceneName;
 use crate::output::print;
 
@@ -17,6 +18,6 @@ pub(crate) struct Options {
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let model = options.scene.find(models)?.model;
     let (description, notes) = (model.description, &model.named_tape().notes);
-    print(&format!("{}: {}\n\n{}", description.name, description.doc, notes.join("\n")));
+    print(&format!("{}\n\n{}", heading(description), notes.join("\n")));
     Ok(())
 }

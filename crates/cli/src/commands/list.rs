@@ -4,6 +4,7 @@ use clap::Args;
 use qrm_core::{Model, QuantityDescription};
 
 use crate::error::Error;
+use crate::format::heading;
 use crate::output::print;
 
 #[derive(Args)]
@@ -42,7 +43,7 @@ fn entry(model: &Model) -> String {
         ("until", description.until.to_owned()),
         ("left out", description.left_out.join(", ")),
     ];
-    let mut lines = vec![format!("{}: {}", description.name, description.doc)];
+    let mut lines = vec![heading(description)];
     for (topic, text) in topics.iter().filter(|(_, text)| !text.is_empty()) {
         lines.push(format!("  {topic:12} {text}"));
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::RunReport;
-use crate::format::{counted, decimals, seconds, with_error};
+use crate::format::{counted, decimals, heading, seconds, with_error};
 use crate::output::written;
 
 impl RunReport {
@@ -39,7 +39,7 @@ impl RunReport {
 
     /// The text printed by a run; `tables` are additional files.
     pub(crate) fn text(&self, out: &Path, tables: &[String], has_summary: bool) -> String {
-        let mut text = format!("{}: {}\n\n", self.scene, self.description.doc);
+        let mut text = format!("{}\n\n", heading(self.description));
         for (topic, line) in self.report_lines() {
             text += &format!("  {topic:8}  {line}\n");
         }

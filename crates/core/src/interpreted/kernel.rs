@@ -77,11 +77,13 @@ impl<R: Scalar, const C: usize> InterpretedKernel<R, C> {
         results(values, places)
     }
 
-    /// The value of one of the functions without a position.
-    fn evaluate(&self, function: &TapeFunction, arguments: &[(usize, &[R])]) -> R {
-        let values = &mut *self.values[POSITIONS].borrow_mut();
-        write::<R, C>(values, arguments);
-        execute(values, self.arguments.end, &function.operations);
+    /// The value of one of the functions without a position, for coordinates, rates and accelerations.
+    fn evaluate(&self, function: &TapeFunction, t: R, motion: [&[R; C]; 3], multipliers: &[R; C]) -> R {
+        let (values, at) = (&mut *self.values[POSITIONS].borrow_mut(), &self.arguments);
+        let [q, qd, qdd] = motion.map(|x| self.coordinates(x));
+        let multipliers = (at.multipliers, self.constraints(multipliers));
+        write::<R, C>(values, &[(at.t, &[t]), (at.q, q), (at.qd, qd), (at.qdd, qdd), multipliers]);
+        execute(values, at.end, &function.operations);
         function.results.first().map_or(R::zero(), |&place| values[place as usize])
     }
 
@@ -219,16 +221,10 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
     }
 
     fn power(&self, t: R, q: &[R; C], qd: &[R; C], qdd: &[R; C], multipliers: &[R; C]) -> R {
-        let at = &self.arguments;
-        let [q, qd, qdd] = [q, qd, qdd].map(|x| self.coordinates(x));
-        let multipliers = (at.multipliers, self.constraints(multipliers));
-        self.evaluate(&self.tape.power, &[(at.t, &[t]), (at.q, q), (at.qd, qd), (at.qdd, qdd), multipliers])
+        self.evaluate(&self.tape.power, t, [q, qd, qdd], multipliers)
     }
 
     fn event(&self, t: R, q: &[R; C], qd: &[R; C], qdd: &[R; C], multipliers: &[R; C]) -> Option<R> {
-        let (event, at) = (self.tape.event.as_ref()?, &self.arguments);
-        let [q, qd, qdd] = [q, qd, qdd].map(|x| self.coordinates(x));
-        let multipliers = (at.multipliers, self.constraints(multipliers));
-        Some(self.evaluate(event, &[(at.t, &[t]), (at.q, q), (at.qd, qd), (at.qdd, qdd), multipliers]))
+        Some(self.evaluate(self.tape.event.as_ref()?, t, [q, qd, qdd], multipliers))
     }
 }

@@ -1,5 +1,6 @@
 //! Properties of the event of a tape.
 
+use core::ops::Range;
 use std::vec;
 
 use super::{Operation, Tape};
@@ -7,22 +8,24 @@ use super::{Operation, Tape};
 impl Tape {
     /// Whether the event depends on accelerations or multipliers.
     pub fn event_takes_forces(&self) -> bool {
-        let (Some(event), places) = (&self.event, self.arguments()) else { return false };
-        let mut takes_forces = false;
-        let mut look = |place: u32| takes_forces |= (places.qdd..places.sin).contains(&(place as usize));
-        event.operations.iter().for_each(|operation| operation.for_each_operand(&mut look));
-        event.results.iter().copied().for_each(look);
-        takes_forces
+        let arguments = self.arguments();
+        self.event_takes(arguments.qdd..arguments.sin)
     }
 
     /// Whether the event depends on parameters alone.
     pub fn event_is_constant(&self) -> bool {
-        let (Some(event), places) = (&self.event, self.arguments()) else { return false };
-        let mut is_constant = true;
-        let mut look = |place: u32| is_constant &= !(places.t..places.constants).contains(&(place as usize));
+        let arguments = self.arguments();
+        self.event.is_some() && !self.event_takes(arguments.t..arguments.constants)
+    }
+
+    /// Whether the event reads a value at one of some places.
+    fn event_takes(&self, places: Range<usize>) -> bool {
+        let Some(event) = &self.event else { return false };
+        let mut takes = false;
+        let mut look = |place: u32| takes |= places.contains(&(place as usize));
         event.operations.iter().for_each(|operation| operation.for_each_operand(&mut look));
         event.results.iter().copied().for_each(look);
-        is_constant
+        takes
     }
 
     /// Whether the event is linear in coordinates and in absolute values of linear terms.

@@ -86,8 +86,7 @@ impl<'a, T: Inner> DualEvent<'a, T> {
         if self.real.takes_forces() {
             let mut solver = Solver::new(mechanism);
             for (h, weight) in [(-h, -0.5 / h), (h, 0.5 / h)] {
-                let mut near = at.clone();
-                near.move_along(h);
+                let mut near = at.moved_along(h);
                 // Where they are not determined, the event has no derivative.
                 if solver.complete(mechanism, &mut near).is_err() {
                     return f64::NAN;

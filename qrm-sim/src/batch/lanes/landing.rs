@@ -70,7 +70,7 @@ impl LaneSweep<'_> {
     }
 
     /// Makes the last step of a lane again if the stop condition is true somewhere inside it; returns whether it is.
-    pub(super) fn lands_inside(&mut self, lane: usize, to: &State) -> bool {
+    pub(super) fn land_inside(&mut self, lane: usize, to: &State) -> bool {
         let mut from = std::mem::take(&mut self.from);
         self.read(&mut from, |batch, row| batch.read_row_before(lane, row));
         let value = &mut |at: &State| Some(self.condition_value(lane, at));

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::format::counted;
 use crate::setup::Setup;
+use crate::table::{self, Align};
 
 /// The largest number of decimals.
 const MOST_DECIMALS: f64 = 18.0;
@@ -67,29 +68,23 @@ impl Report {
             None => "at the time t".to_owned(),
         };
         let (steps, seconds) = (counted(self.steps, "step"), elapsed.as_secs_f64());
-        let mut rows = vec![["", "value", "width", "lower", "upper", ""].map(str::to_owned)];
+        let mut rows = vec![["", "value", "width", "lower", "upper", ""].map(str::to_owned).to_vec()];
         rows.extend(self.columns.iter().map(Column::cells));
-        let widths: [usize; 6] =
-            std::array::from_fn(|i| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0));
-        let line = |row: &[String; 6]| {
-            let cells: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
-            format!("  {}", cells.join("  ")).trim_end().to_owned()
-        };
-        let lines: Vec<String> = rows.iter().map(line).collect();
+        let lines = table::lines(&[Align::Left; 6], &rows);
         let title = format!("{}: intervals that contain the motion {end} ({steps}, {seconds:.2} s)", self.scene);
         format!("{title}\n{}\n", lines.join("\n"))
     }
 }
 
 impl Column {
-    fn cells(&self) -> [String; 6] {
+    fn cells(&self) -> Vec<String> {
         let digits = digits(self.lower, self.upper);
         let width = match self.upper - self.lower {
             0.0 => "0".to_owned(),
             width => format!("{width:.1e}"),
         };
         let [lower, upper] = [self.lower, self.upper].map(|end| format!("{end:?}"));
-        [self.name.clone(), digits, width, lower, upper, self.unit.clone()]
+        vec![self.name.clone(), digits, width, lower, upper, self.unit.clone()]
     }
 }
 

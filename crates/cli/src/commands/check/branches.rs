@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::format::{counted, quantity};
 use crate::progress::{interrupted, watch_interrupts};
 use crate::setup::Setup;
+use crate::table::{self, Align};
 
 /// Creates a table with the coordinates of each branch.
 pub(super) fn text(setup: &Setup) -> Result<String, Error> {
@@ -33,10 +34,15 @@ pub(super) fn text(setup: &Setup) -> Result<String, Error> {
     }
     let coordinates = setup.description.coordinates;
     let (fixed, free): (Vec<usize>, Vec<usize>) = (0..q.len()).partition(|&i| start.given[i]);
-    let cells = |q: &[f64]| free.iter().map(|&i| quantity(q[i], coordinates[i].unit)).collect::<Vec<_>>();
-    let mut rows = vec![free.iter().map(|&i| coordinates[i].name.to_owned()).collect::<Vec<_>>()];
-    rows.extend(found.iter().map(|q| cells(q)));
-    let width = |column: usize| rows.iter().map(|row| row[column].len()).max().unwrap_or(0);
+    let names = free.iter().map(|&i| coordinates[i].name.to_owned());
+    let mut rows: Vec<Vec<String>> = vec![[String::new()].into_iter().chain(names).chain([String::new()]).collect()];
+    for (number, q) in (1..).zip(&found) {
+        let values = free.iter().map(|&i| quantity(q[i], coordinates[i].unit));
+        let note = if number == 1 { "the scene's own" } else { "" };
+        rows.push([format!("{number}")].into_iter().chain(values).chain([note.to_owned()]).collect());
+    }
+    let mut columns = vec![Align::Right; free.len() + 1];
+    columns.push(Align::Left);
     let given: Vec<String> =
         fixed.iter().map(|&i| format!("{} = {}", coordinates[i].name, quantity(q[i], coordinates[i].unit))).collect();
     let given = if given.is_empty() { String::new() } else { format!(" with {}", given.join(", ")) };
@@ -44,13 +50,7 @@ pub(super) fn text(setup: &Setup) -> Result<String, Error> {
     let noun = if number == 1 { "branch" } else { "branches" };
     let more = if number == MAX_BRANCHES { " and perhaps more" } else { "" };
     let mut text = format!("{}: {number} {noun}{more}{given}\n", setup.description.name);
-    for (place, row) in rows.iter().enumerate() {
-        let label = if place == 0 { String::new() } else { place.to_string() };
-        let cells: Vec<String> =
-            row.iter().enumerate().map(|(i, cell)| format!("{cell:>width$}", width = width(i))).collect();
-        let note = if place == 1 { "   the scene's own" } else { "" };
-        text += &format!("\n  {label:>2}  {}{note}", cells.join("   "));
-    }
+    table::lines(&columns, &rows).iter().for_each(|line| text += &format!("\n{line}"));
     if number > 1 {
         text += "\n\nGuesses near the values of a branch choose it: `solve` in [initial], `near` and `angle` in links \
                  and joints";

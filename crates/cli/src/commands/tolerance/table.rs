@@ -3,6 +3,7 @@
 use super::report::Report;
 use super::{Options, Quantity};
 use crate::format::{counted, with_error, wrapped};
+use crate::table::{self, Align};
 
 /// The smallest printed share of a parameter.
 const LEAST_SHARE: f64 = 0.005;
@@ -18,28 +19,21 @@ const WIDTH: usize = 110;
 /// The results as a table, with warnings.
 pub(super) fn text(report: &Report) -> String {
     let header = ["", "nominal", "linear", "Monte Carlo", "worst case", "due to"].map(str::to_owned);
-    let rows: Vec<[String; 6]> =
-        std::iter::once(header).chain(report.quantities.iter().map(|quantity| row(report, quantity))).collect();
-    let widths: Vec<usize> = (0..6).map(|k| rows.iter().map(|row| row[k].chars().count()).max().unwrap_or(0)).collect();
-    let line = |row: &[String; 6]| {
-        let cells = row.iter().zip(&widths).enumerate().map(|(k, (cell, &width))| match k {
-            0 | 5 => format!("{cell:<width$}"),
-            _ => format!("{cell:>width$}"),
-        });
-        format!("  {}", cells.collect::<Vec<_>>().join("  ")).trim_end().to_owned()
-    };
+    let mut rows = vec![header.to_vec()];
+    rows.extend(report.quantities.iter().map(|quantity| row(report, quantity)));
+    let columns = [Align::Left, Align::Right, Align::Right, Align::Right, Align::Right, Align::Left];
     let Options { distribution, .. } = report.options;
     let count = counted(report.samples.count() as u64, "sample");
     let title = format!("{}: {count}, {}; +- is three standard deviations", report.scene, distribution.name());
     let mut lines = vec![title, String::new()];
-    lines.extend(rows.iter().map(line));
+    lines.extend(table::lines(&columns, &rows));
     let warnings = warnings(report);
     lines.extend(warnings.iter().map(|warning| format!("\n{}", wrapped(&format!("warning: {warning}"), WIDTH))));
     lines.push(String::new());
     lines.join("\n")
 }
 
-fn row(report: &Report, quantity: &Quantity) -> [String; 6] {
+fn row(report: &Report, quantity: &Quantity) -> Vec<String> {
     let Quantity { name, unit, nominal, worst, resolution, .. } = quantity;
     let (deviation, shares) = quantity.linear(report.parameters, report.options.distribution);
     let spread = |deviation: f64| {
@@ -56,7 +50,7 @@ fn row(report: &Report, quantity: &Quantity) -> [String; 6] {
         format!("{}{}", if is_uncertain(quantity) { "?" } else { "" }, spread(quantity.statistics.deviation))
     };
     let [least, most] = worst.ends;
-    [
+    vec![
         if unit.is_empty() { name.clone() } else { format!("{name}, {unit}") },
         with_error(nominal.value, nominal.error.unwrap_or(0.0)),
         format!("{by_difference}{}", spread(deviation)),
