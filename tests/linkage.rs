@@ -265,6 +265,79 @@ fn forces_in_joints_are_those_of_free_bodies() {
     assert!(rows > 40, "{rows}");
 }
 
+/// The force in a slider, whether what pulls its block is written along its coordinate or at its point.
+#[test]
+#[ignore = "full tier: engine"]
+fn a_load_along_the_coordinate_of_a_slider_acts_on_its_block() {
+    let scene = "name = 'block'
+run = { step = 1e-2, end_time = 0.5 }
+[links]
+ground = { points = { A = [0, 0] } }
+one = { points = { P = [0, 0] }, mass = 3, com = 'P' }
+[joints]
+A = { prismatic = ['one.P', 'ground.A'], direction = '30deg', start = 0.5, rate = 0.2 }
+[loads]
+weight = { gravity = [0, -9.81] }
+pull = LOAD
+[outputs]
+F_A = { joint = 'A' }
+F_G = { joint = 'A', on = 'ground' }
+";
+    let normal = 3.0 * 9.81 * (PI / 6.0).cos();
+    for load in ["{ along = 's_A', force = 20 }", "{ force = ['20*cos(30deg)', '20*sin(30deg)'], at = 'P' }"] {
+        let largest = |name: &str| largest_in(&scene.replace("LOAD", load), name);
+        near(load, largest("F_A"), normal, 1e-9);
+        near(load, largest("F_A_y"), normal * (PI / 6.0).cos(), 1e-9);
+        near(load, largest("F_G"), normal, 1e-9);
+        near(load, largest("F_G_x"), normal * (PI / 6.0).sin(), 1e-9);
+    }
+}
+
+/// The force in the pin of a piston: the load belongs to the link that is named.
+#[test]
+#[ignore = "full tier: engine"]
+fn a_load_on_a_shared_pin_belongs_to_the_named_link() {
+    let scene = "name = 'engine'
+run = { step = 1e-3, end_time = 1e-3 }
+[links]
+ground = { points = { O = [0, 0] } }
+crank = { bar = ['O', 'A'], length = 0.05 }
+rod = { bar = ['A', 'B'], length = 0.2 }
+piston = { points = { B = [0, 0] }, mass = 1e-9, com = 'B' }
+[joints]
+O = { revolute = ['crank', 'ground'], drive = '1 + 0.1*t' }
+A = { revolute = ['crank', 'rod'] }
+B = { revolute = ['rod', 'piston'], near = [0.2, 0] }
+guide = { prismatic = ['piston.B', 'ground.O'] }
+[loads]
+gas = { force = [-1000, 0], LINK }
+[outputs]
+F_B = { joint = 'B' }
+";
+    // At the end, where the rod is steepest.
+    let sin = 0.05 / 0.2 * 1.0001_f64.sin();
+    let along_rod = 1000.0 / (1.0 - sin * sin).sqrt();
+    let across = 1000.0 * sin / (1.0 - sin * sin).sqrt();
+    for (link, force) in [
+        ("at = 'piston.B'", along_rod),
+        ("at = 'B', on = 'piston'", along_rod),
+        ("at = 'rod.B'", across),
+        ("at = 'B', on = 'rod'", across),
+    ] {
+        near(link, largest_in(&scene.replace("LINK", link), "F_B"), force, 1e-3);
+    }
+}
+
+/// The largest value of an output in a run of a scene.
+fn largest_in(scene: &str, output: &str) -> f64 {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("scene.toml");
+    fs::write(&file, scene).expect("written");
+    let run = common::run(&[&file.display().to_string(), "--no-figures"]);
+    assert_eq!(run.status(), 0, "{}", run.stderr());
+    run.summary()["extremes"][output]["max"].as_f64().expect("a force")
+}
+
 /// The moments in joints, and what acts on the ground, by hand.
 #[test]
 #[ignore = "full tier: engine"]
@@ -345,16 +418,11 @@ fn moments_in_joints_are_those_of_free_bodies() {
 #[test]
 #[ignore = "full tier: engine"]
 fn the_reaction_of_a_guide_bears_the_weight() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
     let largest = |output: &str, name: &str| {
         let text = fs::read_to_string(path("quick-return")).expect("a scene");
         let text =
             text.replace("[loads]", "[loads]\nweight = { gravity = [0, -9.81] }") + "[outputs]\n" + output + "\n";
-        let file = folder.path().join("scene.toml");
-        fs::write(&file, text).expect("written");
-        let run = common::run(&[&file.display().to_string(), "--no-figures"]);
-        assert_eq!(run.status(), 0, "{}", run.stderr());
-        run.summary()["extremes"][name]["max"].as_f64().expect("a force")
+        largest_in(&text, name)
     };
     let reaction = largest("N = { reaction = \"guide\", at = \"C\", along = [0, 1] }", "N");
     let force = largest("F = { joint = \"guide\" }", "F_y");

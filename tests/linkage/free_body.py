@@ -238,7 +238,7 @@ class Scene:
         self.owners = {}
         for l, link in self.links.items():
             for p, at in link.points.items():
-                self.owners[f"{l}_{p}"] = (l, at)
+                self.owners[f"{l}_{p}"] = self.owners[f"{l}.{p}"] = (l, at)
         for l in sorted(self.links, key=lambda l: distance.get(l, 1e9)):
             for p, at in self.links[l].points.items():
                 self.owners.setdefault(p, (l, at))

@@ -53,6 +53,9 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
             if let Some(angle) = own.turn.as_ref().and_then(|turn| turn.angle) {
                 displaced.coordinates[angle] += Dual::new(zero, shift.turn);
             }
+            if let Some(slide) = &own.slide {
+                displaced.coordinates[slide.coordinate] += Dual::new(zero, self.plain.value(&slide.size));
+            }
             for &body in &own.bodies {
                 work += self.inertia_less_weight(&self.scene.bodies[body], &shift);
                 work -= self.applied(body, &shift);

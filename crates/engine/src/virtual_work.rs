@@ -57,15 +57,14 @@ pub(super) fn free_body(system: &System, displacements: &[Displacement]) -> Atom
             moved().filter(|(own, _)| own.points.contains(&point)).map(|(_, shift)| shift.at(place)[axis].clone());
         place[axis].clone() + own.fold(Atom::num(0), |sum, by| sum + by) * algebra.displacement()
     };
-    let turned = |coordinate: usize| {
-        let turns = displacements
-            .iter()
-            .zip(&shifts)
-            .filter(|(own, _)| own.turn.as_ref().is_some_and(|turn| turn.angle == Some(coordinate)));
-        let angle = algebra.symbol(Symbol::Coordinate(coordinate));
-        angle + turns.fold(Atom::num(0), |sum, (_, shift)| sum + &shift.turn) * algebra.displacement()
+    let changed = |coordinate: usize| {
+        let turns = moved().filter(|(own, _)| own.turn.as_ref().is_some_and(|turn| turn.angle == Some(coordinate)));
+        let slides = displacements.iter().filter_map(|own| own.slide.as_ref());
+        let slides = slides.filter(|slide| slide.coordinate == coordinate).map(|slide| algebra.atom(&slide.size));
+        let change = turns.map(|(_, shift)| shift.turn.clone()).chain(slides).fold(Atom::num(0), |sum, by| sum + by);
+        algebra.symbol(Symbol::Coordinate(coordinate)) + change * algebra.displacement()
     };
-    let change = |value: &Value| algebra.derivative_by_displacement(&algebra.atom_where(value, shifted, turned));
+    let change = |value: &Value| algebra.derivative_by_displacement(&algebra.atom_where(value, shifted, changed));
     let of_body = |body: usize| moved().filter(move |(own, _)| own.bodies.contains(&body)).map(|(_, shift)| shift);
     let mut work = Atom::num(0);
     for body in 0..system.algebra.scene.bodies.len() {

@@ -11,10 +11,13 @@ mod loads;
 mod lookup_tables;
 mod outputs;
 mod places;
+mod point_names;
 mod reader;
 mod sections;
 mod table;
 mod values;
+
+use std::collections::BTreeMap;
 
 use crate::diagnostic::{Diagnostic, Span};
 use crate::parser::{Condition, Formula};
@@ -43,6 +46,8 @@ pub struct Document {
     pub links: Vec<LinkSyntax>,
     /// `[joints]`
     pub joints: Vec<JointSyntax>,
+    /// The names of the points of links in the expanded scene, by `LINK.POINT`.
+    pub point_names: BTreeMap<String, String>,
     /// Loops of four links; present only in scenes with links.
     pub four_bars: Vec<FourBar>,
     /// `[points]`

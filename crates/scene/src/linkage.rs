@@ -26,6 +26,8 @@ mod start_positions;
 pub(crate) mod terms;
 mod tree;
 
+use std::collections::BTreeMap;
+
 use crate::diagnostic::{Diagnostic, errors};
 use crate::document::{CoordinateSyntax, Document, Identifier};
 use angles::Angles;
@@ -82,6 +84,8 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     loads::check(document, &linkage, findings);
     let outputs = outputs::outputs(document, &linkage, findings);
     let frictions = Frictions::new(&linkage, findings);
+    let point_names: BTreeMap<String, String> =
+        graph.all_points().map(|id| (graph.full_name(id), places.name(id).to_owned())).collect();
     let points = places.points;
     let constraints = closures.into_iter().map(|closure| closure.syntax).collect();
     document.four_bars = four_bars;
@@ -95,6 +99,12 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
         own.into_iter().zip(outputs).flat_map(|(own, instead)| instead.unwrap_or_else(|| vec![own])).collect();
     document.outputs.extend(frictions.outputs);
     document.loads.extend(frictions.loads);
+    document.for_each_point_name(|point| {
+        if let Some(name) = point_names.get(&point.name) {
+            point.name.clone_from(name);
+        }
+    });
+    document.point_names = point_names;
     let unknown = start::write(document, values, freedoms);
     start::report_unknown(document, &unknown, findings);
     // Consequential errors are not reported.

@@ -17,7 +17,7 @@ use crate::parser::Condition;
 pub use drawing::{Drawn, DrawnKind};
 pub use extreme::Extreme;
 pub use load::{Friction, LoadKind};
-pub use output::{Displacement, OutputKind, Turn};
+pub use output::{Displacement, OutputKind, Slide, Turn};
 pub use reference::{Known, Reference};
 
 /// A formula of a scene.

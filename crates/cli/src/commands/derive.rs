@@ -1,6 +1,7 @@
 //! `qrm derive`
 
 mod expanded;
+mod point_names;
 
 use clap::Args;
 use qrm_core::Model;

@@ -92,6 +92,8 @@ pub struct DisplacementSyntax {
     pub along: Option<[Formula; 2]>,
     /// The size of an angle, the point about which the bodies turn, and the coordinate that turns.
     pub turn: Option<(Formula, Identifier, Option<Identifier>)>,
+    /// The change of the place along a slider, and its coordinate.
+    pub slide: Option<(Formula, Identifier)>,
 }
 
 /// The kinds of outputs.
@@ -186,8 +188,11 @@ fn displacement(r: &mut Reader, value: reader::Value) -> Option<DisplacementSynt
     let size = size.map_or_else(|| terms::whole(1), |v| r.formula(v));
     let angle = angle.and_then(|v| r.text(v));
     let turn = about.and_then(|v| r.text(v)).map(|about| (size, about, angle));
+    let slide = table.optional("slide").map(|v| r.formula(v));
+    let coordinate = if slide.is_some() { table.required(r, "coordinate") } else { None };
+    let slide = slide.zip(coordinate.and_then(|v| r.text(v)));
     table.finish(r);
-    Some(DisplacementSyntax { bodies, points, along, turn })
+    Some(DisplacementSyntax { bodies, points, along, turn, slide })
 }
 
 /// A list of names.

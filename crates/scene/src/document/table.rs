@@ -139,8 +139,14 @@ impl<'t, 's> Table<'t, 's> {
         None
     }
 
-    /// Reads `at = "point"` or `on = "body"`.
+    /// Reads `at = "point"` or `on = "body"`; both name a point of a link.
     pub(super) fn target(&self, r: &mut Reader) -> Option<Target> {
+        if self.is_there("at") && self.is_there("on") {
+            let [at, on] = ["at", "on"].map(|key| self.optional(key).and_then(|v| r.text(v)));
+            let point =
+                |(at, on): (Identifier, Identifier)| Identifier { name: format!("{}.{}", on.name, at.name), ..at };
+            return at.zip(on).map(point).map(Target::Point);
+        }
         match self.one_of(r, &["at", "on"], "name a point with `at`, or a body with `on`")? {
             "at" => self.optional("at").and_then(|v| r.text(v)).map(Target::Point),
             _ => self.optional("on").and_then(|v| r.text(v)).map(Target::Body),

@@ -6,10 +6,10 @@ use super::closures::{DRIVE, open_pins};
 use super::friction::load_of_joint;
 use super::gears::forces_of_teeth;
 use super::graph::PointId;
-use super::places::line;
+use super::places::{line, slide};
 use super::resolved::{Linkage, displacement_through};
 use super::terms::{dot, negate, whole};
-use crate::document::{Identifier, JointKind, OutputValue, Target};
+use crate::document::{DisplacementSyntax, Identifier, JointKind, OutputValue, Target};
 use crate::parser::Formula;
 
 /// The force of a joint on the link of one of its ends, along a direction.
@@ -20,20 +20,26 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
     let name = &joint.syntax.identifier.name;
     let is_closed = !joint.ends.iter().any(|end| tree.places(number, *end));
     let (drive, friction) = (joint.syntax.drive.as_ref(), joint.syntax.friction.as_ref());
-    if is_closed && joint.syntax.kind.is_slider() && (drive.is_some() || friction.is_some()) {
-        // The slider acts across the line; drive and friction act along it.
+    if joint.syntax.kind.is_slider() && (!is_closed || drive.is_some() || friction.is_some()) {
         let along_line = line(graph, angles, number);
         let [cos, sin] = along_line.clone();
         let factor = |way: [Formula; 2]| {
             let along = dot(way, direction.map(whole));
             if on == joint.ends[0] { along } else { negate(along) }
         };
-        let held = (identifier(name.clone()), negate(factor([negate(sin), cos])));
+        // The slider acts across the line; drive and friction act along it.
+        let held = is_closed.then(|| (identifier(name.clone()), negate(factor([negate(sin), cos]))));
         let driven = drive.map(|_| (identifier(format!("{name}{DRIVE}")), negate(factor(along_line.clone()))));
-        let rubbed = friction.map(|_| (identifier(load_of_joint(name)), factor(along_line)));
+        let rubbed = friction.map(|_| (identifier(load_of_joint(name)), factor(along_line.clone())));
+        let placed = joint.ends.iter().find(|end| tree.places(number, **end));
+        let displaced = placed.map(|end| {
+            let way = if *end == on { direction } else { direction.map(|part| -part) };
+            let slide = (factor(along_line.clone()), identifier(slide(graph, number)));
+            DisplacementSyntax { slide: Some(slide), ..displacement_through(linkage, *end, way.map(whole)) }
+        });
         return OutputValue::FreeBody {
-            displacements: Vec::new(),
-            multipliers: std::iter::once(held).chain(driven).collect(),
+            displacements: displaced.into_iter().collect(),
+            multipliers: held.into_iter().chain(driven).collect(),
             loads: rubbed.into_iter().collect(),
         };
     }

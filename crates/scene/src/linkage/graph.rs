@@ -123,6 +123,11 @@ impl<'d> Graph<'d> {
         &self.points(id.link)[id.point].0.name
     }
 
+    /// The name of a point with that of its link, `LINK.POINT`.
+    pub(super) fn full_name(&self, id: PointId) -> String {
+        format!("{}.{}", self.name(id.link), self.point_name(id))
+    }
+
     /// All points of all links.
     pub(super) fn all_points(&self) -> impl Iterator<Item = PointId> {
         (0..self.links.len()).flat_map(|link| (0..self.points(link).len()).map(move |point| PointId { link, point }))

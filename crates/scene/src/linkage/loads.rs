@@ -1,15 +1,22 @@
-//! Loads between points of links.
+//! Loads on points of links.
 
 use super::graph::PointId;
 use super::resolved::Linkage;
 use crate::diagnostic::Diagnostic;
-use crate::document::{Along, Document, Identifier, LoadSyntax};
+use crate::document::{Along, Document, Identifier, JointPart, LoadSyntax, OutputValue, Target};
 
-/// Reports loads between two points that always coincide.
+/// Reports loads between two points that always coincide, and loads on a pin whose force depends on which of its links
+/// carries them.
 pub(super) fn check(document: &Document, linkage: &Linkage, findings: &mut Vec<Diagnostic>) {
     for (_, load) in &document.loads {
+        if let LoadSyntax::Force { target: Target::Point(point), .. } = load {
+            check_link(document, linkage, point, findings);
+        }
         let LoadSyntax::Spring(spring) = load else { continue };
         let Along::Between(first, second) = &spring.along else { continue };
+        for point in [first, second] {
+            check_link(document, linkage, point, findings);
+        }
         let Some(joint) = pin_of_both(linkage, first, second) else { continue };
         let title = format!("points `{}` and `{}` are always in one place", first.name, second.name);
         let label = format!("joint `{joint}` holds them together");
@@ -17,9 +24,34 @@ pub(super) fn check(document: &Document, linkage: &Linkage, findings: &mut Vec<D
     }
 }
 
+/// Reports a point of several links if the force in the pin between them is needed.
+fn check_link(document: &Document, linkage: &Linkage, point: &Identifier, findings: &mut Vec<Diagnostic>) {
+    let graph = linkage.graph;
+    let is_own = |end: &&PointId| graph.point_name(**end) == point.name;
+    let asked = |output: &OutputValue, name: &str| match output {
+        OutputValue::Joint { joint, part: JointPart::Force, .. } => joint.name == name,
+        _ => false,
+    };
+    for joint in graph.joints.iter().filter(|joint| joint.syntax.kind.is_pin()) {
+        let name = &joint.syntax.identifier.name;
+        let is_needed =
+            joint.syntax.friction.is_some() || document.outputs.iter().any(|output| asked(&output.value, name));
+        let links: Vec<&str> = joint.ends.iter().filter(is_own).map(|end| graph.name(end.link)).collect();
+        if !is_needed || links.len() < 2 {
+            continue;
+        }
+        let title = format!("point `{}` belongs to links `{}`", point.name, links.join("` and `"));
+        let label = format!("the force in joint `{name}` depends on which link carries this load");
+        let points: Vec<String> = links.iter().map(|link| format!("`\"{link}.{}\"`", point.name)).collect();
+        let help = format!("name the link as well: {}", points.join(" or "));
+        findings.push(Diagnostic::error(title, point.span.clone(), label).help(help));
+        return;
+    }
+}
+
 /// The pin that holds two different points together.
 fn pin_of_both<'l>(linkage: &Linkage<'l>, first: &Identifier, second: &Identifier) -> Option<&'l str> {
-    let has = |ends: &[PointId], name: &Identifier| ends.iter().any(|end| linkage.places.name(*end) == name.name);
+    let has = |ends: &[PointId], point: &Identifier| ends.iter().any(|end| linkage.is_named(*end, &point.name));
     let joints = linkage.graph.joints.iter().filter(|joint| joint.syntax.kind.is_pin());
     let joint = joints.into_iter().find(|joint| has(&joint.ends, first) && has(&joint.ends, second))?;
     Some(&joint.syntax.identifier.name)

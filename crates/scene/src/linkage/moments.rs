@@ -191,6 +191,7 @@ fn displacements(
             points,
             along: is_moved.then(|| moved[link].clone()),
             turn: turns.then_some(turn),
+            slide: None,
         });
     }
     debug_assert!(!turned.iter().any(|link| graph.name(*link) == GROUND), "the ground does not turn");

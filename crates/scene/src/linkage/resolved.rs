@@ -22,10 +22,15 @@ pub(super) struct Linkage<'l> {
 /// A displacement of all links that a joint of the tree places by its end.
 pub(super) fn displacement_through(linkage: &Linkage, end: PointId, along: [Formula; 2]) -> DisplacementSyntax {
     let (bodies, points) = linkage.bodies_and_points(&linkage.tree.placed_through(end.link));
-    DisplacementSyntax { bodies, points, along: Some(along), turn: None }
+    DisplacementSyntax { bodies, points, along: Some(along), turn: None, slide: None }
 }
 
 impl Linkage<'_> {
+    /// Whether a point has this name, in the expanded scene or as `LINK.POINT`.
+    pub(super) fn is_named(&self, id: PointId, name: &str) -> bool {
+        self.places.name(id) == name || self.graph.full_name(id) == name
+    }
+
     /// The bodies and points of links.
     pub(super) fn bodies_and_points(&self, links: &[usize]) -> (Vec<Identifier>, Vec<Identifier>) {
         let identifier = |link: usize, name: &str| Identifier { name: name.to_owned(), span: self.graph.span(link) };

@@ -6,7 +6,7 @@ use crate::diagnostic::Diagnostic;
 use crate::document::{DisplacementSyntax, Document, Identifier, OutputValue, Target};
 use crate::expression::{Expression, Node};
 use crate::parser::Formula;
-use crate::scene::{Displacement, Output, OutputKind, Quantity, Scene, Turn, Value};
+use crate::scene::{Displacement, Output, OutputKind, Quantity, Scene, Slide, Turn, Value};
 
 impl Resolver<'_> {
     /// Resolves an output with the key `power`: the power of a load, or of a constraint that depends on time.
@@ -112,11 +112,16 @@ impl Resolver<'_> {
                 angle.as_ref().map_or(Some(None), |angle| self.find("coordinate", angle, &coordinates).map(Some));
             Some(Turn { size, about: about?, angle: angle? })
         });
+        let slide = own.slide.as_ref().map(|(size, coordinate)| {
+            let size = self.value(size, Context::Geometry);
+            Some(Slide { size, coordinate: self.find("coordinate", coordinate, &coordinates)? })
+        });
         Some(Displacement {
             bodies: bodies.into_iter().collect::<Option<_>>()?,
             points: points.into_iter().collect::<Option<_>>()?,
             along,
             turn: turn.map_or(Some(None), |turn| turn.map(Some))?,
+            slide: slide.map_or(Some(None), |slide| slide.map(Some))?,
         })
     }
 

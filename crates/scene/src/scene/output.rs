@@ -67,6 +67,17 @@ pub struct Displacement {
     pub along: Option<[Value; 2]>,
     /// The angle.
     pub turn: Option<Turn>,
+    /// The change of the place along a slider.
+    pub slide: Option<Slide>,
+}
+
+/// The change of the place along a slider in a virtual displacement, for formulae that contain its coordinate directly.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct Slide {
+    /// The size of the change.
+    pub size: Value,
+    /// The coordinate of the slider.
+    pub coordinate: usize,
 }
 
 /// The angle of a virtual displacement.
@@ -101,7 +112,12 @@ impl OutputKind {
             Self::FreeBody { displacements, multipliers, loads } => {
                 let along = displacements.iter().filter_map(|own| own.along.as_ref()).flatten();
                 let turns = displacements.iter().filter_map(|own| own.turn.as_ref()).map(|turn| &turn.size);
-                along.chain(turns).chain(multipliers.iter().chain(loads).map(|(_, factor)| factor)).collect()
+                let slides = displacements.iter().filter_map(|own| own.slide.as_ref()).map(|slide| &slide.size);
+                along
+                    .chain(turns)
+                    .chain(slides)
+                    .chain(multipliers.iter().chain(loads).map(|(_, factor)| factor))
+                    .collect()
             }
             Self::ReactionMoment { .. }
             | Self::ShakingMoment(_)

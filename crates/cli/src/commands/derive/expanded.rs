@@ -1,5 +1,6 @@
 //! Expands a scene in links and joints into an ordinary one.
 
+use super::point_names;
 use qrm_scene::document::{
     Along, BodySyntax, CoordinateSyntax, DisplacementSyntax, Document, DrawnSyntax, FrictionSyntax, Identifier,
     LoadSyntax, OutputSyntax, OutputValue, Position, Side, Target,
@@ -33,6 +34,11 @@ pub(super) fn expanded(source: &str) -> Result<String, String> {
     linkage::expand(&mut whole, &mut findings);
     text.remove("links");
     text.remove("joints");
+    for section in ["loads", "outputs", "drawing"] {
+        if let Some(section) = text.get_mut(section) {
+            point_names::replace(section, &whole.point_names);
+        }
+    }
     let new = |before: usize, after: usize| after - before;
     let coordinates = &whole.coordinates[..new(own.coordinates.len(), whole.coordinates.len())];
     let mut list = Array::new();
@@ -196,6 +202,10 @@ fn displacement(own: &DisplacementSyntax) -> Value {
         if let Some(angle) = angle {
             table.insert("angle", angle.name.as_str().into());
         }
+    }
+    if let Some((size, coordinate)) = &own.slide {
+        table.insert("slide", formula(size));
+        table.insert("coordinate", coordinate.name.as_str().into());
     }
     Value::InlineTable(table)
 }
