@@ -2,10 +2,10 @@
 //! written. Printers write a tape; evaluators run it.
 
 mod function;
+mod order;
 mod placed;
 mod places;
 mod rate;
-mod schedule;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::mem::Discriminant;

@@ -3,13 +3,31 @@
 use std::collections::HashSet;
 
 use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
+use symbolica::{function, symbol};
 
 use super::algebra::Algebra;
 use super::entry::{COORDINATES, Entry};
+use super::spline_names::{ORDERS, spline_name};
 use qrm_codegen::term::{Formula, Named, NamedKind, Root, Symbol};
 use qrm_scene::scene::Scene;
 
 impl Algebra<'_> {
+    /// The derivative of an expression with respect to a symbol of the engine.
+    pub(super) fn derivative_by(&self, atom: &Atom, by: EngineSymbol) -> Atom {
+        let mut derivative = atom.derivative(by);
+        let inside = Atom::var(symbol!("x_"));
+        for (k, order) in (0..self.splines.len()).flat_map(|k| (0..=ORDERS).map(move |order| (k, order))) {
+            let own = Atom::var(symbol!(spline_name(k, order)));
+            let unknown = function!(EngineSymbol::DERIVATIVE, Atom::num(1), own, &inside);
+            let known = match order {
+                ORDERS => Atom::num(0),
+                order => function!(symbol!(spline_name(k, order + 1)), &inside),
+            };
+            derivative = derivative.replace(unknown.to_pattern()).with(known.to_pattern());
+        }
+        derivative
+    }
+
     /// The symbol of a quantity, which is named if necessary. Names of roots are final only at the end.
     pub(super) fn name(&self, formula: &Atom, is_root: bool, name: &str) -> Atom {
         let known = self.names.borrow().iter().position(|e| e.is_root == is_root && e.formula == *formula);
@@ -123,10 +141,10 @@ impl Algebra<'_> {
     }
 
     /// The partial derivative with respect to time, f_t.
-    pub(super) fn time_derivative(&self, atom: &Atom) -> Atom {
+    pub(super) fn partial_time_derivative(&self, atom: &Atom) -> Atom {
         let through = |sum: Atom, (k, slope): (usize, Atom)| {
             let names = self.names.borrow();
-            let time_derivative = self.time_derivative(&names[k].formula);
+            let time_derivative = self.partial_time_derivative(&names[k].formula);
             let over = if names[k].is_root { Atom::num(2) * self.symbol(Symbol::Named(k)) } else { Atom::num(1) };
             sum + slope * time_derivative / over
         };
@@ -186,7 +204,7 @@ impl Algebra<'_> {
                 let kind = NamedKind::Root(Root {
                     radicand: self.simple_term(formula),
                     slopes: entry.gradient.iter().map(half).collect(),
-                    half_time_derivative: half(&self.time_derivative(formula)),
+                    half_time_derivative: half(&self.partial_time_derivative(formula)),
                     half_bias: half(&self.bias(formula)),
                 });
                 Named { name, kind }

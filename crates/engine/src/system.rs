@@ -34,7 +34,7 @@ impl<'s> System<'s> {
         let gradient = |row: &Atom| algebra.gradient(row).iter().map(simple).collect();
         Self {
             constraint_jacobian: constraints.iter().map(gradient).collect(),
-            constraint_rates: constraints.iter().map(|row| algebra.time_derivative(row)).collect(),
+            constraint_rates: constraints.iter().map(|row| algebra.partial_time_derivative(row)).collect(),
             constraint_bias: constraints.iter().map(|row| simple(&algebra.bias(row))).collect(),
             mass: rows.mass_matrix(scene, &algebra),
             loads: Loads::new(scene, &algebra, &rows),

@@ -3,7 +3,7 @@
 use std::vec;
 use std::vec::Vec;
 
-use super::schedule::scheduled;
+use super::order::ordered;
 use super::{NamedTape, Value, place};
 use crate::tape::{Operation, TapeFunction};
 
@@ -67,7 +67,7 @@ impl<'t> Places<'t> {
     /// Assigns places to all values that the roots need.
     fn operations(&mut self, roots: impl Iterator<Item = u32>) -> Vec<Operation> {
         let needed = self.needed(roots);
-        self.place_all(scheduled(self.tape, &needed))
+        self.place_all(ordered(self.tape, &needed))
     }
 
     fn place_all(&mut self, values: Vec<u32>) -> Vec<Operation> {

@@ -13,7 +13,7 @@ use crate::tape::Operation;
 /// Operations of one kind follow each other as long as their operands are available; those that the longest chains
 /// depend on come first. The next kind is the one with many available operations and a long chain: the processor waits
 /// for the results of chains, and predicts long runs of one kind.
-pub(super) fn scheduled(tape: &NamedTape, needed: &[u32]) -> Vec<u32> {
+pub(super) fn ordered(tape: &NamedTape, needed: &[u32]) -> Vec<u32> {
     // A cosine is computed with its sine.
     let source = |value: u32| value - u32::from(matches!(tape.values[value as usize], Value::Cosine));
     let kind = |value: u32| match tape.values[value as usize] {
