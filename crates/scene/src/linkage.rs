@@ -59,7 +59,7 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let tree = Tree::new(&graph);
     let shared = !outputs::are_of_joints(document);
     closures::check_sides(&graph, &tree, findings);
-    start::check_rates(&graph, &tree, findings);
+    start::check_rates(&graph, &tree, &angles, findings);
     let places = Places::new(&graph, &tree, &angles, shared, shared && !outputs::are_reactions(document));
     let closures = closures::closures(&graph, &tree, &angles, &places);
     let coordinates = coordinates(&graph, &tree, &angles);

@@ -198,7 +198,7 @@ impl<'c> Parser<'c> {
             Token::Number(number) => {
                 self.at += 1;
                 let number = self.formula.push(Node::Number(number), span.clone());
-                Ok(self.degrees(number, span))
+                Ok(self.angle(number, span))
             }
             Token::Name(name) => {
                 self.at += 1;
@@ -215,13 +215,16 @@ impl<'c> Parser<'c> {
         }
     }
 
-    /// Converts a number to radians if `deg` follows without a space.
-    fn degrees(&mut self, number: NodeId, span: Span) -> NodeId {
-        let unit = match self.peek() {
-            Some((Token::Name(name), unit)) if name == "deg" && unit.start == span.end => unit.clone(),
+    /// Converts a number to radians if `deg` or `rad` follows.
+    fn angle(&mut self, number: NodeId, span: Span) -> NodeId {
+        let (is_degrees, unit) = match self.peek() {
+            Some((Token::Name(name), unit)) if name == "deg" || name == "rad" => (name == "deg", unit.clone()),
             _ => return number,
         };
         self.at += 1;
+        if !is_degrees {
+            return number;
+        }
         let whole = span.start..unit.end;
         let pi = self.formula.push(Node::Name("pi".to_owned()), unit.clone());
         let half_turn = self.formula.push(Node::Number(Number::whole(180)), unit.clone());

@@ -141,10 +141,12 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: reader::Value
         r.findings.push(error.help(format!("write `{key} = [\"LINK\", \"LINK\"]`, or `\"LINK.POINT\"` for a link")));
         return None;
     }
+    let mut angle = |key: &str, has: bool| has.then(|| table.optional(key)).flatten().map(|v| r.angle(v));
+    let direction = angle("direction", kind.is_slider() || kind == JointKind::Rack);
+    let phase = angle("phase", matches!(kind, JointKind::Gear | JointKind::Rack));
+    let rotation = angle("rotation", kind.holds_angle());
+    let face = angle("face", kind == JointKind::Cam);
     let mut formula = |key: &str, has: bool| has.then(|| table.optional(key)).flatten().map(|v| r.formula(v));
-    let direction = formula("direction", kind.is_slider() || kind == JointKind::Rack);
-    let phase = formula("phase", matches!(kind, JointKind::Gear | JointKind::Rack));
-    let rotation = formula("rotation", kind.holds_angle());
     let drive = formula("drive", matches!(kind, JointKind::Revolute | JointKind::Prismatic | JointKind::PinInSlot));
     let start = formula("start", kind.is_slider() || kind == JointKind::Cam);
     let rate = formula("rate", kind.is_slider());
@@ -159,7 +161,6 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: reader::Value
     };
     let radii = radii.map(|(radii, _)| radii);
     let profile = (kind == JointKind::Cam).then(|| needed(r, "profile"));
-    let face = (kind == JointKind::Cam).then(|| table.optional("face")).flatten().map(|v| r.formula(v));
     let side_of = kind.can_be_one_sided().then(|| table.optional("one_sided")).flatten();
     let one_sided = side_of.and_then(|v| r.text(v)).and_then(|text| side(r, &text));
     let carrier = (kind == JointKind::Gear).then(|| table.optional("carrier")).flatten();

@@ -83,7 +83,7 @@ pub(super) fn link(r: &mut Reader, identifier: Identifier, value: reader::Value)
         com: table.optional("com").and_then(|v| position(r, v)),
         inertia: table.optional("inertia").map(|v| r.formula(v)),
         coordinate,
-        angle: table.optional("angle").map(|v| r.formula(v)),
+        angle: table.optional("angle").map(|v| r.angle(v)),
         rate: table.optional("rate").map(|v| r.formula(v)),
         doc: table.string(r, "doc"),
         identifier,

@@ -86,6 +86,22 @@ impl<'s> Reader<'s> {
         self.parse(value, parse_formula, |formula| formula).unwrap_or_else(placeholder)
     }
 
+    /// Reads a formula for an angle. A number without a unit is in radians, and at most a turn.
+    pub(super) fn angle(&mut self, value: Value) -> Formula {
+        let formula = self.formula(value);
+        let number = match formula.nodes() {
+            [Node::Number(number)] | [Node::Number(number), Node::Negate(_)] => number.value,
+            _ => return formula,
+        };
+        let text = self.source[value.span()].trim_matches(['\'', '"']).trim();
+        if number > std::f64::consts::TAU && !text.ends_with("rad") {
+            let title = format!("an angle of {text} has no unit, and is more than a turn in radians");
+            let help = format!("write `'{text}deg'`, or `'{text} rad'` if it is in radians");
+            self.findings.push(Diagnostic::error(title, value.span(), "degrees or radians?").help(help));
+        }
+        formula
+    }
+
     pub(super) fn condition(&mut self, value: Value) -> Option<Condition<String>> {
         self.parse(value, parse_condition, |condition| &mut condition.difference)
     }

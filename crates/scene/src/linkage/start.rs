@@ -1,7 +1,8 @@
 //! The start of the coordinates of links.
 
+use super::angles::Angles;
 use super::graph::Graph;
-use super::terms::whole;
+use super::terms::{is_zero, whole};
 use super::tree::Tree;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::document::{Document, Identifier};
@@ -44,8 +45,27 @@ pub(super) fn write(document: &mut Document, values: Vec<StartValue>, freedoms: 
     unknown
 }
 
-/// Reports rates of sliders whose positions are not coordinates.
-pub(super) fn check_rates(graph: &Graph, tree: &Tree, findings: &mut Vec<Diagnostic>) {
+/// Reports rates that have no coordinate: those of links that cannot turn, those of links that others hold at another
+/// rate, and those of sliders whose positions are not coordinates.
+pub(super) fn check_rates(graph: &Graph, tree: &Tree, angles: &Angles, findings: &mut Vec<Diagnostic>) {
+    let mut given: Vec<Option<(&str, &Formula)>> = vec![None; angles.coordinates.len() + 1];
+    for number in 1..graph.links.len() {
+        let Some(rate) = graph.links[number].and_then(|link| link.rate.as_ref()) else { continue };
+        let (name, class) = (graph.name(number), angles.angle(number).class);
+        if class == 0 && !is_zero(rate) {
+            let title = format!("link `{name}` cannot turn, and has a rate");
+            let error = Diagnostic::error(title, rate.whole_span(), "joints hold it at the angle of the ground");
+            findings.push(error.help("take `rate` out, or replace the joint that holds its angle by a pin"));
+        }
+        match given[class].filter(|_| class > 0) {
+            Some((other, known)) if known.nodes() != rate.nodes() => {
+                let title = format!("links `{other}` and `{name}` turn together, and have different rates");
+                let error = Diagnostic::error(title, rate.whole_span(), "another rate");
+                findings.push(error.help("give one of them a `rate`"));
+            }
+            _ => given[class] = Some((name, rate)),
+        }
+    }
     for (number, joint) in graph.joints.iter().enumerate().filter(|(_, joint)| joint.syntax.kind.is_slider()) {
         let Some(rate) = &joint.syntax.rate else { continue };
         if !joint.ends.iter().any(|end| tree.places(number, *end)) {
