@@ -58,7 +58,6 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     angles.check(&graph, findings);
     let tree = Tree::new(&graph);
     let shared = !outputs::are_of_joints(document);
-    closures::check_sides(&graph, &tree, findings);
     start::check_rates(&graph, &tree, &angles, findings);
     let places = Places::new(&graph, &tree, &angles, shared, shared && !outputs::are_reactions(document));
     let closures = closures::closures(&graph, &tree, &angles, &places);

@@ -3,6 +3,7 @@
 use super::graph::Graph;
 use super::terms::{add, name, negate, whole};
 use crate::diagnostic::{Diagnostic, Span};
+use crate::document::JointKind;
 use crate::parser::Formula;
 
 /// The angles of all links.
@@ -46,8 +47,20 @@ impl Angles {
         Self { coordinates, of_links }
     }
 
-    /// Warns of redundant joints that hold an angle at conflicting values, as far as the formulae show it.
+    /// Reports gears whose links cannot turn relative to each other. Warns of redundant joints that hold an angle at
+    /// conflicting values, as far as the formulae show it.
     pub(super) fn check(&self, graph: &Graph, findings: &mut Vec<Diagnostic>) {
+        for joint in graph.joints.iter().filter(|joint| joint.syntax.kind == JointKind::Gear) {
+            let links = [joint.ends[0].link, joint.ends[1].link];
+            if self.are_one([links[0], links[1], joint.carrier]) {
+                let own = &joint.syntax.identifier;
+                let title = format!("joint `{}` couples the angles of links that cannot turn", own.name);
+                let [first, second] = links.map(|link| graph.name(link));
+                let label = format!("other joints hold `{first}` and `{second}` at one angle");
+                let help = "join them by pins; a constraint couples sliders: `residual = 's_A - 2*s_B'`";
+                findings.push(Diagnostic::error(title, own.span.clone(), label).help(help));
+            }
+        }
         for joint in graph.joints.iter().filter(|joint| joint.syntax.kind.holds_angle()) {
             let [first, second] = [0, 1].map(|end| self.angle(joint.ends[end].link).offset.clone());
             let rotation = joint.syntax.rotation.clone().unwrap_or_else(|| whole(0));
@@ -61,6 +74,11 @@ impl Angles {
                 ));
             }
         }
+    }
+
+    /// Whether links cannot turn relative to each other.
+    pub(super) fn are_one(&self, links: [usize; 3]) -> bool {
+        links.iter().all(|link| self.angle(*link).class == self.angle(links[0]).class)
     }
 
     /// The angle of a link as a coordinate and an offset.

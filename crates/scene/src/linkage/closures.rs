@@ -6,7 +6,6 @@ use super::graph::{Graph, Joint, PointId};
 use super::places::{Places, distance_from_line, line, slide};
 use super::terms::{add, call, difference, dot, multiply, name, negate, subtract, whole};
 use super::tree::Tree;
-use crate::diagnostic::Diagnostic;
 use crate::document::{ConstraintSyntax, Identifier, JointKind};
 use crate::function::Function;
 use crate::parser::Formula;
@@ -17,19 +16,6 @@ pub(super) struct JointConstraint {
     pub(super) syntax: ConstraintSyntax,
     /// The derivatives of its residual with respect to the angle of each link, with points fixed.
     pub(super) slopes: Vec<(usize, Formula)>,
-}
-
-/// Reports one-sided joints that became coordinates instead of constraints.
-pub(super) fn check_sides(graph: &Graph, tree: &Tree, findings: &mut Vec<Diagnostic>) {
-    for (number, joint) in graph.joints.iter().enumerate() {
-        let is_coordinate = joint.ends.iter().any(|end| tree.places(number, *end));
-        if joint.syntax.one_sided.is_some() && is_coordinate {
-            let own = &joint.syntax.identifier;
-            let title = format!("joint `{}` places a link and cannot be one-sided", own.name);
-            let error = Diagnostic::error(title, own.span.clone(), "nothing else places the link");
-            findings.push(error.help("take `one_sided` out, or hold the link by another joint"));
-        }
-    }
 }
 
 /// Creates the constraints of all joints, in their order.
@@ -72,6 +58,8 @@ pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Pla
                 let length = call(Function::Hypot, difference(components(0), components(1)));
                 put("", subtract(length, size(joint)), "m", Vec::new());
             }
+            // `Angles::check` reports such gears.
+            JointKind::Gear if angles.are_one([joint.ends[0].link, joint.ends[1].link, joint.carrier]) => {}
             JointKind::Gear => {
                 let carrier = angles.formula(joint.carrier, span);
                 let [first, second] = [0, 1].map(|end| subtract(angle(end), carrier.clone()));

@@ -85,7 +85,8 @@ impl Tree {
 fn nearest(graph: &Graph, depths: &[Option<usize>]) -> Option<(usize, Placement, usize)> {
     let mut candidates = Vec::new();
     for (joint, Joint { syntax, ends, .. }) in graph.joints.iter().enumerate() {
-        if !syntax.kind.is_pin() && !syntax.kind.is_slider() {
+        // A joint that may let go is a constraint.
+        if !(syntax.kind.is_pin() || syntax.kind.is_slider()) || syntax.one_sided.is_some() {
             continue;
         }
         let placed = ends.iter().filter_map(|end| Some((depths[end.link]?, *end))).min();
