@@ -3,6 +3,7 @@
 mod derivation_key;
 mod feed;
 mod file_watcher;
+mod http;
 mod server;
 mod session;
 mod write_back;

@@ -2,6 +2,7 @@
 
 pub(crate) mod cache;
 pub(crate) mod engine;
+mod output_file;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,34 +1,43 @@
 //! The pages of a scene, for browsers on this machine only.
 
 use std::collections::BTreeMap;
-use std::io::Read;
-use std::net::{Ipv4Addr, TcpListener};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use socket2::SockRef;
-use tiny_http::{Header, Method, Request, Response};
-
 use super::feed::Feed;
+use super::http::{Answer, Connection, Request, Timeouts};
 use super::write_back::write_back;
 use crate::error::Error;
 
 /// The longest time that a request for news waits.
 const POLL_TIMEOUT: Duration = Duration::from_secs(20);
-/// The largest accepted body, in bytes.
-const MAX_BYTES: u64 = 1 << 16;
-/// The announced body size, in bytes, above which a request is not answered.
-const MAX_BODY: u64 = 1 << 24;
+/// The largest number of connections at a time. Further clients wait in the queue of the system.
+const MAX_CONNECTIONS: usize = 64;
+/// The interval between two attempts to accept a connection while there are too many.
+const RETRY_INTERVAL: Duration = Duration::from_millis(10);
+/// The longest durations of the parts of a connection.
+const TIMEOUTS: Timeouts =
+    Timeouts { request: Duration::from_secs(5), answer: Duration::from_secs(30), close: Duration::from_secs(1) };
 /// The page runs only its own scripts, and connects to this server only.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; \
                       connect-src 'self'; img-src data: blob:; frame-ancestors 'none'; base-uri 'none'; \
                       form-action 'none'";
 
+/// The headers of each answer.
+const HEADERS: [(&str, &str); 4] = [
+    ("Content-Security-Policy", POLICY),
+    ("Cache-Control", "no-store"),
+    ("Referrer-Policy", "no-referrer"),
+    ("X-Content-Type-Options", "nosniff"),
+];
+
 /// Serves a page on the loopback interface, to clients that know its address.
 pub(crate) struct Server {
-    http: tiny_http::Server,
+    listener: TcpListener,
+    timeouts: Timeouts,
     port: u16,
     token: String,
     /// The path that is passed to the browser and works once, since other users of this machine can see command lines.
@@ -50,11 +59,8 @@ impl Server {
         let listener =
             TcpListener::bind((Ipv4Addr::LOCALHOST, port.unwrap_or(0))).map_err(|e| cannot_bind(e.to_string()))?;
         let port = listener.local_addr().map_err(|e| cannot_bind(e.to_string()))?.port();
-        // Connections inherit this option. Without it the end of an answer is delayed by 40 ms.
-        let _ = SockRef::from(&listener).set_tcp_nodelay(true);
-        let http = tiny_http::Server::from_listener(listener, None).map_err(|e| cannot_bind(e.to_string()))?;
-        let (token, launch_path) = (random_name()?, Mutex::new(None));
-        Ok(Self { http, port, token, launch_path, page, feed, file: Mutex::new(file) })
+        let (token, launch_path, timeouts) = (random_name()?, Mutex::new(None), TIMEOUTS);
+        Ok(Self { listener, timeouts, port, token, launch_path, page, feed, file: Mutex::new(file) })
     }
 
     /// The address of the page, which cannot be guessed.
@@ -70,69 +76,63 @@ impl Server {
         Ok(address)
     }
 
-    /// Answers requests until the listener fails.
+    /// Answers requests until the program ends.
     pub(crate) fn serve(self) {
         let server = Arc::new(self);
-        for request in server.http.incoming_requests() {
+        loop {
+            // Each connection holds a reference. Accepting fails if the system has no more descriptors.
+            let has_room = Arc::strong_count(&server) <= MAX_CONNECTIONS;
+            let Some((stream, _)) = has_room.then(|| server.listener.accept().ok()).flatten() else {
+                thread::sleep(RETRY_INTERVAL);
+                continue;
+            };
             let own = Arc::clone(&server);
-            // Pages wait for news. If no thread is available, the request is dropped, and its page asks again.
-            let _ = thread::Builder::new().spawn(move || own.answer(request));
+            // Pages wait for news. If no thread is available, the connection is closed, and its page asks again.
+            let _ = thread::Builder::new().spawn(move || own.answer(stream));
         }
     }
 
-    fn answer(&self, mut request: Request) {
-        if request.body_length().is_some_and(|length| length as u64 > MAX_BODY) {
-            // Answering would first read the whole body into memory. No page sends such a request.
-            std::mem::forget(request);
-            return;
-        }
-        let answer = self.answer_to(&mut request);
-        let mut response = Response::from_data(answer.body).with_status_code(answer.status);
-        let headers = [
-            ("Content-Type", answer.kind),
-            ("Content-Security-Policy", POLICY),
-            ("Cache-Control", "no-store"),
-            ("Referrer-Policy", "no-referrer"),
-            ("X-Content-Type-Options", "nosniff"),
-        ];
-        for (name, value) in headers.into_iter().chain(answer.location.as_deref().map(|to| ("Location", to))) {
-            if let Ok(header) = Header::from_bytes(name, value) {
-                response.add_header(header);
+    fn answer(&self, stream: TcpStream) {
+        let mut connection = Connection::new(stream, self.timeouts);
+        let answer = connection.request().and_then(|request| {
+            let mut answer = self.answer_to(&request, &mut connection)?;
+            if request.method == "HEAD" {
+                answer.body.clear();
             }
-        }
-        // The browser may have closed the connection.
-        let _ = request.respond(response);
+            Ok(answer)
+        });
+        connection.send(&answer.unwrap_or_else(|refusal| refusal), &HEADERS);
     }
 
-    fn answer_to(&self, request: &mut Request) -> Answer {
-        if !self.is_same_origin(request) {
-            return Answer::text(403, "this address belongs to the pages of `qrm live` alone");
-        }
-        if lock(&self.launch_path).take_if(|path| path == request.url()).is_some() {
+    fn answer_to(&self, request: &Request, connection: &mut Connection) -> Result<Answer, Answer> {
+        self.check_origin(request)?;
+        if lock(&self.launch_path).take_if(|path| *path == request.target).is_some() {
             let location = Some(format!("/{}/", self.token));
-            return Answer { location, ..Answer::text(303, "the page is elsewhere") };
+            return Ok(Answer { location, ..Answer::text(303, "the page is elsewhere") });
         }
-        let path = request.url().strip_prefix('/').and_then(|path| path.strip_prefix(self.token.as_str()));
-        let Some(path) = path.map(str::to_owned) else { return Answer::not_found() };
-        let (path, query) = path.split_once('?').unwrap_or((&path, ""));
-        match (request.method(), path) {
-            (Method::Get, "/") => Answer::new(200, "text/html; charset=utf-8", self.page.clone()),
-            (Method::Get, "/news") => self.news(query),
-            (Method::Post, "/values") => self.write(request),
-            _ => Answer::not_found(),
+        let path = request.target.strip_prefix('/').and_then(|path| path.strip_prefix(self.token.as_str()));
+        let (path, query) = path.map_or(("", ""), |path| path.split_once('?').unwrap_or((path, "")));
+        match (request.method.as_str(), path) {
+            ("GET", "/") => Ok(Answer::new(200, "text/html; charset=utf-8", self.page.clone())),
+            ("GET", "/news") => Ok(self.news(query)),
+            ("POST", "/values") => connection.body(request).map(|body| self.write(body)),
+            _ => Err(Answer::text(404, "there is nothing here")),
         }
     }
 
-    /// Whether a request comes from a page of this server: names of other sites may resolve to this machine.
-    fn is_same_origin(&self, request: &Request) -> bool {
-        let value = |name: &'static str| {
-            let header = request.headers().iter().find(|header| header.field.equiv(name));
-            header.map(|header| header.value.as_str().to_owned())
-        };
+    /// Refuses a request that does not come from a page of this server: names of other sites may resolve to this machine.
+    fn check_origin(&self, request: &Request) -> Result<(), Answer> {
         let port = if self.port == 80 { String::new() } else { format!(":{}", self.port) };
         let hosts = ["127.0.0.1", "localhost"].map(|host| format!("{host}{port}"));
-        value("Host").is_some_and(|host| hosts.contains(&host))
-            && value("Origin").is_none_or(|origin| hosts.iter().any(|host| origin == format!("http://{host}")))
+        let is_own = |host: &str| hosts.iter().any(|own| own == host);
+        let Some(host) = request.value("Host")? else {
+            return Err(Answer::text(400, "the request has no header `Host`"));
+        };
+        let origin = request.value("Origin")?;
+        if is_own(host) && origin.is_none_or(|origin| origin.strip_prefix("http://").is_some_and(is_own)) {
+            return Ok(());
+        }
+        Err(Answer::text(403, "this address belongs to the pages of `qrm live` alone"))
     }
 
     /// The content that is newer than the versions of the page.
@@ -148,14 +148,10 @@ impl Server {
     }
 
     /// Writes values to the scene file.
-    fn write(&self, request: &mut Request) -> Answer {
-        let mut text = String::new();
-        if request.as_reader().take(MAX_BYTES + 1).read_to_string(&mut text).is_err() {
-            return Answer::text(400, "the values did not arrive");
-        }
-        if text.len() as u64 > MAX_BYTES {
-            return Answer::text(413, "these are too many values");
-        }
+    fn write(&self, body: Vec<u8>) -> Answer {
+        let Ok(text) = String::from_utf8(body) else {
+            return Answer::text(400, "the values are not UTF-8 text");
+        };
         let value = |line: &str| {
             let (name, value) = line.split_once('=')?;
             Some((name.to_owned(), value.parse().ok().filter(|value: &f64| value.is_finite())?))
@@ -174,28 +170,6 @@ impl Server {
     }
 }
 
-struct Answer {
-    status: u16,
-    kind: &'static str,
-    body: Vec<u8>,
-    /// The address of a redirection.
-    location: Option<String>,
-}
-
-impl Answer {
-    fn new(status: u16, kind: &'static str, body: impl Into<Vec<u8>>) -> Self {
-        Self { status, kind, body: body.into(), location: None }
-    }
-
-    fn text(status: u16, text: &str) -> Self {
-        Self::new(status, "text/plain; charset=utf-8", text)
-    }
-
-    fn not_found() -> Self {
-        Self::text(404, "there is nothing here")
-    }
-}
-
 /// A name that cannot be guessed.
 fn random_name() -> Result<String, Error> {
     let mut bytes = [0; 16];
@@ -206,3 +180,6 @@ fn random_name() -> Result<String, Error> {
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
+
+#[cfg(test)]
+mod tests;

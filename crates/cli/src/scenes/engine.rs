@@ -1,10 +1,11 @@
 //! The program `qrm-engine`, which derives scenes. A process derives one scene and ends, to release the lock of the
 //! symbolic engine; only one process per machine can hold it.
 
+use std::env::temp_dir;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime};
@@ -13,6 +14,7 @@ use qrm_build::engine::{BUILDING, Sources};
 use qrm_core::{DERIVING, DerivedScene, WAITING};
 
 use super::cache::{self, Entry};
+use super::output_file::OutputFile;
 use crate::error::Error;
 use crate::progress::{Progress, interrupted, watch_interrupts};
 
@@ -64,6 +66,10 @@ pub(crate) fn build_if_missing(said: impl FnOnce(&str)) -> Result<(), Error> {
 pub(super) fn derive(path: &Path, source: &str) -> Result<DerivedScene, Error> {
     watch_interrupts();
     build_if_missing(|text| drop(writeln!(std::io::stderr(), "note: {text}")))?;
+    if cache::folder().is_none() {
+        let text = "note: there is no cache folder, so the derived scene is not kept: set QRM_CACHE to one that can be created";
+        let _ = writeln!(std::io::stderr(), "{text}");
+    }
     let mut derivation = Engine::start(path)?.derive(source);
     let (begun, mut spinner) = (Instant::now(), None);
     loop {
@@ -90,10 +96,12 @@ fn missing(path: &Path) -> Error {
         Some(chosen) => format!("there is no symbolic engine {}", chosen.display()),
         None => "the symbolic engine `qrm-engine` is neither beside this program nor on the PATH".to_owned(),
     };
+    let folder = match cache::folder() {
+        Some(folder) => format!("bring the derived scene into {}", folder.display()),
+        None => "set QRM_CACHE to a folder that can be created, and bring the derived scene into it".to_owned(),
+    };
     Error::usage(format!("{} has not been derived yet, and {missing}", path.display())).help(format!(
-        "install it from a clone of qrm by `cargo install --path crates/engine`, or set QRM_ENGINE to its path; or bring \
-         the derived scene into {}",
-        cache::folder().display()
+        "install it from a clone of qrm by `cargo install --path crates/engine`, or set QRM_ENGINE to its path; or {folder}"
     ))
 }
 
@@ -102,30 +110,30 @@ pub(crate) struct Engine {
     child: Child,
     /// The time at which its program was built.
     built: Option<SystemTime>,
-    /// The output file of the engine.
-    file: PathBuf,
+    output: OutputFile,
 }
 
 impl Engine {
     /// Starts the engine for a scene with this path.
     pub(crate) fn start(path: &Path) -> Result<Self, Error> {
-        static COUNTER: AtomicU64 = AtomicU64::new(0);
         let program = program().ok_or_else(|| missing(path))?;
         qrm_build::engine::check(&program).map_err(Error::usage)?;
-        let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-        let file = cache::folder().join(format!("{}-{number}.under-way", std::process::id()));
-        remove(&file);
+        let output = OutputFile::new().map_err(|e| {
+            let error =
+                format!("neither the cache nor the temporary folder {} can be written: {e}", temp_dir().display());
+            Error::run(error).help("set QRM_CACHE or TMPDIR to a folder that can be written")
+        })?;
         let child = Command::new(&program)
             .arg("derive")
             .arg(path)
-            .arg(&file)
+            .arg(&output.path)
             .env("SYMBOLICA_HIDE_BANNER", "1")
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
             .spawn()
             .map_err(|e| Error::run(format!("{} cannot be started: {e}", program.display())))?;
-        Ok(Self { child, built: cache::modified(&program), file })
+        Ok(Self { child, built: cache::modified(&program), output })
     }
 
     /// Returns the engine if its process still waits and its program was not rebuilt since.
@@ -159,7 +167,6 @@ impl Drop for Engine {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
-        remove(&self.file);
     }
 }
 
@@ -174,7 +181,7 @@ pub(crate) struct Derivation {
 impl Derivation {
     /// The derived scene, before its functions are verified against its formulae.
     pub(crate) fn unverified(&self) -> Option<DerivedScene> {
-        self.read(&unverified(&self.engine.file))
+        self.read(&self.engine.output.unverified())
     }
 
     /// Whether the derivation waits for another derivation on this machine.
@@ -197,11 +204,10 @@ impl Derivation {
 
     /// Moves the verified scene to the cache and returns it.
     fn store(&self) -> Result<DerivedScene, Error> {
-        let file = &self.engine.file;
+        let file = &self.engine.output.path;
         let derived = self.read(file).ok_or_else(|| Error::run("the engine has written no derived scene"))?;
         if self.engine.is_current() {
-            // If the cache has no room, the scene is derived again next time.
-            let _ = std::fs::rename(file, &Entry::new(&self.source).path);
+            Entry::new(&self.source).store(file);
             cache::prune();
         }
         Ok(derived)
@@ -210,18 +216,6 @@ impl Derivation {
     /// Reads the derived scene from a file, if it matches the source.
     fn read(&self, file: &Path) -> Option<DerivedScene> {
         cache::read(file).filter(|derived| derived.description.source == self.source)
-    }
-}
-
-/// The file of the scene before verification.
-fn unverified(file: &Path) -> PathBuf {
-    file.with_extension("unverified")
-}
-
-/// Removes the files of an engine, including those of a killed engine with the same process id.
-fn remove(file: &Path) {
-    for file in [file, &unverified(file)] {
-        let _ = std::fs::remove_file(file);
     }
 }
 
