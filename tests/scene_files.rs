@@ -120,6 +120,30 @@ fn a_damaged_cache_is_made_anew() {
     }
 }
 
+/// The folder of the cache is a file, or nothing can be written into it.
+#[test]
+#[ignore = "full tier: engine"]
+#[cfg(target_os = "linux")]
+fn a_scene_is_derived_without_a_cache() {
+    let place = Workplace::new();
+    place.copy("pendulum", "mine");
+    let expected = stdout(&place.qrm(&program(), &["code", "mine.toml", "C_q"]));
+    fs::write(place.path("file"), "").expect("written");
+    fs::create_dir(place.path("temporary")).expect("a folder");
+    let note = "note: there is no cache folder, so the derived scene is not kept: set QRM_CACHE to one that can be \
+                created\n";
+    for (cache, note) in [(place.path("file"), note), (place.path("file/below"), note), ("/proc/self".into(), "")] {
+        let mut command = Command::new(program());
+        command.current_dir(place.0.path()).args(["code", "mine.toml", "C_q"]);
+        let output = command.env("QRM_CACHE", &cache).env("TMPDIR", place.path("temporary")).output();
+        let output = output.expect("the command starts");
+        assert_eq!(stdout(&output), expected, "{}", cache.display());
+        assert_eq!(stderr(&output), note, "{}", cache.display());
+        let left = fs::read_dir(place.path("temporary")).expect("a folder").count();
+        assert_eq!(left, 0, "{}: the temporary folder is left", cache.display());
+    }
+}
+
 #[test]
 #[ignore = "full tier: engine"]
 fn every_command_takes_a_file() {

@@ -45,6 +45,18 @@ impl Live {
         Self::started(folder, command)
     }
 
+    /// The command with a scene of the program and with at most this number of descriptors.
+    #[cfg(unix)]
+    pub(crate) fn with_descriptors(count: u32) -> Self {
+        let folder = folder_with(&copy_of("pendulum"));
+        let command = command(folder.path(), &["--no-open", "mine.toml"]);
+        let mut limited = Command::new("sh");
+        limited.args(["-c", &format!("ulimit -n {count} && exec \"$0\" \"$@\"")]);
+        limited.arg(command.get_program()).args(command.get_args()).current_dir(folder.path());
+        limited.envs(command.get_envs().filter_map(|(name, value)| Some((name, value?))));
+        Self::started(folder, limited)
+    }
+
     /// Another command with the same file.
     pub(crate) fn second(&self) -> Self {
         Self::started(Arc::clone(&self.folder), command(self.folder.path(), &["--no-open", "mine.toml"]))

@@ -138,6 +138,8 @@ pub(super) struct Connection {
     timeouts: Timeouts,
     /// The bytes that were received and not used yet.
     received: Vec<u8>,
+    /// Whether the request asks for an answer without its body.
+    is_head: bool,
 }
 
 impl Connection {
@@ -145,7 +147,7 @@ impl Connection {
         // Otherwise the end of an answer is delayed by 40 ms. A system that lacks this option only answers later.
         let _ = stream.set_nodelay(true);
         let stream = TimedStream { stream, end: Instant::now() + timeouts.request };
-        Self { stream, timeouts, received: Vec::new() }
+        Self { stream, timeouts, received: Vec::new(), is_head: false }
     }
 
     /// Reads the request, without its body.
@@ -153,6 +155,7 @@ impl Connection {
         loop {
             if let Some((request, length)) = Request::parse(&self.received)? {
                 self.received.drain(..length);
+                self.is_head = request.method == "HEAD";
                 return Ok(request);
             }
             if self.received.len() == MAX_HEAD {
@@ -203,7 +206,8 @@ impl Connection {
         let headers: String = headers.map(|(name, value)| format!("{name}: {value}\r\n")).collect();
         let head = format!("HTTP/1.1 {} \r\n{headers}\r\n", answer.status);
         self.stream.end = Instant::now() + self.timeouts.answer;
-        let sent = self.stream.write_all(head.as_bytes()).and_then(|()| self.stream.write_all(&answer.body));
+        let body = if self.is_head { &[][..] } else { &answer.body };
+        let sent = self.stream.write_all(head.as_bytes()).and_then(|()| self.stream.write_all(body));
         if sent.and_then(|()| self.stream.stream.shutdown(Shutdown::Write)).is_ok() {
             // If bytes are left unread when a connection is closed, the system discards what the client has not received.
             self.stream.end = Instant::now() + self.timeouts.close;

@@ -94,13 +94,7 @@ impl Server {
 
     fn answer(&self, stream: TcpStream) {
         let mut connection = Connection::new(stream, self.timeouts);
-        let answer = connection.request().and_then(|request| {
-            let mut answer = self.answer_to(&request, &mut connection)?;
-            if request.method == "HEAD" {
-                answer.body.clear();
-            }
-            Ok(answer)
-        });
+        let answer = connection.request().and_then(|request| self.answer_to(&request, &mut connection));
         connection.send(&answer.unwrap_or_else(|refusal| refusal), &HEADERS);
     }
 
