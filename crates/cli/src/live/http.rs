@@ -182,6 +182,14 @@ impl Connection {
         Ok(std::mem::take(&mut self.received))
     }
 
+    /// Whether the client has closed the connection.
+    pub(super) fn is_closed(&self) -> bool {
+        let stream = &self.stream.stream;
+        let peeked = stream.set_nonblocking(true).and_then(|()| stream.peek(&mut [0]));
+        let is_waiting = peeked.map_or_else(|e| e.kind() == ErrorKind::WouldBlock, |length| length > 0);
+        !is_waiting || stream.set_nonblocking(false).is_err()
+    }
+
     /// Receives some bytes, until there are at most `total`.
     fn receive(&mut self, total: usize) -> Result<(), Answer> {
         let mut buffer = [0; 4096];
@@ -209,7 +217,7 @@ impl Connection {
         let body = if self.is_head { &[][..] } else { &answer.body };
         let sent = self.stream.write_all(head.as_bytes()).and_then(|()| self.stream.write_all(body));
         if sent.and_then(|()| self.stream.stream.shutdown(Shutdown::Write)).is_ok() {
-            // If bytes are left unread when a connection is closed, the system discards what the client has not received.
+            // If bytes are unread when a connection is closed, the system discards what the client has not received.
             self.stream.end = Instant::now() + self.timeouts.close;
             let _ = io::copy(&mut self.stream, &mut io::sink());
         }

@@ -5,7 +5,7 @@ use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::feed::Feed;
 use super::http::{Answer, Connection, Request, Timeouts};
@@ -14,6 +14,8 @@ use crate::error::Error;
 
 /// The longest time that a request for news waits.
 const POLL_TIMEOUT: Duration = Duration::from_secs(20);
+/// The interval between two checks whether the page of such a request still waits.
+const CHECK_INTERVAL: Duration = Duration::from_millis(500);
 /// The largest number of connections at a time. Further clients wait in the queue of the system.
 const MAX_CONNECTIONS: usize = 64;
 /// The interval between two attempts to accept a connection while there are too many.
@@ -108,13 +110,14 @@ impl Server {
         let (path, query) = path.map_or(("", ""), |path| path.split_once('?').unwrap_or((path, "")));
         match (request.method.as_str(), path) {
             ("GET", "/") => Ok(Answer::new(200, "text/html; charset=utf-8", self.page.clone())),
-            ("GET", "/news") => Ok(self.news(query)),
+            ("GET", "/news") => Ok(self.news(query, connection)),
             ("POST", "/values") => connection.body(request).map(|body| self.write(body)),
             _ => Err(Answer::text(404, "there is nothing here")),
         }
     }
 
-    /// Refuses a request that does not come from a page of this server: names of other sites may resolve to this machine.
+    /// Refuses a request that does not come from a page of this server: names of other sites may resolve to this
+    /// machine.
     fn check_origin(&self, request: &Request) -> Result<(), Answer> {
         let port = if self.port == 80 { String::new() } else { format!(":{}", self.port) };
         let hosts = ["127.0.0.1", "localhost"].map(|host| format!("{host}{port}"));
@@ -129,16 +132,20 @@ impl Server {
         Err(Answer::text(403, "this address belongs to the pages of `qrm live` alone"))
     }
 
-    /// The content that is newer than the versions of the page.
-    fn news(&self, query: &str) -> Answer {
+    /// The content that is newer than the versions of the page; empty after a while, or if the page has closed the
+    /// connection.
+    fn news(&self, query: &str, connection: &Connection) -> Answer {
         let known = |name: &str| {
             let pairs = query.split('&').filter_map(|pair| pair.split_once('='));
             pairs.filter(|(own, _)| *own == name).find_map(|(_, value)| value.parse().ok()).unwrap_or(0)
         };
-        match self.feed.after(known("version"), known("scene"), POLL_TIMEOUT) {
-            Some(news) => Answer::new(200, "application/json", news),
-            None => Answer::new(204, "text/plain", Vec::new()),
+        let begun = Instant::now();
+        while begun.elapsed() < POLL_TIMEOUT && !connection.is_closed() {
+            if let Some(news) = self.feed.after(known("version"), known("scene"), CHECK_INTERVAL) {
+                return Answer::new(200, "application/json", news);
+            }
         }
+        Answer::new(204, "text/plain", Vec::new())
     }
 
     /// Writes values to the scene file.

@@ -67,8 +67,9 @@ pub(super) fn derive(path: &Path, source: &str) -> Result<DerivedScene, Error> {
     watch_interrupts();
     build_if_missing(|text| drop(writeln!(std::io::stderr(), "note: {text}")))?;
     if cache::folder().is_none() {
-        let text = "note: there is no cache folder, so the derived scene is not kept: set QRM_CACHE to one that can be created";
-        let _ = writeln!(std::io::stderr(), "{text}");
+        let text =
+            "there is no cache folder, so the derived scene is not kept: set QRM_CACHE to one that can be created";
+        let _ = writeln!(std::io::stderr(), "note: {text}");
     }
     let mut derivation = Engine::start(path)?.derive(source);
     let (begun, mut spinner) = (Instant::now(), None);
@@ -101,7 +102,8 @@ fn missing(path: &Path) -> Error {
         None => "set QRM_CACHE to a folder that can be created, and bring the derived scene into it".to_owned(),
     };
     Error::usage(format!("{} has not been derived yet, and {missing}", path.display())).help(format!(
-        "install it from a clone of qrm by `cargo install --path crates/engine`, or set QRM_ENGINE to its path; or {folder}"
+        "install it from a clone of qrm by `cargo install --path crates/engine`, or set QRM_ENGINE to its path; or \
+         {folder}"
     ))
 }
 

@@ -1,7 +1,6 @@
 //! Requests of any size, form and speed.
 
 use std::io::{ErrorKind, Read, Write};
-use std::time::Instant;
 
 use super::*;
 use crate::live::http::{MAX_BODY, MAX_HEAD, MAX_HEADERS};
@@ -274,4 +273,16 @@ fn news_arrive_while_a_request_waits() {
     served.feed.show_scene("the scene".to_owned(), None);
     let (status, body) = answer_of(waiting);
     assert!(status == 200 && body.contains("the scene"), "{status} {body}");
+}
+
+#[test]
+fn abandoned_requests_for_news_end() {
+    let served = Served::new(REQUEST);
+    let request = served.request("GET", "news?version=0&scene=0", "");
+    let begun = Instant::now();
+    for _ in 0..2 * MAX_CONNECTIONS {
+        drop(served.sent(&request));
+    }
+    assert_eq!(served.status(""), 200);
+    assert!(begun.elapsed() < POLL_TIMEOUT / 2, "{:?}", begun.elapsed());
 }
