@@ -20,11 +20,11 @@ struct Served {
 }
 
 impl Served {
-    /// A server with this longest duration of a request.
+    /// A server with this longest duration of a request, and of the wait for the end of its connection.
     fn new(request: Duration) -> Self {
         let feed = Arc::new(Feed::default());
         let mut server = Server::new(None, "the page".to_owned(), Arc::clone(&feed), None).expect("a port");
-        server.timeouts = Timeouts { request, close: SHORT, ..TIMEOUTS };
+        server.timeouts = Timeouts { request, close: request, ..TIMEOUTS };
         let (port, token) = (server.port, server.token.clone());
         thread::spawn(move || server.serve());
         Self { port, token, feed }
@@ -81,7 +81,10 @@ fn announced_bodies_are_not_waited_for() {
         })
         .collect();
     assert_eq!(served.status(""), 200);
-    drop(open);
+    // A client that goes on sending can do so until it has seen the answer.
+    for mut stream in open {
+        stream.write_all(b"a").and_then(|()| stream.write_all(b"a")).expect("sent");
+    }
     // The right to use the page is looked at first.
     let foreign = "POST / HTTP/1.1\r\nHost: evil.example\r\nContent-Length: 99999999999999999999999\r\n\r\n";
     assert_eq!(served.answer(foreign).0, 403);
@@ -145,6 +148,7 @@ fn heads_have_a_largest_size() {
     assert_eq!(served.answer(format!("GET /{} HTTP/1.1\r\n\r\n", "a".repeat(1 << 20))).0, 431);
     assert_eq!(served.answer("\r\n".repeat(MAX_HEAD)).0, 431);
     // Headers without end: the client is cut off while it sends.
+    let served = Served::new(SHORT);
     for part in ["X-Padding: 0\r\n".to_owned(), "a".repeat(1000)] {
         let mut stream = served.sent(&served.request("GET", "", "")[..60]);
         let begun = Instant::now();
