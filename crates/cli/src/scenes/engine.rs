@@ -1,7 +1,6 @@
 //! The program `qrm-engine`, which derives scenes. A process derives one scene and ends, to release the lock of the
 //! symbolic engine; only one process per machine can hold it.
 
-use std::env::temp_dir;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -66,12 +65,13 @@ pub(crate) fn build_if_missing(said: impl FnOnce(&str)) -> Result<(), Error> {
 pub(super) fn derive(path: &Path, source: &str) -> Result<DerivedScene, Error> {
     watch_interrupts();
     build_if_missing(|text| drop(writeln!(std::io::stderr(), "note: {text}")))?;
+    let engine = Engine::start(path)?;
     if cache::folder().is_none() {
         let text =
             "there is no cache folder, so the derived scene is not kept: set QRM_CACHE to one that can be created";
         let _ = writeln!(std::io::stderr(), "note: {text}");
     }
-    let mut derivation = Engine::start(path)?.derive(source);
+    let mut derivation = engine.derive(source);
     let (begun, mut spinner) = (Instant::now(), None);
     loop {
         if let Some(derived) = derivation.result() {
@@ -121,8 +121,7 @@ impl Engine {
         let program = program().ok_or_else(|| missing(path))?;
         qrm_build::engine::check(&program).map_err(Error::usage)?;
         let output = OutputFile::new().map_err(|e| {
-            let error =
-                format!("neither the cache nor the temporary folder {} can be written: {e}", temp_dir().display());
+            let error = format!("neither the cache nor the temporary folder can be written: {e}");
             Error::run(error).help("set QRM_CACHE or TMPDIR to a folder that can be written")
         })?;
         let child = Command::new(&program)
