@@ -7,6 +7,7 @@ mod part;
 mod rows;
 pub(crate) mod self_check;
 mod table;
+mod values;
 
 use std::path::PathBuf;
 

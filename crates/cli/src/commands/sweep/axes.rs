@@ -2,6 +2,7 @@
 
 use qrm_core::{Description, Interval};
 
+use super::values::Values;
 use crate::error::Error;
 use crate::options::{check_parameter, number};
 
@@ -14,7 +15,7 @@ pub(crate) struct Axes {
 
 struct Axis {
     name: String,
-    values: Vec<f64>,
+    values: Values,
 }
 
 /// The largest number of designs; more are considered a mistake.
@@ -36,13 +37,16 @@ impl Axes {
             }
             named.push((name.to_owned(), values));
         }
-        Self::combinations(description, named)
+        Self::combined(axes(description, named)?)
     }
 
     /// Creates every combination of these values.
     pub(crate) fn combinations(description: &Description, values: Vec<(String, Vec<f64>)>) -> Result<Self, Error> {
-        let axes = axes(description, values)?;
-        let count = axes.iter().try_fold(1_usize, |count, axis| count.checked_mul(axis.values.len()));
+        Self::combined(axes(description, listed(values))?)
+    }
+
+    fn combined(axes: Vec<Axis>) -> Result<Self, Error> {
+        let count = axes.iter().try_fold(1_usize, |count, axis| count.checked_mul(axis.values.count()));
         match count {
             Some(count) if count <= MAX_DESIGNS => Ok(Self { axes, is_paired: false }),
             _ => Err(Error::usage(format!("these are more than {MAX_DESIGNS} designs"))
@@ -52,10 +56,10 @@ impl Axes {
 
     /// Creates one design for each index of these values; all parameters must have equally many.
     pub(crate) fn paired(description: &Description, values: Vec<(String, Vec<f64>)>) -> Result<Self, Error> {
-        let axes = axes(description, values)?;
-        if let Some([first, other]) = axes.array_windows().find(|[a, b]| a.values.len() != b.values.len()) {
+        let axes = axes(description, listed(values))?;
+        if let Some([first, other]) = axes.array_windows().find(|[a, b]| a.values.count() != b.values.count()) {
             let [[name, count], [other, others]] =
-                [first, other].map(|axis| [axis.name.clone(), axis.values.len().to_string()]);
+                [first, other].map(|axis| [axis.name.clone(), axis.values.count().to_string()]);
             return Err(Error::usage(format!("`{name}` has {count} values and `{other}` has {others}"))
                 .help("designs that are given one by one take a value of each parameter"));
         }
@@ -65,9 +69,9 @@ impl Axes {
     /// The number of designs.
     pub(super) fn count(&self) -> usize {
         if self.is_paired {
-            return self.axes.first().map_or(0, |axis| axis.values.len());
+            return self.axes.first().map_or(0, |axis| axis.values.count());
         }
-        self.axes.iter().map(|axis| axis.values.len()).product()
+        self.axes.iter().map(|axis| axis.values.count()).product()
     }
 
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
@@ -77,7 +81,7 @@ impl Axes {
     /// The values of a design, in the order of the names.
     pub(crate) fn values(&self, design: usize) -> Vec<f64> {
         if self.is_paired {
-            return self.axes.iter().map(|axis| axis.values[design]).collect();
+            return self.axes.iter().map(|axis| axis.values.at(design)).collect();
         }
         let mut rest = design;
         let mut values: Vec<f64> = self
@@ -85,9 +89,9 @@ impl Axes {
             .iter()
             .rev()
             .map(|axis| {
-                let place = rest % axis.values.len();
-                rest /= axis.values.len();
-                axis.values[place]
+                let place = rest % axis.values.count();
+                rest /= axis.values.count();
+                axis.values.at(place)
             })
             .collect();
         values.reverse();
@@ -97,7 +101,7 @@ impl Axes {
     /// The range of a parameter; `None` if it is not varied.
     pub(super) fn range(&self, name: &str) -> Option<Interval> {
         let values = &self.axes.iter().find(|axis| axis.name == name)?.values;
-        values.iter().map(|value| Interval::point(*value)).reduce(Interval::hull)
+        values.bounds().into_iter().map(Interval::point).reduce(Interval::hull)
     }
 
     /// The value of a parameter; `None` if it is not varied.
@@ -106,11 +110,15 @@ impl Axes {
     }
 }
 
+fn listed(values: Vec<(String, Vec<f64>)>) -> Vec<(String, Values)> {
+    values.into_iter().map(|(name, values)| (name, Values::Listed(values))).collect()
+}
+
 /// Creates the axes; the names must be parameters of the mechanism.
-fn axes(description: &Description, values: Vec<(String, Vec<f64>)>) -> Result<Vec<Axis>, Error> {
-    let axis = |(name, values): (String, Vec<f64>)| {
+fn axes(description: &Description, values: Vec<(String, Values)>) -> Result<Vec<Axis>, Error> {
+    let axis = |(name, values): (String, Values)| {
         check_parameter(description, &name)?;
-        match values.iter().find(|value| !value.is_finite()) {
+        match values.bounds().iter().find(|value| !value.is_finite()) {
             Some(value) => Err(Error::usage(format!("a value of `{name}` is {value}")).help("vary over numbers")),
             None => Ok(Axis { name, values }),
         }
@@ -123,11 +131,13 @@ fn wrong(text: &str, why: &str) -> Error {
         .help("write `--vary NAME=FROM:TO:COUNT` or `--vary NAME=VALUE,VALUE,...`")
 }
 
-fn values_of(name: &str, text: &str, values: &str) -> Result<Vec<f64>, Error> {
+fn values_of(name: &str, text: &str, values: &str) -> Result<Values, Error> {
     let number = |value: &str| number(&format!("--vary {name}"), value);
     let parts: Vec<&str> = values.split(':').collect();
     match parts[..] {
-        [list] => split(list).into_iter().map(|value| number(value.trim())).collect(),
+        [list] => {
+            split(list).into_iter().map(|value| number(value.trim())).collect::<Result<_, _>>().map(Values::Listed)
+        }
         [from, to, count] => {
             let (from, to) = (number(from)?, number(to)?);
             let count: usize = match count.trim().parse() {
@@ -137,16 +147,7 @@ fn values_of(name: &str, text: &str, values: &str) -> Result<Vec<f64>, Error> {
                     return Err(wrong(text, &why));
                 }
             };
-            let last = (count - 1).max(1) as f64;
-            // Rounded to fewer digits: 0.3, not 0.30000000000000004.
-            let value = |i: usize| {
-                if i == 0 || i == count - 1 {
-                    return if i == 0 { from } else { to };
-                }
-                let exact = from + (to - from) * (i as f64 / last);
-                format!("{exact:.14e}").parse().unwrap_or(exact)
-            };
-            Ok((0..count).map(value).collect())
+            Ok(Values::Spaced { from, to, count })
         }
         _ => Err(wrong(text, "has neither one `:` list nor three parts")),
     }
@@ -196,12 +197,16 @@ mod tests {
 
     #[test]
     fn ranges_reach_their_ends_exactly() {
-        let values = values_of("x", "", "0.15:0.25:1000").expect("a range");
-        assert_eq!((values.len(), values[0], values[999]), (1000, 0.15, 0.25));
-        assert_eq!(values_of("x", "", "0.2:0.6:5").expect("a range"), [0.2, 0.3, 0.4, 0.5, 0.6]);
-        assert_eq!(values_of("x", "", "2:2:1").expect("one value"), [2.0]);
-        assert_eq!(values_of("x", "", "1/3:2/3:2").expect("both ends"), [1.0 / 3.0, 2.0 / 3.0]);
+        let values = |text: &str| {
+            let values = values_of("x", "", text).expect("values");
+            (0..values.count()).map(|place| values.at(place)).collect::<Vec<f64>>()
+        };
+        let many = values("0.15:0.25:1000");
+        assert_eq!((many.len(), many[0], many[999]), (1000, 0.15, 0.25));
+        assert_eq!(values("0.2:0.6:5"), [0.2, 0.3, 0.4, 0.5, 0.6]);
+        assert_eq!(values("2:2:1"), [2.0]);
+        assert_eq!(values("1/3:2/3:2"), [1.0 / 3.0, 2.0 / 3.0]);
         assert!(["2:5:1", "2:5:0", "2:5:-1"].iter().all(|range| values_of("x", "", range).is_err()));
-        assert_eq!(values_of("x", "", "3*pi, max(1,2)").expect("a list"), [3.0 * std::f64::consts::PI, 2.0]);
+        assert_eq!(values("3*pi, max(1,2)"), [3.0 * std::f64::consts::PI, 2.0]);
     }
 }

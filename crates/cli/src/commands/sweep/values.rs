@@ -1,0 +1,48 @@
+//! The values of one parameter of a sweep.
+
+/// The values that a parameter takes.
+#[derive(Debug)]
+pub(super) enum Values {
+    /// In the order of a list.
+    Listed(Vec<f64>),
+    /// At equal distances.
+    Spaced {
+        /// The first one.
+        from: f64,
+        /// The last one.
+        to: f64,
+        /// How many there are.
+        count: usize,
+    },
+}
+
+impl Values {
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        match self {
+            Self::Listed(values) => values.len(),
+            Self::Spaced { count, .. } => *count,
+        }
+    }
+
+    /// One of the values. Those between the ends are rounded to fewer digits: 0.3, not 0.30000000000000004.
+    pub(super) fn at(&self, place: usize) -> f64 {
+        match self {
+            Self::Listed(values) => values[place],
+            Self::Spaced { from, .. } if place == 0 => *from,
+            Self::Spaced { to, count, .. } if place + 1 == *count => *to,
+            Self::Spaced { from, to, count } => {
+                let exact = from + (to - from) * (place as f64 / (count - 1) as f64);
+                format!("{exact:.14e}").parse().unwrap_or(exact)
+            }
+        }
+    }
+
+    /// The smallest and the largest one are among these.
+    pub(super) fn bounds(&self) -> Vec<f64> {
+        match self {
+            Self::Listed(values) => values.clone(),
+            Self::Spaced { from, to, .. } => vec![*from, *to],
+        }
+    }
+}
