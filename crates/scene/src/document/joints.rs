@@ -143,10 +143,12 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: reader::Value
     }
     let mut angle = |key: &str, has: bool| has.then(|| table.optional(key)).flatten().map(|v| r.angle(v));
     let direction = angle("direction", kind.is_slider() || kind == JointKind::Rack);
-    let phase = angle("phase", matches!(kind, JointKind::Gear | JointKind::Rack));
+    let phase_angle = angle("phase", kind == JointKind::Gear);
     let rotation = angle("rotation", kind.holds_angle());
     let face = angle("face", kind == JointKind::Cam);
     let mut formula = |key: &str, has: bool| has.then(|| table.optional(key)).flatten().map(|v| r.formula(v));
+    // That of a rack is a length.
+    let phase = formula("phase", kind == JointKind::Rack).or(phase_angle);
     let drive = formula("drive", matches!(kind, JointKind::Revolute | JointKind::Prismatic | JointKind::PinInSlot));
     let start = formula("start", kind.is_slider() || kind == JointKind::Cam);
     let rate = formula("rate", kind.is_slider());

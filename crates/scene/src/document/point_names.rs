@@ -1,6 +1,6 @@
 //! The points that a scene names outside formulae.
 
-use super::{Along, Document, DrawnSyntax, Identifier, LoadSyntax, OutputValue, Position, Target};
+use super::{Along, DisplacementSyntax, Document, DrawnSyntax, Identifier, LoadSyntax, OutputValue, Position, Target};
 
 impl Document {
     /// Calls a function with the name of each point in loads, outputs and drawings.
@@ -21,6 +21,11 @@ impl Document {
                 OutputValue::Reaction { target: Target::Point(point), .. }
                 | OutputValue::ShakingMoment(point)
                 | OutputValue::Norm { at: Some(point), .. } => f(point),
+                OutputValue::FreeBody { displacements, .. } => {
+                    for DisplacementSyntax { points, turn, .. } in displacements {
+                        points.iter_mut().chain(turn.as_mut().map(|(_, about, _)| about)).for_each(&mut f);
+                    }
+                }
                 _ => {}
             }
         }

@@ -143,9 +143,13 @@ impl<'t, 's> Table<'t, 's> {
     pub(super) fn target(&self, r: &mut Reader) -> Option<Target> {
         if self.is_there("at") && self.is_there("on") {
             let [at, on] = ["at", "on"].map(|key| self.optional(key).and_then(|v| r.text(v)));
-            let point =
-                |(at, on): (Identifier, Identifier)| Identifier { name: format!("{}.{}", on.name, at.name), ..at };
-            return at.zip(on).map(point).map(Target::Point);
+            let (at, on) = at.zip(on)?;
+            if at.name.contains('.') {
+                let error = Diagnostic::error("`at` names a link, and so does `on`", on.span, "the second one");
+                r.findings.push(error.help("take `on` out"));
+                return None;
+            }
+            return Some(Target::Point(Identifier { name: format!("{}.{}", on.name, at.name), ..at }));
         }
         match self.one_of(r, &["at", "on"], "name a point with `at`, or a body with `on`")? {
             "at" => self.optional("at").and_then(|v| r.text(v)).map(Target::Point),

@@ -52,7 +52,7 @@ impl Angles {
     pub(super) fn check(&self, graph: &Graph, findings: &mut Vec<Diagnostic>) {
         for joint in graph.joints.iter().filter(|joint| joint.syntax.kind == JointKind::Gear) {
             let links = [joint.ends[0].link, joint.ends[1].link];
-            if self.are_one([links[0], links[1], joint.carrier]) {
+            if self.turn_together([links[0], links[1], joint.carrier]) {
                 let own = &joint.syntax.identifier;
                 let title = format!("joint `{}` couples the angles of links that cannot turn", own.name);
                 let [first, second] = links.map(|link| graph.name(link));
@@ -76,8 +76,8 @@ impl Angles {
         }
     }
 
-    /// Whether links cannot turn relative to each other.
-    pub(super) fn are_one(&self, links: [usize; 3]) -> bool {
+    /// Whether links turn together, or not at all.
+    pub(super) fn turn_together(&self, links: [usize; 3]) -> bool {
         links.iter().all(|link| self.angle(*link).class == self.angle(links[0]).class)
     }
 

@@ -59,7 +59,7 @@ pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Pla
                 put("", subtract(length, size(joint)), "m", Vec::new());
             }
             // `Angles::check` reports such gears.
-            JointKind::Gear if angles.are_one([joint.ends[0].link, joint.ends[1].link, joint.carrier]) => {}
+            JointKind::Gear if angles.turn_together([joint.ends[0].link, joint.ends[1].link, joint.carrier]) => {}
             JointKind::Gear => {
                 let carrier = angles.formula(joint.carrier, span);
                 let [first, second] = [0, 1].map(|end| subtract(angle(end), carrier.clone()));

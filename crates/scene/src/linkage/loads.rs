@@ -1,6 +1,7 @@
 //! Loads on points of links.
 
 use super::graph::PointId;
+use super::outputs::are_of_joints;
 use super::resolved::Linkage;
 use crate::diagnostic::Diagnostic;
 use crate::document::{Along, Document, Identifier, JointPart, LoadSyntax, OutputValue, Target};
@@ -27,6 +28,10 @@ pub(super) fn check(document: &Document, linkage: &Linkage, findings: &mut Vec<D
 /// Reports a point of several links if the force in the pin between them is needed.
 fn check_link(document: &Document, linkage: &Linkage, point: &Identifier, findings: &mut Vec<Diagnostic>) {
     let graph = linkage.graph;
+    if graph.all_points().all(|id| linkage.places.name(id) != point.name) {
+        check_owner(document, point, findings);
+        return;
+    }
     let is_own = |end: &&PointId| graph.point_name(**end) == point.name;
     let asked = |output: &OutputValue, name: &str| match output {
         OutputValue::Joint { joint, part: JointPart::Force, .. } => joint.name == name,
@@ -46,6 +51,22 @@ fn check_link(document: &Document, linkage: &Linkage, point: &Identifier, findin
         let help = format!("name the link as well: {}", points.join(" or "));
         findings.push(Diagnostic::error(title, point.span.clone(), label).help(help));
         return;
+    }
+}
+
+/// Reports a moving point that belongs to no link, if forces in joints are needed: they do not count its load.
+fn check_owner(document: &Document, point: &Identifier, findings: &mut Vec<Diagnostic>) {
+    let own = document.points.iter().find(|(own, _)| own.name == point.name);
+    let Some((_, place)) = own.filter(|_| are_of_joints(document)) else { return };
+    let is_known = |name: &String| {
+        name == "t" || name == "pi" || document.parameters.iter().any(|parameter| parameter.identifier.name == *name)
+    };
+    if !place.iter().all(|part| part.names().all(is_known)) {
+        let title = format!("point `{}` moves and belongs to no link", point.name);
+        let error = Diagnostic::error(title, point.span.clone(), "which link carries this load?");
+        findings.push(
+            error.help("forces in joints follow from the loads on links: add the point to the `points` of a link"),
+        );
     }
 }
 

@@ -2,8 +2,9 @@
 
 use super::angles::Angles;
 use super::graph::Graph;
+use super::places::origin_names;
 use super::terms::{is_zero, whole};
-use super::tree::Tree;
+use super::tree::{Placement, Tree};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::document::{Document, Identifier};
 use crate::parser::Formula;
@@ -59,8 +60,8 @@ pub(super) fn check_rates(graph: &Graph, tree: &Tree, angles: &Angles, findings:
         }
         match given[class].filter(|_| class > 0) {
             Some((other, known)) if known.nodes() != rate.nodes() => {
-                let title = format!("links `{other}` and `{name}` turn together, and have different rates");
-                let error = Diagnostic::error(title, rate.whole_span(), "another rate");
+                let title = format!("links `{other}` and `{name}` turn together, and both have a rate");
+                let error = Diagnostic::error(title, rate.whole_span(), "the second one");
                 findings.push(error.help("give one of them a `rate`"));
             }
             _ => given[class] = Some((name, rate)),
@@ -71,7 +72,12 @@ pub(super) fn check_rates(graph: &Graph, tree: &Tree, angles: &Angles, findings:
         if !joint.ends.iter().any(|end| tree.places(number, *end)) {
             let title = format!("the place along joint `{}` is no coordinate", joint.syntax.identifier.name);
             let error = Diagnostic::error(title, rate.whole_span(), "no rate can be given for it");
-            findings.push(error.help("pins place its links: give one of them a `rate` beside its `angle`"));
+            let free = joint.ends.iter().find(|end| tree.placements[end.link] == Placement::Free);
+            let help = match free.map(|end| origin_names(graph, end.link)) {
+                Some([x, y]) => format!("give `{x}` or `{y}`, the origin of its link, and its rate in [initial]"),
+                None => "pins place its links: give one of them a `rate` beside its `angle`".to_owned(),
+            };
+            findings.push(error.help(help));
         }
     }
 }
@@ -101,9 +107,9 @@ pub(super) fn report_too_few(document: &Document, freedoms: usize, place: &Span,
         let said = if given == 1 { format!("1 {what} is") } else { format!("{given} {what}s are") };
         let title = format!("the mechanism has {freedoms} {freedom} of freedom, but {said} given at the start");
         let error = Diagnostic::error(title, place.clone(), "links begin here");
-        findings.push(
-            error.help("give as many links as that a `rate` beside their `angle`, or a slider its `start` and `rate`"),
-        );
+        let help = "give as many links as that a `rate` beside their `angle`, or a slider its `start` and `rate`, or \
+                    coordinates of a link that no pin places, such as `x_LINK`, their values and rates in [initial]";
+        findings.push(error.help(help));
         return;
     }
 }

@@ -38,7 +38,7 @@ impl Values {
         }
     }
 
-    /// The smallest and the largest one are among these.
+    /// Some of the values, the smallest and the largest among them.
     pub(super) fn bounds(&self) -> Vec<f64> {
         match self {
             Self::Listed(values) => values.clone(),
