@@ -21,10 +21,10 @@ impl Algebra<'_> {
         let forms = [
             without_squares_of(EngineSymbol::COS, EngineSymbol::SIN, &expanded),
             without_squares_of(EngineSymbol::SIN, EngineSymbol::COS, &expanded),
-            expanded,
-            atom.clone(),
+            Some(expanded),
+            Some(atom.clone()),
         ];
-        forms.into_iter().min_by_key(cost).unwrap_or_else(|| atom.clone())
+        forms.into_iter().flatten().min_by_key(cost).unwrap_or_else(|| atom.clone())
     }
 
     /// Simplifies radicands and denominators, so that equal ones are recognized.
@@ -67,7 +67,7 @@ impl Algebra<'_> {
     }
 }
 
-/// The largest power of a function that occurs in an expression and can be replaced; 1 if there is none.
+/// The largest power of a function in an expression, up to the largest that is replaced; 1 if there is no power.
 fn largest_power(view: AtomView, f: EngineSymbol) -> i64 {
     let largest =
         |items: &mut dyn Iterator<Item = AtomView<'_>>| items.map(|item| largest_power(item, f)).max().unwrap_or(1);
@@ -88,9 +88,12 @@ fn largest_power(view: AtomView, f: EngineSymbol) -> i64 {
     }
 }
 
-/// Replaces even powers: f(x)^2 = 1 - g(x)^2 where f and g are sine and cosine.
-fn without_squares_of(f: EngineSymbol, g: EngineSymbol, expanded: &Atom) -> Atom {
+/// Replaces even powers: f(x)^2 = 1 - g(x)^2 where f and g are sine and cosine. `None` if there are none.
+fn without_squares_of(f: EngineSymbol, g: EngineSymbol, expanded: &Atom) -> Option<Atom> {
     let largest = largest_power(expanded.as_view(), f);
+    if largest < 2 {
+        return None;
+    }
     let x = Atom::var(symbol!("x_"));
     let (f, g) = (function!(f, &x), function!(g, &x));
     let mut atom = expanded.clone();
@@ -99,5 +102,5 @@ fn without_squares_of(f: EngineSymbol, g: EngineSymbol, expanded: &Atom) -> Atom
         let replacement = f.pow(Atom::num(exponent - 2)) * square;
         atom = atom.replace(f.pow(Atom::num(exponent)).to_pattern()).with(replacement.to_pattern());
     }
-    if largest > 1 { atom.expand() } else { atom }
+    Some(atom.expand())
 }

@@ -64,7 +64,7 @@ pub(super) fn prune() {
 
 fn prune_folder(folder: &Path) {
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    let files = files.filter_map(|path| Some((modified(&path)?, Kind::of(&path)?, path)));
+    let files = files.filter_map(|path| Some((modified(&path)?, Kind::from_path(&path)?, path)));
     let (mut scenes, temporary): (Vec<_>, Vec<_>) = files.partition(|(_, kind, _)| *kind == Kind::Scene);
     scenes.sort_unstable_by(|(a, ..), (b, ..)| b.cmp(a));
     let oldest = SystemTime::now() - LEFTOVER_AGE;
@@ -84,7 +84,7 @@ enum Kind {
 
 impl Kind {
     /// The kind of a file by its name; `None` for a file of others.
-    fn of(path: &Path) -> Option<Self> {
+    fn from_path(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?;
         let is_hash =
             |text: &str| text.len() == 16 && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'));

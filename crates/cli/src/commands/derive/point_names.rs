@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use toml_edit::{Item, TableLike, Value};
 
-/// Replaces `LINK.POINT` by the name of the point, in all texts of a section; `at = "POINT"` beside `on = "LINK"` too.
+/// Replaces `LINK.POINT` by the name of the point in all texts of a section. `at = "POINT"` with `on = "LINK"` is
+/// replaced too.
 pub(super) fn replace(section: &mut Item, names: &BTreeMap<String, String>) {
     if let Some(entries) = section.as_table_like_mut() {
         replace_in_table(entries, names);
