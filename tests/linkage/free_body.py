@@ -502,7 +502,7 @@ def loads(rows):
             total[l] += wrench([value(c) for c in rows.place(l, at)], [scalar(f) + zero for f in load["force"]])
         else:
             if "between" in load:
-                p, q = load["between"]
+                p, q = (name.replace(".", "_") for name in load["between"])
                 length = compiled(f"hypot({p}.x - {q}.x, {p}.y - {q}.y)")
             else:
                 length = compiled(load["along"])
