@@ -58,6 +58,51 @@ fn conditions_that_jump_or_stay_true_end_where_they_become_true() {
     }
 }
 
+/// The crank is upright at 0.20799806553571 s and level at 0.43235720533686 s, by Gauss steps at a tolerance of 1e-14.
+#[test]
+fn conditions_that_only_touch_their_bound_are_met() {
+    for (condition, t) in [("sin(phi2) >= 1", 0.207_998_065_535_71), ("cos(phi2) <= -1", 0.432_357_205_336_86)] {
+        for (method, step) in
+            [("rk4", "1e-3"), ("rk4", "7e-4"), ("dop853", "0.5"), ("dopri5", "0.3"), ("gauss", "0.05")]
+        {
+            let run = run(&["quick-return", "--until", condition, "--method", method, "--step", step]);
+            assert_eq!(run.status(), 0, "{condition} by {method}: {}", run.stderr());
+            let summary = run.summary();
+            let number = |name: &str| summary[name].as_f64().unwrap_or_else(|| panic!("{condition}: {name}"));
+            near(&format!("{condition} by {method}"), number("end_time"), t, 1e-11);
+            // The sine differs from one by a rounding error for that long.
+            assert!((1e-10..1e-8).contains(&number("end_time_error")), "{condition}: {}", number("end_time_error"));
+        }
+    }
+}
+
+/// The times at which 300 times the angle is 30 degrees, and at which the angle is one radian: Gauss steps at 1e-14.
+#[test]
+fn conditions_that_are_true_for_moments_are_met() {
+    let cases = [
+        ("sin(300*phi2) >= 0.5", 0.000_222_231_502_719_24),
+        ("1/(phi2 - 1) >= 1e6", 0.130_494_378_600_05),
+        ("1e-5 - abs(phi2 - 1) >= 0", 0.130_493_040_683_66),
+    ];
+    for (condition, t) in cases {
+        for (method, step) in [("rk4", "1e-3"), ("dop853", "0.5"), ("gauss", "0.1")] {
+            let run = run(&["quick-return", "--until", condition, "--method", method, "--step", step]);
+            assert_eq!(run.status(), 0, "{condition} by {method}: {}", run.stderr());
+            let found = run.summary()["end_time"].as_f64().expect("a number");
+            near(&format!("{condition} by {method}"), found, t, 1e-10);
+        }
+    }
+}
+
+#[test]
+fn a_smaller_number_than_one_without_value_has_no_value() {
+    for condition in ["min(sqrt(0.5 - phi2), phi2) >= 1", "max(sqrt(0.5 - phi2) - 9, phi2 - 9) >= 0"] {
+        let run = run(&["quick-return", "--until", condition]);
+        assert_eq!(run.status(), 1, "{condition}: {}", run.stderr());
+        assert!(run.stderr().contains("is not finite"), "{condition}: {}", run.stderr());
+    }
+}
+
 /// Between two rows the force rises above the bound for a short while.
 #[test]
 fn derivatives_are_those_of_the_first_crossing() {

@@ -33,6 +33,7 @@ mod live_page;
 mod loads;
 mod page;
 mod quick_return;
+mod random_conditions;
 mod random_runs;
 mod reading;
 mod readme;

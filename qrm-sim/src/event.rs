@@ -1,10 +1,16 @@
 //! Events: functions of the state that rise through zero.
 
+mod arguments;
+mod bounds;
 pub(crate) mod location;
+mod rows;
+mod search;
 
 use std::cell::RefCell;
 
+use bounds::EventBounds;
 use qrm_core::{Mechanism, Tape, TapeEvaluator};
+pub(crate) use search::{Maximum, Reached};
 
 use crate::solve::Solver;
 use crate::state::State;
@@ -23,6 +29,8 @@ pub(crate) struct EventFunction<'a> {
     evaluator: Option<RefCell<TapeEvaluator<'a, Vec<f64>>>>,
     /// Completes states, if the function takes accelerations or multipliers.
     solver: Option<RefCell<Solver>>,
+    /// Bounds with the parameters of the mechanism; made on first use.
+    bounds: RefCell<Option<EventBounds>>,
 }
 
 impl<'a> EventFunction<'a> {
@@ -36,7 +44,8 @@ impl<'a> EventFunction<'a> {
             }
             None => (None, mechanism.tape().is_none_or(Tape::event_takes_forces)),
         };
-        Some(Self { evaluator, solver: takes_forces.then(|| RefCell::new(Solver::new(mechanism))) })
+        let solver = takes_forces.then(|| RefCell::new(Solver::new(mechanism)));
+        Some(Self { evaluator, solver, bounds: RefCell::new(None) })
     }
 
     /// Whether it is not the scene's.
@@ -51,6 +60,7 @@ impl<'a> EventFunction<'a> {
 
     /// Sets the parameters to those of another mechanism of the same scene.
     pub(crate) fn set_parameters(&self, mechanism: &dyn Mechanism) {
+        self.bounds.replace(None);
         if let Some(evaluator) = &self.evaluator {
             let parameters = mechanism.parameters();
             evaluator.borrow_mut().set_parameters(|i| Some(parameters[i]));
@@ -71,5 +81,15 @@ impl<'a> EventFunction<'a> {
         let mut at = at.clone();
         solver.borrow_mut().complete(mechanism, &mut at).ok()?;
         self.value(mechanism, &at)
+    }
+
+    /// Calls a function with the bounds of the event; `None` if the mechanism has no tape, or its tape no event.
+    fn with_bounds<T>(&self, mechanism: &dyn Mechanism, f: impl FnOnce(&mut EventBounds) -> T) -> Option<T> {
+        let mut bounds = self.bounds.borrow_mut();
+        if bounds.is_none() {
+            let own = self.evaluator.as_ref().map(|evaluator| evaluator.borrow().tape());
+            *bounds = EventBounds::new(own.or_else(|| mechanism.tape())?, mechanism);
+        }
+        bounds.as_mut().map(f)
     }
 }

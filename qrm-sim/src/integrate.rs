@@ -38,7 +38,7 @@ pub use classical::RK4;
 pub(crate) use companion_limit::COMPANION_STEP_RATIO;
 pub(crate) use corner::Corner;
 pub(crate) use corners::{Corners, JUMP_MARGIN, MOST_PARTS};
-pub(crate) use dense_output::quintic;
+pub(crate) use dense_output::{quintic, quintic_coefficients};
 pub use dop853::DOP853;
 pub use dopri5::DOPRI5;
 pub(crate) use formula::Formula;

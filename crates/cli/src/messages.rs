@@ -7,7 +7,7 @@ use qrm_sim::position::NotAssembled;
 use qrm_sim::run::{Explanation, NonFiniteQuantity, StartError, Status, readable_size};
 
 use crate::error::{Error, Message};
-use crate::format::{seconds, with_error};
+use crate::format::{number, seconds, with_error};
 use crate::setup::Setup;
 
 impl Setup {
@@ -108,18 +108,19 @@ pub(crate) fn status(
         Status::Completed => format!("reached the end time {t}"),
         Status::Stopped => format!("`{until}` became true at t = {t}"),
         Status::StopNotReached { nearest_time, missing } => {
-            let since = if *nearest_time < end_time {
-                "and has moved away since: the mechanism turned back or stalled, or met the condition only between two \
-                 steps"
-            } else {
-                "and was still coming nearer"
-            };
+            let since =
+                if *nearest_time < end_time { "and has moved away since" } else { "and was still coming nearer" };
             format!(
-                "`{until}` did not become true by the latest end, t = {t}: it was nearest at t = {}, {missing:.6} \
-                 short, {since}",
-                seconds(*nearest_time)
+                "`{until}` did not become true by the latest end, t = {t}: it was nearest at t = {}, {} short, \
+                 {since}",
+                seconds(*nearest_time),
+                number(*missing)
             )
         }
+        Status::StopUndecided { between: [begin, end] } => format!(
+            "whether `{until}` becomes true between t = {begin} s and {end} s is not known: its terms change too fast \
+             there"
+        ),
         Status::Interrupted => format!("interrupted at t = {t}"),
         Status::Failed(reason) => {
             return step_error(reason, description).after(&format!("broke off after t = {t}: "));

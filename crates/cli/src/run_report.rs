@@ -251,7 +251,7 @@ fn status(outcome: &Outcome) -> &'static str {
         Status::Stopped => "stopped",
         Status::StopNotReached { .. } => "stop_not_reached",
         Status::Interrupted => "interrupted",
-        Status::Failed(_) | Status::NotFinite { .. } | Status::Unwritable(_) => "failed",
+        Status::StopUndecided { .. } | Status::Failed(_) | Status::NotFinite { .. } | Status::Unwritable(_) => "failed",
     }
 }
 

@@ -94,11 +94,11 @@ impl<D: DualKind> Scalar for Dual<D> {
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        if self.0.re() > other.0.re() { self } else { other }
+        if self.0.re() > other.0.re() || self.0.re().is_nan() { self } else { other }
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        if self.0.re() < other.0.re() { self } else { other }
+        if self.0.re() < other.0.re() || self.0.re().is_nan() { self } else { other }
     }
     fn atan2(self, abscissa: Self) -> Self {
         Self(self.0.atan2(abscissa.0))

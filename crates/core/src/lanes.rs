@@ -86,6 +86,14 @@ impl<S: Token> Lanes<S> {
         bytemuck::must_cast(self.0)
     }
 
+    /// Another number, but not a number in lanes where this one is not.
+    #[inline(always)]
+    fn unless_nan(self, other: Self) -> Self {
+        let simd = S::again();
+        let is_number = simd.equal_f64s(self.vector(), self.vector());
+        Self::new(simd.select_f64s(is_number, other.vector(), self.vector()))
+    }
+
     #[inline(always)]
     fn each(self, f: impl Fn(f64) -> f64) -> Self {
         Self::from_fn(|i| f(self.get(i)))
@@ -167,11 +175,11 @@ impl<S: Token> Scalar for Lanes<S> {
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        Self::new(S::again().max_f64s(self.vector(), other.vector()))
+        self.unless_nan(Self::new(S::again().max_f64s(self.vector(), other.vector())))
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        Self::new(S::again().min_f64s(self.vector(), other.vector()))
+        self.unless_nan(Self::new(S::again().min_f64s(self.vector(), other.vector())))
     }
     fn atan2(self, abscissa: Self) -> Self {
         Self::from_fn(|i| self.get(i).atan2(abscissa.get(i)))

@@ -90,9 +90,9 @@ pub trait Scalar:
     fn neg_mul_add(self, a: Self, b: Self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// The larger number.
+    /// The larger number; not a number if one of them is not.
     fn max(self, other: Self) -> Self;
-    /// The smaller number.
+    /// The smaller number; not a number if one of them is not.
     fn min(self, other: Self) -> Self;
     /// Angle of the vector with ordinate `self` and this abscissa.
     fn atan2(self, abscissa: Self) -> Self;

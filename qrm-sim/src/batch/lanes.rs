@@ -44,8 +44,6 @@ pub(super) struct LaneSweep<'a> {
     size: (usize, usize),
     /// The event that ends the design of each lane; none if designs end at a time.
     events: Vec<EventFunction<'a>>,
-    /// Whether the event may be true for a part of a step.
-    ends_inside_steps: bool,
     /// The branch that designs are assembled on.
     branch: AssemblyBranch,
     /// Computes the first accelerations; it does not know of constraints that repeat others, nor do lanes.
@@ -91,15 +89,15 @@ impl<'a> LaneSweep<'a> {
         if !is_explicit || settings.projection != Projection::default() || description.has_corners {
             return None;
         }
-        // Another event may be true for a part of a step.
-        let ends_inside_steps = match request.end {
+        // Lanes look inside steps for events that are convex.
+        let waits_each_step = match request.end {
             Some(End::Time(_)) => false,
-            Some(End::Event(tape)) => !tape.event_is_linear(),
-            None => designs.first()?.tape().is_some_and(|tape| tape.event.is_some() && !tape.event_is_linear()),
+            Some(End::Event(_)) => true,
+            None => designs.first()?.tape().is_some_and(|tape| tape.event.is_some() && !tape.event_is_convex()),
         };
         let batch_request = BatchRequest {
             watches_event: request.end.is_none(),
-            waits_each_step: ends_inside_steps || matches!(request.end, Some(End::Event(_))),
+            waits_each_step,
             ranges: request.extremes,
             checkpoints: request.estimate_error,
         };
@@ -123,7 +121,6 @@ impl<'a> LaneSweep<'a> {
             near: State::default(),
             size,
             events: (0..batch.lanes()).filter_map(|_| events()).collect(),
-            ends_inside_steps,
             branch: AssemblyBranch::new(&**designs.first()?),
             solver: Solver::with_rank(&**designs.first()?, size.1),
             batch,
@@ -269,7 +266,7 @@ impl<'a> LaneSweep<'a> {
             let has_landed = is_landing && to.t >= self.batch.schedule(lane).end_time;
             match self.events.get(lane).and_then(|event| event.value(&*self.designs[design], to)) {
                 Some(value) if value.is_nan() => return self.leave(lane),
-                Some(_) if !is_landing && self.ends_inside_steps && self.land_inside(lane, to) => return,
+                Some(_) if !is_landing && self.land_inside(lane, to) => return,
                 Some(value) if has_landed || value >= 0.0 => return self.land(lane, to, value),
                 // The step was rejected, or is made in several.
                 Some(_) if is_landing && !self.batch.is_stuck(lane) => return,

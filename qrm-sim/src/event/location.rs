@@ -7,63 +7,8 @@ use crate::state::State;
 
 /// The part of a step over which slopes are taken.
 const SHIFT: f64 = 1e-4;
-/// A function may be zero between two values where the nearer one is less than this many of its last changes from zero.
-const NEAR: f64 = 8.0;
-/// The number of equal parts of a long step in which a function is looked at.
-pub(crate) const PARTS: usize = 4;
 /// A value that is zero this many resolutions of the time before a zero stays there: it does not cross.
 const FLAT: f64 = 16.0;
-
-/// The last values of a function that is negative until its event.
-pub(crate) struct Approach {
-    value: f64,
-    change: f64,
-}
-
-impl Approach {
-    /// Begins at a value, with any change before it.
-    pub(crate) fn new(value: f64) -> Self {
-        Self { value, change: f64::INFINITY }
-    }
-
-    /// Takes the next value. Returns whether the function may have been zero since the one before, if both are
-    /// negative.
-    pub(crate) fn may_have_touched(&mut self, value: f64) -> bool {
-        let change = (value - self.value).abs();
-        let is_near = -self.value.max(value) <= NEAR * change.max(self.change);
-        *self = Self { value, change };
-        is_near
-    }
-}
-
-/// The first state found inside a step, looked at in some equal parts, at which a value is not negative; `at` is the
-/// dense output.
-#[inline(never)] // One copy: pages are to be small.
-pub(crate) fn first_inside(
-    [from, to]: [&State; 2],
-    parts: usize,
-    value: &mut dyn FnMut(&State) -> Option<f64>,
-    at: &mut dyn FnMut(f64) -> Option<State>,
-) -> Option<State> {
-    let mut last = from.clone();
-    let mut approach = Approach::new(value(from)?);
-    for part in 1..=parts {
-        let is_end = part == parts;
-        let next = if is_end { to.clone() } else { at(from.t + part as f64 / parts as f64 * (to.t - from.t))? };
-        let here = value(&next)?;
-        if here >= 0.0 && !is_end {
-            return Some(next);
-        }
-        if approach.may_have_touched(here)
-            && let Some(found) = touched(&last, &next, value, at)
-            && value(&found)? >= 0.0
-        {
-            return Some(found);
-        }
-        last = next;
-    }
-    None
-}
 
 /// The state inside a step at which a value rises through zero, by steps of other lengths from its beginning.
 ///

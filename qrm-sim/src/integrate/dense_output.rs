@@ -120,7 +120,17 @@ pub(crate) fn quintic(from: &State, to: &State, t: f64) -> State {
 }
 
 /// The polynomial of degree 5 through a coordinate, its rate and its acceleration at both ends, with two derivatives.
-fn fifth(s: f64, h: f64, [a, b]: [&State; 2], i: usize) -> [f64; 3] {
+fn fifth(s: f64, h: f64, ends: [&State; 2], i: usize) -> [f64; 3] {
+    let [c0, c1, c2, c3, c4, c5] = quintic_coefficients(h, ends, i);
+    [
+        c0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * c5)))),
+        ends[0].qd[i] + s * (2.0 * c2 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5))) / h,
+        (2.0 * c2 + s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5))) / (h * h),
+    ]
+}
+
+/// The coefficients of that polynomial, in powers of the part of the step.
+pub(crate) fn quintic_coefficients(h: f64, [a, b]: [&State; 2], i: usize) -> [f64; 6] {
     let (v0, v1, a0, a1) = (h * a.qd[i], h * b.qd[i], h * h * a.qdd[i], h * h * b.qdd[i]);
     let position = b.q[i] - a.q[i] - v0 - 0.5 * a0;
     let rate = v1 - v0 - a0;
@@ -128,9 +138,5 @@ fn fifth(s: f64, h: f64, [a, b]: [&State; 2], i: usize) -> [f64; 3] {
     let third = 10.0 * position - 4.0 * rate + 0.5 * acceleration;
     let fourth = -15.0 * position + 7.0 * rate - acceleration;
     let fifth = 6.0 * position - 3.0 * rate + 0.5 * acceleration;
-    [
-        a.q[i] + s * (v0 + s * (0.5 * a0 + s * (third + s * (fourth + s * fifth)))),
-        a.qd[i] + s * (a0 + s * (3.0 * third + s * (4.0 * fourth + s * 5.0 * fifth))) / h,
-        (a0 + s * (6.0 * third + s * (12.0 * fourth + s * 20.0 * fifth))) / (h * h),
-    ]
+    [a.q[i], v0, 0.5 * a0, third, fourth, fifth]
 }

@@ -104,12 +104,6 @@ impl Integrator {
         }
     }
 
-    /// A state between the rows of the last block, as a row.
-    pub(crate) fn inner_row(&self, i: usize) -> Option<&[f64]> {
-        let width = self.layout.width();
-        self.inner.get(i * width..(i + 1) * width)
-    }
-
     /// The states between the rows of the last block, as rows.
     pub(crate) fn inner_rows(&self) -> &[f64] {
         &self.inner

@@ -78,6 +78,11 @@ pub enum Status {
         /// The distance from true at that time.
         missing: f64,
     },
+    /// The stop condition comes so near to true, and changes so fast, that its bounds do not tell whether it becomes true.
+    StopUndecided {
+        /// The times between which it does or does not.
+        between: [f64; 2],
+    },
     /// The observer ended the run.
     Interrupted,
     /// A step could not be made.

@@ -15,7 +15,7 @@ use super::redundancy::Redundancy;
 use super::request::{Request, check_step};
 use super::sampler::Sampler;
 use super::stop_condition::StopCondition;
-use crate::event::End;
+use crate::event::{End, Reached};
 use crate::integrate::{Integrator, IntermediateRows};
 use crate::position::{AssemblyBranch, Start};
 use crate::state::State;
@@ -180,34 +180,44 @@ impl<'a> Run<'a> {
         let mut made = block.rows_written;
         let mut reason = block.reason;
         if let Some(condition) = &mut self.condition {
-            let found = condition.write(&mut self.buffer[..(made + 1) * width]);
-            made = found.unwrap_or(made);
-            let crossed = condition.first_crossing(&mut self.integrator, &mut self.buffer[..(made + 1) * width]);
-            made = crossed.unwrap_or(made);
-            if found.or(crossed).is_some() {
-                reason = Ok(StopReason::Event);
+            let rows = &mut self.buffer[..(made + 1) * width];
+            if let Some(found) = condition.write(rows) {
+                (made, reason) = (found, Ok(StopReason::Event));
             }
-            condition.note(&self.buffer[..(made + usize::from(reason != Ok(StopReason::Event))) * width]);
+            let rows = &mut self.buffer[..(made + 1) * width];
+            match condition.first_reached(&mut self.integrator, rows) {
+                Err(reason) => return (made - 1, Some(Status::Failed(reason))),
+                Ok(Some((row, reached))) => {
+                    condition.note(&rows[..row * width]);
+                    return self.reached(row, reached);
+                }
+                Ok(None) => condition.note(rows),
+            }
         }
-        let last = self.buffer[made * width + self.layout.event()];
         match (reason, &self.condition) {
             (Ok(StopReason::Full), _) => (made, None),
             (Err(reason), _) => (made, Some(Status::Failed(reason))),
-            (Ok(StopReason::Event), _) if last.is_nan() => {
+            (Ok(StopReason::Event), Some(_)) => {
+                // The value is not a number.
                 let t = self.buffer[made * width];
                 (made - 1, Some(Status::NotFinite { t, what: NonFiniteQuantity::Condition }))
             }
-            (Ok(StopReason::Event), Some(condition)) => {
-                match condition.locate(&mut self.integrator, &self.buffer[..(made + 1) * width]) {
-                    Ok(found) => {
-                        found.write(&mut self.buffer[made * width..]);
-                        (made, Some(Status::Stopped))
-                    }
-                    Err(reason) => (made - 1, Some(Status::Failed(reason))),
-                }
-            }
             (Ok(StopReason::End), Some(condition)) => (made, Some(condition.not_reached())),
             (Ok(StopReason::End | StopReason::Event), None) => (made, Some(Status::Completed)),
+        }
+    }
+
+    /// Ends a block where the condition becomes true, before a row.
+    fn reached(&mut self, row: usize, reached: Reached) -> (usize, Option<Status>) {
+        let width = self.layout.width();
+        match reached {
+            Reached::Crossed(at) | Reached::Touched(at, _) => {
+                at.write(&mut self.buffer[row * width..]);
+                self.buffer[row * width + self.layout.event()] = 0.0;
+                (row, Some(Status::Stopped))
+            }
+            Reached::Undefined(t) => (row - 1, Some(Status::NotFinite { t, what: NonFiniteQuantity::Condition })),
+            Reached::Undecided(between) => (row - 1, Some(Status::StopUndecided { between })),
         }
     }
 

@@ -3,8 +3,8 @@
 use qrm_core::{Mechanism, RowLayout};
 
 use super::outcome::{StartError, Status};
-use crate::event::location::{Approach, PARTS, first_inside, locate, slope, time_to_event};
-use crate::event::{End, EventFunction};
+use crate::event::location::{locate, slope, time_to_event};
+use crate::event::{End, EventFunction, Maximum, Reached};
 use crate::integrate::{Integrator, StepError};
 use crate::state::State;
 
@@ -18,18 +18,12 @@ pub(super) struct StopCondition<'a> {
     mechanism: &'a dyn Mechanism,
     layout: RowLayout,
     function: EventFunction<'a>,
-    approach: Approach,
     /// The time at which the condition was nearest to true, and its value there.
     nearest: (f64, f64),
-}
-
-/// A state that the condition is evaluated at.
-#[derive(Clone, Copy)]
-enum Sample {
-    /// A row of the block.
-    Row(usize),
-    /// A state between rows.
-    Inner(usize),
+    /// The samples before the last row.
+    before: Vec<f64>,
+    /// The maximum by which it became true, if it does not cross zero there.
+    maximum: Option<Maximum>,
 }
 
 impl<'a> StopCondition<'a> {
@@ -47,7 +41,7 @@ impl<'a> StopCondition<'a> {
         let value = function.value(mechanism, first);
         check_condition(value)?;
         let Some(value) = value else { return Ok(None) };
-        Ok(Some(Self { mechanism, layout, function, approach: Approach::new(value), nearest: (first.t, value) }))
+        Ok(Some(Self { mechanism, layout, function, nearest: (first.t, value), before: Vec::new(), maximum: None }))
     }
 
     /// The largest value of the stop condition so far, from the start of the run on.
@@ -101,6 +95,9 @@ impl<'a> StopCondition<'a> {
     /// The time between the events of two motions: one ended there, and the other one is `other` at that time.
     pub(super) fn time_between(&self, end: &State, other: &State) -> Option<f64> {
         let [own_value, other_value] = [self.value(end)?, self.value(other)?];
+        if let Some(maximum) = self.maximum {
+            return Some(maximum.time_to_fall((other_value - own_value).abs()));
+        }
         let moved_value = &mut |at: &State| self.moved_value(at);
         let slope = slope(end, SHIFT * end.t.abs().max(f64::MIN_POSITIVE), moved_value)?;
         let time = (other_value - own_value).abs() / slope.abs();
@@ -112,65 +109,68 @@ impl<'a> StopCondition<'a> {
         Some((time_to_event(other, longest, moved_value)? - time_to_event(end, longest, moved_value)?).abs())
     }
 
-    /// The first row before which the condition was true inside the step, though it is true in no row before; the row
-    /// becomes the state where it was found true.
-    pub(super) fn first_crossing(&mut self, integrator: &mut Integrator, rows: &mut [f64]) -> Option<usize> {
-        let (width, event) = (self.layout.width(), self.layout.event());
-        let made = rows.len() / width - 1;
-        let (mut row, mut inner) = (1, 0);
-        // The last sample, a row or a state between rows.
-        let (mut last, mut is_false) = (Sample::Row(0), rows[event] < 0.0);
-        while row <= made && is_false {
-            let is_inner = integrator.inner_row(inner).is_some_and(|at| at[0] < rows[row * width]);
-            let sample = if is_inner { Sample::Inner(inner) } else { Sample::Row(row) };
-            let state = |integrator: &Integrator, sample: Sample| match sample {
-                Sample::Row(row) => State::from_row(self.layout, &rows[row * width..]),
-                Sample::Inner(inner) => State::from_row(self.layout, integrator.inner_row(inner).unwrap_or_default()),
-            };
-            let value = match sample {
-                Sample::Row(row) => rows[row * width + event],
-                Sample::Inner(_) => self.value(&state(integrator, sample)).unwrap_or(-1.0),
-            };
-            let may_have_touched = self.approach.may_have_touched(value);
-            let found = if value >= 0.0 {
-                // A row where the condition is true is found without help.
-                is_inner.then(|| state(integrator, sample))
-            } else if may_have_touched {
-                let [from, to] = [last, sample].map(|sample| state(integrator, sample));
-                self.first_inside(integrator, [&from, &to])
-            } else {
-                None
-            };
-            if let Some(found) = found {
-                found.write(&mut rows[row * width..]);
-                rows[row * width + event] = 0.0;
-                return Some(row);
-            }
-            (last, is_false) = (sample, value < 0.0);
-            if is_inner { inner += 1 } else { row += 1 }
-        }
-        None
-    }
-
-    /// The state at which the condition is true between two states at which it is not.
-    fn first_inside(&self, integrator: &mut Integrator, [from, to]: [&State; 2]) -> Option<State> {
-        // Fixed steps are short where they are accurate.
-        let parts = if integrator.is_fixed() { 1 } else { PARTS };
-        let value = &mut |at: &State| self.moved_value(at);
-        let found = first_inside([from, to], parts, value, &mut |t| integrator.between(self.mechanism, from, t).ok())?;
-        self.value(&found).is_some_and(|value| value >= 0.0).then_some(found)
-    }
-
-    /// The state at which it becomes true in the step between the last two of some rows.
+    /// Where the condition becomes true first in rows, at the first of which it is false, and the row after that.
     ///
     /// # Errors
     /// A step could not be made.
-    pub(super) fn locate(&self, integrator: &mut Integrator, rows: &[f64]) -> Result<State, StepError> {
+    pub(super) fn first_reached(
+        &mut self,
+        integrator: &mut Integrator,
+        rows: &[f64],
+    ) -> Result<Option<(usize, Reached)>, StepError> {
         let width = self.layout.width();
-        let [from, beyond] = [2, 1].map(|back| State::from_row(self.layout, &rows[rows.len() - back * width..]));
-        let value = |at: &State| self.value(at).unwrap_or(0.0);
-        locate(&from, &beyond, &mut { value }, &mut |t| integrator.between(self.mechanism, &from, t))
+        let before = std::mem::take(&mut self.before);
+        let samples = samples([&before, rows], integrator.inner_rows(), width);
+        let (first, last) = (before.len() / width, samples.len() - 1);
+        let mut steps = self.function.undecided_steps(self.mechanism, &samples, first);
+        let is_true_at_last = samples[last][self.layout.event()] >= 0.0;
+        if is_true_at_last && steps.last() != Some(&(last - 1)) {
+            steps.push(last - 1);
+        }
+        self.before = samples[last.saturating_sub(2).max(first)..last].concat();
+        let state = |sample: usize| State::from_row(self.layout, samples[sample]);
+        let steps: Vec<[State; 2]> = steps.into_iter().map(|step| [state(step), state(step + 1)]).collect();
+        let mut found = None;
+        for (number, [from, to]) in steps.iter().enumerate() {
+            let at = &mut |t: f64| integrator.between(self.mechanism, from, t).ok();
+            let reached = self.function.first_inside(self.mechanism, [from, to], at);
+            let is_last = is_true_at_last && number + 1 == steps.len();
+            // The last row says so, and what lies before it does not.
+            found =
+                reached.or_else(|| is_last.then(|| Reached::Crossed(to.clone()))).map(|reached| (reached, from, to));
+            if found.is_some() {
+                break;
+            }
+        }
+        let Some((reached, from, to)) = found else { return Ok(None) };
+        if let Reached::Touched(_, maximum) = &reached {
+            self.maximum = *maximum;
+        }
+        let reached = match reached {
+            Reached::Crossed(beyond) => {
+                let mut value = |at: &State| self.value(at).unwrap_or(0.0);
+                let between = &mut |t: f64| integrator.between(self.mechanism, from, t);
+                Reached::Crossed(locate(from, &beyond, &mut value, between)?)
+            }
+            other => other,
+        };
+        let row = rows.chunks_exact(width).position(|row| row[0] >= to.t);
+        Ok(Some((row.unwrap_or(rows.len() / width - 1), reached)))
     }
+}
+
+/// Rows of earlier blocks, and rows and the states between them, in the order of time.
+fn samples<'r>([before, rows]: [&'r [f64]; 2], inner: &'r [f64], width: usize) -> Vec<&'r [f64]> {
+    let mut inner = inner.chunks_exact(width).peekable();
+    let mut samples = Vec::with_capacity((before.len() + rows.len()) / width);
+    samples.extend(before.chunks_exact(width));
+    for row in rows.chunks_exact(width) {
+        while let Some(state) = inner.next_if(|state| state[0] < row[0]) {
+            samples.push(state);
+        }
+        samples.push(row);
+    }
+    samples
 }
 
 /// An error for a stop condition that is true or undefined at the start.

@@ -65,10 +65,10 @@ impl Scalar for DoubleDouble {
         if self.is_negative() { -self } else { self }
     }
     fn max(self, other: Self) -> Self {
-        if self > other { self } else { other }
+        if self > other || self.to_f64().is_nan() { self } else { other }
     }
     fn min(self, other: Self) -> Self {
-        if self < other { self } else { other }
+        if self < other || self.to_f64().is_nan() { self } else { other }
     }
     fn atan2(self, abscissa: Self) -> Self {
         self.angle_from(abscissa)

@@ -7,6 +7,7 @@ use super::layout::{
 use super::{LaneMotion, StepsBy};
 use crate::dop853::{Slopes, dop853_step};
 use crate::kernel::{Kernel, MAX_GROWTH};
+use crate::kernel_state::KernelState;
 use crate::lanes::{Lanes, Token};
 use crate::scalar::Scalar;
 
@@ -43,12 +44,11 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
             step = h * error.choose(f64::MAX, change, number(CHANGES[0]));
             let t = chosen((h - left).choose(0.0, end_time, motion.t + h), motion.t);
             let end = motion.state.replaced(&attempt.result.end, chosen);
-            let mut event = number(-1.0);
-            if self.request.watches_event
-                && let Some(value) = self.kernel.event(t, &end.q, &end.qd, &end.qdd, &end.multipliers)
-            {
-                event = value;
-            }
+            let event = if self.request.watches_event {
+                chosen(self.largest_event((t, h), &motion.state, &end), number(-1.0))
+            } else {
+                number(-1.0)
+            };
             if self.request.ranges {
                 self.accept_ranges();
                 self.find_ranges(time, &motion.state, &mut attempt);
@@ -88,6 +88,35 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
                 return;
             }
         }
+    }
+
+    /// The largest value of the scene's event at the end of a step and at the control points of the polynomial of degree 5
+    /// between both ends: a bound of an event that is a convex function of the coordinates.
+    #[inline(always)]
+    fn largest_event(
+        &self,
+        (t, h): (Lanes<S>, Lanes<S>),
+        begin: &KernelState<Lanes<S>, N, M>,
+        end: &KernelState<Lanes<S>, N, M>,
+    ) -> Lanes<S> {
+        let value = |q: &[Lanes<S>; N]| {
+            let value = self.kernel.event(t, q, &end.qd, &end.qdd, &end.multipliers);
+            value.unwrap_or_else(|| Lanes::from_f64(-1.0))
+        };
+        let mut largest = value(&end.q);
+        for (state, h) in [(begin, h), (end, -h)] {
+            for part in [0.2, 0.4] {
+                let first = h * Lanes::from_f64(part);
+                // One twentieth for the second control point, nothing for the first one.
+                let second = h * h * Lanes::from_f64(0.25 * (part - 0.2));
+                let mut q = state.q;
+                for i in 0..self.kernel.sizes()[0] {
+                    q[i] = q[i] + first * state.qd[i] + second * state.qdd[i];
+                }
+                largest = largest.max(value(&q));
+            }
+        }
+        largest
     }
 
     /// Stores the motion of the lanes that have reached their next checkpoint.

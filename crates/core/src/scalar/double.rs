@@ -50,11 +50,11 @@ impl Scalar for f64 {
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        if self > other { self } else { other }
+        if self > other || self.is_nan() { self } else { other }
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        if self < other { self } else { other }
+        if self < other || self.is_nan() { self } else { other }
     }
     fn atan2(self, abscissa: Self) -> Self {
         math::atan2(self, abscissa)

@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 use std::vec;
+use std::vec::Vec;
 
 use super::{Operation, Tape};
 
@@ -18,6 +19,15 @@ impl Tape {
         self.event.is_some() && !self.event_takes(arguments.t..arguments.constants)
     }
 
+    /// The arguments that the event depends on, numbered as in [`TapeSeries`](super::TapeSeries).
+    pub fn event_arguments(&self) -> Vec<usize> {
+        let places = self.arguments();
+        (places.t..places.sin)
+            .filter(|&place| self.event_takes(place..place + 1))
+            .map(|place| place - places.t)
+            .collect()
+    }
+
     /// Whether the event reads a value at one of some places.
     fn event_takes(&self, places: Range<usize>) -> bool {
         let Some(event) = &self.event else { return false };
@@ -28,34 +38,41 @@ impl Tape {
         takes
     }
 
-    /// Whether the event is linear in coordinates and in absolute values of linear terms.
-    ///
-    /// Such an event rises through zero and falls back only where a coordinate turns round.
-    pub fn event_is_linear(&self) -> bool {
+    /// Whether the event is certainly a convex function of the coordinates alone: it is then largest at an end of a line,
+    /// and at a control point of a polynomial.
+    pub fn event_is_convex(&self) -> bool {
         let (Some(event), places) = (&self.event, self.arguments()) else { return false };
         let mut is_number = vec![false; places.end + event.operations.len()];
         is_number[..places.t].fill(true);
         is_number[places.constants..places.end].fill(true);
         let mut is_linear = is_number.clone();
         is_linear[places.q..places.qd].fill(true);
+        let mut is_convex = is_linear.clone();
         for (operation, result) in event.operations.iter().zip(places.end..) {
             let number = |place: u32| is_number[place as usize];
             let linear = |place: u32| is_linear[place as usize];
+            let convex = |place: u32| is_convex[place as usize];
             let product = |a, b| (linear(a) && number(b)) || (number(a) && linear(b));
             let is_constant = matches!(operation, Operation::Number(_) | Operation::Pi);
-            let follows = match *operation {
-                Operation::Neg(a) | Operation::Abs(a) => linear(a),
-                Operation::Add(a, b) | Operation::Sub(a, b) => linear(a) && linear(b),
-                Operation::Mul(a, b) => product(a, b),
-                Operation::Div(a, b) => linear(a) && number(b),
-                Operation::MulAdd(a, b, c) | Operation::NegMulAdd(a, b, c) => product(a, b) && linear(c),
+            let (follows, stays_convex) = match *operation {
+                Operation::Neg(a) => (linear(a), linear(a)),
+                Operation::Abs(a) => (false, linear(a)),
+                Operation::Max(a, b) => (false, convex(a) && convex(b)),
+                Operation::Add(a, b) => (linear(a) && linear(b), convex(a) && convex(b)),
+                Operation::Sub(a, b) => (linear(a) && linear(b), convex(a) && linear(b)),
+                Operation::Mul(a, b) => (product(a, b), product(a, b)),
+                Operation::Div(a, b) => (linear(a) && number(b), linear(a) && number(b)),
+                Operation::MulAdd(a, b, c) | Operation::NegMulAdd(a, b, c) => {
+                    (product(a, b) && linear(c), product(a, b) && convex(c))
+                }
                 // It has two results.
                 Operation::SinCos(_) => return false,
-                _ => false,
+                _ => (false, false),
             };
             is_number[result] = is_constant;
             is_linear[result] = is_constant || follows;
+            is_convex[result] = is_constant || stays_convex;
         }
-        event.results.iter().all(|place| is_linear[*place as usize])
+        event.results.iter().all(|place| is_convex[*place as usize])
     }
 }

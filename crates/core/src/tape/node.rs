@@ -78,6 +78,13 @@ impl Node {
     pub(super) fn has_corner(self, at: impl Fn(u32) -> Interval) -> bool {
         match self {
             Self::Abs(a) | Self::Choice(_, _, a) => !is_above(at(a)) && !is_above(-at(a)),
+            _ => self.may_jump(at),
+        }
+    }
+
+    /// Whether the node may have a jump among the values of its operands.
+    pub(super) fn may_jump(self, at: impl Fn(u32) -> Interval) -> bool {
+        match self {
             Self::Sign(a) => at(a).contains(0.0) && at(a) != Interval::ZERO,
             Self::Floor(a) => at(a).lo().floor() != at(a).hi().floor(),
             _ => false,

@@ -1,9 +1,11 @@
 //! A function of a tape in the few operations whose Taylor series follow by recurrences.
 
+use core::slice;
 use std::vec;
 use std::vec::Vec;
 
 use super::node::{Inverse, Node};
+use super::operation::places;
 use super::{Operation, Tape, TapeFunction};
 use crate::Interval;
 
@@ -21,30 +23,51 @@ pub(super) struct Nodes {
 impl Nodes {
     /// The nodes of a function, with some parameters replaced by their index.
     pub(super) fn new(tape: &Tape, function: &TapeFunction, replace: impl Fn(usize) -> Option<Interval>) -> Self {
-        let places = tape.arguments();
-        let arguments = places.sin - places.t;
+        let own = tape.arguments();
+        let arguments = own.sin - own.t;
         let mut nodes =
             Self { nodes: vec![Node::Argument; arguments], results: Vec::new(), at: vec![0; tape.places()] };
         for argument in 0..arguments {
-            nodes.at[places.t + argument] = argument as u32;
+            nodes.at[own.t + argument] = argument as u32;
         }
-        let (mut next, mut rest) = (places.end, &tape.parameters.operations[..]);
-        for (i, &result) in tape.parameters.results.iter().enumerate() {
-            while next <= result as usize
-                && let Some((operation, others)) = rest.split_first()
-            {
-                next = nodes.take(next, *operation);
-                rest = others;
+        let mut is_used = vec![false; tape.places()];
+        function.results.iter().for_each(|place| is_used[*place as usize] = true);
+        mark_used(&mut is_used, own.end, &function.operations);
+        mark_used(&mut is_used, own.constants, &tape.constants);
+        let values: Vec<Option<Interval>> = (0..own.t).map(replace).collect();
+        if (0..own.t).any(|i| is_used[i] && values[i].is_none()) {
+            nodes.take_parameters(tape, &values);
+        } else {
+            for i in (0..own.t).filter(|i| is_used[*i]) {
+                nodes.at[i] = values[i].map_or(0, |value| nodes.push(Node::Constant(value)));
             }
-            nodes.at[i] = replace(i).map_or(nodes.at[result as usize], |value| nodes.push(Node::Constant(value)));
         }
-        for (mut next, operations) in [(places.constants, &tape.constants), (places.end, &function.operations)] {
+        for (mut next, operations) in [(own.constants, &tape.constants), (own.end, &function.operations)] {
             for operation in operations.iter() {
-                next = nodes.take(next, *operation);
+                let end = next + places(slice::from_ref(operation));
+                if is_used[next..end].contains(&true) {
+                    nodes.take(next, *operation);
+                }
+                next = end;
             }
         }
         nodes.results = function.results.iter().map(|&place| nodes.at[place as usize]).collect();
         nodes
+    }
+
+    /// Adds the parameters, where they have no other values those that the scene computes from parameters before them.
+    fn take_parameters(&mut self, tape: &Tape, values: &[Option<Interval>]) {
+        let (mut next, mut rest) = (tape.arguments().end, &tape.parameters.operations[..]);
+        for (i, &result) in tape.parameters.results.iter().enumerate() {
+            while next <= result as usize
+                && let Some((operation, others)) = rest.split_first()
+            {
+                self.take(next, *operation);
+                next += places(slice::from_ref(operation));
+                rest = others;
+            }
+            self.at[i] = values[i].map_or(self.at[result as usize], |value| self.push(Node::Constant(value)));
+        }
     }
 
     /// Whether a node depends on parameters alone.
@@ -52,8 +75,8 @@ impl Nodes {
         matches!(self.nodes[node as usize], Node::Constant(_))
     }
 
-    /// Adds an operation of the tape, whose result has the place `next`; the place after it.
-    fn take(&mut self, next: usize, operation: Operation) -> usize {
+    /// Adds an operation of the tape, whose first result has the place `next`.
+    fn take(&mut self, next: usize, operation: Operation) {
         use Operation as Op;
         let operation = operation.map(|place| self.at[place as usize]);
         let node = match operation {
@@ -72,7 +95,7 @@ impl Nodes {
                 let [sine, cosine] = self.sin_cos(a);
                 self.at[next] = sine;
                 self.at[next + 1] = cosine;
-                return next + 2;
+                return;
             }
             Op::Tan(a) => {
                 let [sine, cosine] = self.sin_cos(a);
@@ -131,7 +154,6 @@ impl Nodes {
             }
         };
         self.at[next] = node;
-        next + 1
     }
 
     /// Adds a node; a constant if its operands are constants.
@@ -196,5 +218,17 @@ impl Nodes {
         let logarithm = self.push(Node::Inverse(Inverse::Ln, a, a));
         let product = self.push(Node::Mul(exponent, logarithm));
         self.push(Node::Exp(product))
+    }
+}
+
+/// Marks the places that operations before those of marked places use; the first result has the place `first`.
+fn mark_used(is_used: &mut [bool], first: usize, operations: &[Operation]) {
+    let mut next = first + places(operations);
+    for operation in operations.iter().rev() {
+        let end = next;
+        next -= places(slice::from_ref(operation));
+        if is_used[next..end].contains(&true) {
+            operation.for_each_operand(&mut |place| is_used[place as usize] = true);
+        }
     }
 }

@@ -43,7 +43,12 @@ impl TapeSeries {
         [order, directions]: [usize; 2],
     ) -> Self {
         let (nodes, width) = (Nodes::new(tape, function, replace), 1 + directions);
-        let coefficients = vec![Interval::ZERO; (order + 1) * nodes.nodes.len() * width];
+        let mut coefficients = vec![Interval::ZERO; (order + 1) * nodes.nodes.len() * width];
+        for (i, node) in nodes.nodes.iter().enumerate() {
+            if let Node::Constant(value) = node {
+                coefficients[i * width] = *value;
+            }
+        }
         Self { nodes, width, coefficients }
     }
 
@@ -56,7 +61,7 @@ impl TapeSeries {
     /// Computes the coefficients of an order from those of its arguments and from lower orders.
     pub fn advance(&mut self, order: usize) {
         for (i, node) in self.nodes.nodes.iter().enumerate() {
-            if *node == Node::Argument {
+            if matches!(node, Node::Argument | Node::Constant(_)) {
                 continue;
             }
             let place = (order * self.nodes.nodes.len() + i) * self.width;
@@ -75,6 +80,12 @@ impl TapeSeries {
     /// The number of results.
     pub fn results(&self) -> usize {
         self.nodes.results.len()
+    }
+
+    /// Whether the function may jump among the values of its arguments.
+    pub fn may_jump(&self) -> bool {
+        let value = |node: u32| self.coefficients[node as usize * self.width];
+        self.nodes.nodes.iter().any(|node| node.may_jump(value))
     }
 
     /// The first operation without a finite value, or with a corner, though its operands have finite values.
@@ -117,6 +128,16 @@ impl Known<'_> {
             _ if order == 0 => {
                 own[0] = node.value(value);
                 self.write_derivatives(node, own);
+            }
+            // Along the motion the value changes at the rates of either side.
+            Node::Abs(a) if order == 1 && node.has_corner(value) => {
+                own.fill(Interval::ENTIRE);
+                let rate = self.at(1, a)[0];
+                own[0] = rate.hull(-rate);
+            }
+            Node::Choice(a, b, _) if order == 1 && node.has_corner(value) => {
+                own.fill(Interval::ENTIRE);
+                own[0] = self.at(1, a)[0].hull(self.at(1, b)[0]);
             }
             _ if node.has_corner(value) => own.fill(Interval::ENTIRE),
             Node::Constant(_) | Node::Sign(_) | Node::Floor(_) => {}

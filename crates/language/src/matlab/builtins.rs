@@ -49,8 +49,12 @@ fn helper(builtin: Builtin) -> Option<String> {
         Builtin::Asin => real("real_asin(x)", "asin(x)", "abs(x) <= 1"),
         Builtin::Acos => real("real_acos(x)", "acos(x)", "abs(x) <= 1"),
         Builtin::Power => real("real_power(x, exponent)", "x^exponent", "x >= 0 || exponent == floor(exponent)"),
-        Builtin::Min => "function z = smaller(x, y)\n    z = y;\n    if x < y\n        z = x;\n    end\nend".to_owned(),
-        Builtin::Max => "function z = larger(x, y)\n    z = y;\n    if x > y\n        z = x;\n    end\nend".to_owned(),
+        Builtin::Min => {
+            "function z = smaller(x, y)\n    z = y;\n    if x < y || isnan(x)\n        z = x;\n    end\nend".to_owned()
+        }
+        Builtin::Max => {
+            "function z = larger(x, y)\n    z = y;\n    if x > y || isnan(x)\n        z = x;\n    end\nend".to_owned()
+        }
         Builtin::ValueOr => {
             "function value = value_of(replace, name, value)\n    if isfield(replace, name)\n        value = \
                            replace.(name);\n    end\nend"

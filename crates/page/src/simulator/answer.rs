@@ -76,6 +76,9 @@ pub(super) fn failure(outcome: &Outcome, description: &'static Description) -> O
         Status::StopNotReached { .. } => {
             format!("`{}` did not become true until the latest end, t = {t} s", description.until)
         }
+        Status::StopUndecided { between: [t, _] } => {
+            format!("whether `{}` becomes true at t = {t} s is not known", description.until)
+        }
         Status::Interrupted => {
             format!("the page follows this motion up to t = {t} s, and `qrm run` to its end")
         }

@@ -8,9 +8,9 @@ use super::equations::{DualState, Moving, moving};
 use super::error::SensitivityError;
 use super::number::{Inner, Number};
 use super::stepper::DualStepper;
-use crate::event::location::{PARTS, first_inside, locate};
-use crate::event::{End, EventFunction};
-use crate::integrate::{Formula, quintic};
+use crate::event::location::locate;
+use crate::event::{End, EventFunction, Reached};
+use crate::integrate::Formula;
 use crate::solve::Solver;
 use crate::state::State;
 
@@ -57,11 +57,14 @@ impl<'a, T: Inner> DualEvent<'a, T> {
         let mechanism = stepper.equations.mechanism;
         let (begin, end) = (from.real(), to.real());
         let mut step = |t: f64| stepper.advance(formula, from, Number::from_f64(t)).map(|at| at.real());
-        let inside =
-            first_inside([&begin, &end], PARTS, &mut |at| self.real.value_at_position(mechanism, at), &mut |t| {
-                Some(quintic(&begin, &end, t))
-            });
-        let inside = inside.map(|inside| step(inside.t)).transpose()?;
+        let reached = self.real.first_inside(mechanism, [&begin, &end], &mut |t| step(t).ok());
+        let inside = match reached {
+            Some(Reached::Crossed(inside)) => Some(inside),
+            Some(Reached::Touched(State { t, .. }, _) | Reached::Undefined(t) | Reached::Undecided([t, _])) => {
+                return Err(SensitivityError::GrazingEvent { t });
+            }
+            None => None,
+        };
         let mut value = |at: &State| self.real.value(mechanism, at).unwrap_or(f64::NAN);
         let Some(beyond) = inside.into_iter().chain([end]).find(|at| value(at) >= 0.0) else { return Ok(None) };
         let at = locate(&begin, &beyond, &mut value, &mut step)?;

@@ -21,6 +21,7 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
     match outcome.status {
         Status::Completed | Status::Stopped => {}
         Status::StopNotReached { .. } => return Err(SensitivityError::EventNotReached { end_time: t }),
+        Status::StopUndecided { between: [t, _] } => return Err(SensitivityError::GrazingEvent { t }),
         Status::Failed(error) => return Err(SensitivityError::Step { t, error }),
         Status::NotFinite { t, .. } => return Err(SensitivityError::NotSmooth { t }),
         // The columns take every row.

@@ -5,8 +5,9 @@ use std::convert::Infallible;
 use qrm_core::LaneSchedule;
 
 use super::{Lane, LaneSweep};
-use crate::event::location::{PARTS, first_inside, locate};
-use crate::integrate::quintic;
+use crate::event::Reached;
+use crate::event::location::locate;
+use crate::integrate::{Integrator, quintic};
 use crate::run::Status;
 use crate::state::State;
 
@@ -69,17 +70,31 @@ impl LaneSweep<'_> {
         }
     }
 
-    /// Makes the last step of a lane again if the stop condition is true somewhere inside it; returns whether it is.
+    /// Makes the last step of a lane again if the stop condition becomes true inside it; returns whether it does.
     pub(super) fn land_inside(&mut self, lane: usize, to: &State) -> bool {
         let mut from = std::mem::take(&mut self.from);
         self.read(&mut from, |batch, row| batch.read_row_before(lane, row));
-        let value = &mut |at: &State| Some(self.condition_value(lane, at));
-        let met = first_inside([&from, to], PARTS, value, &mut |t| Some(quintic(&from, to, t)));
-        if let Some(at) = &met {
-            self.step_again(lane, &from, at);
+        let reached = self.reached_inside(lane, [&from, to]);
+        match &reached {
+            Some(Reached::Crossed(at)) => self.step_again(lane, &from, at),
+            Some(_) => self.leave(lane),
+            None => {}
         }
         self.from = from;
-        met.is_some()
+        reached.is_some()
+    }
+
+    /// Where the stop condition of a lane becomes true first inside its last step.
+    fn reached_inside(&self, lane: usize, [from, to]: [&State; 2]) -> Option<Reached> {
+        let (of_lane, event) = (self.lanes[lane].as_ref()?, self.events.get(lane)?);
+        let mechanism = &*self.designs[of_lane.design];
+        let settings = self.request.settings;
+        event.first_inside(mechanism, [from, to], &mut |t| {
+            let mut at = from.clone();
+            let mut integrator = Integrator::new(mechanism, settings, from, to.t).ok()?;
+            integrator.advance(mechanism, from, t, &mut at).ok()?;
+            Some(at)
+        })
     }
 
     /// Makes the last step of a lane again, to the time at which a polynomial through its begin and a later state meets

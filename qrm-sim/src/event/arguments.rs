@@ -1,0 +1,167 @@
+//! The arguments of an event inside a step: polynomials of the part of the step.
+
+use qrm_core::Mechanism;
+
+use crate::integrate::{quintic, quintic_coefficients};
+use crate::solve::Solver;
+use crate::state::State;
+
+/// The largest degree of a polynomial, plus one.
+pub(super) const TERMS: usize = 6;
+
+/// The largest rounding error of a rate by differences of coordinates, in parts of it.
+const MOST_ROUNDING: f64 = 1e-11;
+
+/// The largest difference of an argument from its polynomial that is small, in parts of its size.
+const SMALL: f64 = 1e-11;
+
+/// The polynomials of some arguments of an event between the ends of a step, where the part `s` is 0 and 1.
+///
+/// Coordinates are the polynomials of degree 5 through both ends, with their rates and accelerations. Accelerations and multipliers follow
+/// from the state: their polynomials go through those of six states.
+pub(super) struct ArgumentPolynomials {
+    pub(super) arguments: Vec<Argument>,
+}
+
+/// The polynomial of an argument.
+pub(super) struct Argument {
+    /// Its number, as in `TapeSeries`.
+    pub(super) number: usize,
+    /// The coefficients in powers of `s`.
+    pub(super) coefficients: [f64; TERMS],
+    /// The largest difference from the motion, if it is to count.
+    pub(super) error: f64,
+}
+
+impl ArgumentPolynomials {
+    /// The polynomials between two states; `None` if accelerations are not determined between them.
+    pub(super) fn between(
+        mechanism: &dyn Mechanism,
+        solver: Option<&mut Solver>,
+        [from, to]: [&State; 2],
+        arguments: &[usize],
+    ) -> Option<Self> {
+        let (n, h) = (from.q.len(), to.t - from.t);
+        let states = match solver {
+            Some(solver) => Some(states(mechanism, solver, [from, to])?),
+            None => None,
+        };
+        let polynomials = arguments.iter().map(|&argument| {
+            let derived = |value: &dyn Fn(&State) -> f64| {
+                states.as_ref().map_or([0.0; TERMS], |states| through(std::array::from_fn(|i| value(&states[i]))))
+            };
+            let polynomial = match argument {
+                0 => [from.t, h, 0.0, 0.0, 0.0, 0.0],
+                i if i <= n => quintic_coefficients(h, [from, to], i - 1),
+                i if i <= 2 * n => rate(h, [from, to], i - 1 - n),
+                i if i <= 3 * n => derived(&|at| at.qdd[i - 1 - 2 * n]),
+                i => derived(&|at| at.multipliers[i - 1 - 3 * n]),
+            };
+            Argument { number: argument, coefficients: polynomial, error: 0.0 }
+        });
+        Some(Self { arguments: polynomials.collect() })
+    }
+
+    /// Takes the differences from the state of the motion in the middle of the step, where the error of the polynomials is
+    /// largest, as their errors; whether they are small.
+    pub(super) fn compare_with(&mut self, middle: &State) -> bool {
+        let n = middle.q.len();
+        let mut are_small = true;
+        for Argument { number, coefficients, error } in &mut self.arguments {
+            let exact = match *number {
+                0 => middle.t,
+                i if i <= n => middle.q[i - 1],
+                i if i <= 2 * n => middle.qd[i - 1 - n],
+                i if i <= 3 * n => middle.qdd[i - 1 - 2 * n],
+                i => middle.multipliers[i - 1 - 3 * n],
+            };
+            *error = (moved_to(0.5, *coefficients)[0] - exact).abs();
+            are_small &= *error <= SMALL * coefficients.iter().map(|coefficient| coefficient.abs()).sum::<f64>();
+        }
+        are_small
+    }
+
+    /// Forgets the errors.
+    pub(super) fn forget_errors(&mut self) {
+        self.arguments.iter_mut().for_each(|argument| argument.error = 0.0);
+    }
+}
+
+/// The polynomial of a rate: the derivative of the coordinate's, or, in steps so short that differences of coordinates
+/// are rounding errors, the polynomial of degree 3 through rates and accelerations at both ends.
+fn rate(h: f64, [from, to]: [&State; 2], i: usize) -> [f64; TERMS] {
+    let rounding = f64::EPSILON * from.q[i].abs().max(to.q[i].abs()) / h;
+    if rounding <= MOST_ROUNDING * from.qd[i].abs().max(to.qd[i].abs()) {
+        let [_, c1, c2, c3, c4, c5] = quintic_coefficients(h, [from, to], i);
+        return [c1, 2.0 * c2, 3.0 * c3, 4.0 * c4, 5.0 * c5, 0.0].map(|c| c / h);
+    }
+    let (change, [a0, a1]) = (to.qd[i] - from.qd[i], [from, to].map(|at| h * at.qdd[i]));
+    [from.qd[i], a0, 3.0 * change - 2.0 * a0 - a1, a0 + a1 - 2.0 * change, 0.0, 0.0]
+}
+
+/// The states at equal parts of a step, both ends among them, with their accelerations and multipliers.
+fn states(mechanism: &dyn Mechanism, solver: &mut Solver, [from, to]: [&State; 2]) -> Option<[State; TERMS]> {
+    let mut states = std::array::from_fn(|i| quintic(from, to, from.t + node(i) * (to.t - from.t)));
+    states[0].clone_from(from);
+    states[TERMS - 1].clone_from(to);
+    for state in &mut states[1..TERMS - 1] {
+        solver.complete(mechanism, state).ok()?;
+    }
+    Some(states)
+}
+
+fn node(i: usize) -> f64 {
+    i as f64 / (TERMS - 1) as f64
+}
+
+/// The coefficients of the polynomial through values at equal parts, by divided differences.
+fn through(mut values: [f64; TERMS]) -> [f64; TERMS] {
+    for order in 1..TERMS {
+        for i in (order..TERMS).rev() {
+            values[i] = (values[i] - values[i - 1]) / node(order);
+        }
+    }
+    let mut coefficients = [0.0; TERMS];
+    for i in (0..TERMS).rev() {
+        for k in (1..TERMS).rev() {
+            coefficients[k] = coefficients[k - 1] - node(i) * coefficients[k];
+        }
+        coefficients[0] = values[i] - node(i) * coefficients[0];
+    }
+    coefficients
+}
+
+/// The coefficients in powers of the distance from another origin.
+pub(super) fn moved_to(origin: f64, mut coefficients: [f64; TERMS]) -> [f64; TERMS] {
+    for first in 0..TERMS - 1 {
+        for k in (first..TERMS - 1).rev() {
+            coefficients[k] += origin * coefficients[k + 1];
+        }
+    }
+    coefficients
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value([c0, c1, c2, c3, c4, c5]: [f64; TERMS], s: f64) -> f64 {
+        c0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * c5))))
+    }
+
+    #[test]
+    fn a_polynomial_goes_through_its_values() {
+        let values = [1.0, -2.0, 0.5, 3.0, 7.0, -1.0];
+        let polynomial = through(values);
+        for (i, expected) in values.into_iter().enumerate() {
+            assert!((value(polynomial, node(i)) - expected).abs() < 1e-12, "{polynomial:?}");
+        }
+    }
+
+    #[test]
+    fn a_moved_polynomial_has_the_same_values() {
+        let polynomial = [1.0, -2.0, 0.5, 3.0, 7.0, -1.0];
+        let moved = moved_to(0.3, polynomial);
+        assert!((value(moved, 0.4) - value(polynomial, 0.7)).abs() < 1e-14, "{moved:?}");
+    }
+}

@@ -1,0 +1,227 @@
+//! The search for the first time at which an event reaches zero.
+//!
+//! Where the event's bound is negative, it is excluded; other parts of the motion are halved, until the event is known to
+//! rise, to fall or to have one maximum. Its zero or its maximum is then looked at on the motion itself.
+
+use qrm_core::{Interval, Mechanism};
+
+use super::EventFunction;
+use super::arguments::ArgumentPolynomials;
+use super::bounds::EventBounds;
+use crate::state::State;
+
+/// The largest number of bounds for one step.
+const MOST_BOUNDS: u32 = 20_000;
+/// The shortest step that is looked into, in parts of the scene's step: corners lie between states as near as that.
+const SHORTEST_STEP: f64 = 1e-10;
+/// The shortest part of a step.
+const SHORTEST: f64 = 1e-15;
+/// The shortest part of a step, in parts of the time.
+const RESOLUTION: f64 = 4.0 * f64::EPSILON;
+/// The largest number of times that a step is halved for its motion to be a polynomial.
+const MOST_HALVINGS: u32 = 5;
+/// The largest number of iterations for a maximum.
+const MOST_ITERATIONS: usize = 30;
+
+/// Where an event reaches zero first.
+#[derive(Clone, Debug)]
+pub(crate) enum Reached {
+    /// It rises through zero before this state, at which it is not negative.
+    Crossed(State),
+    /// It is largest here, where it differs from zero by rounding errors at most; a corner has no smooth maximum.
+    Touched(State, Option<Maximum>),
+    /// It has no value at this time.
+    Undefined(f64),
+    /// Between these times its bounds do not tell.
+    Undecided([f64; 2]),
+}
+
+/// A smooth maximum of an event along the motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Maximum {
+    /// The rounding error of its value.
+    rounding: f64,
+    /// Half of the second derivative by time.
+    half_curvature: f64,
+}
+
+impl Maximum {
+    /// The time that the value takes to fall by an amount and by its rounding error.
+    pub(crate) fn time_to_fall(self, amount: f64) -> f64 {
+        ((amount + self.rounding) / self.half_curvature.abs()).sqrt()
+    }
+}
+
+impl EventFunction<'_> {
+    /// Where the event reaches zero first in a step, at whose begin it is negative; `at` computes states of the motion
+    /// inside, with accelerations and multipliers if the event takes them.
+    pub(crate) fn first_inside(
+        &self,
+        mechanism: &dyn Mechanism,
+        ends: [&State; 2],
+        at: &mut dyn FnMut(f64) -> Option<State>,
+    ) -> Option<Reached> {
+        self.first_in_parts(mechanism, (ends, MOST_HALVINGS), at)
+    }
+
+    /// Halves the step until the motion is a polynomial, and looks at each part.
+    #[inline(never)] // One copy: pages are to be small.
+    fn first_in_parts(
+        &self,
+        mechanism: &dyn Mechanism,
+        ([from, to], halvings): ([&State; 2], u32),
+        at: &mut dyn FnMut(f64) -> Option<State>,
+    ) -> Option<Reached> {
+        let (begin, h) = (from.t, to.t - from.t);
+        if h <= SHORTEST_STEP * mechanism.schedule().step || h <= RESOLUTION * to.t.abs() {
+            let has_crossed = self.value(mechanism, to).is_some_and(|value| value >= 0.0);
+            return has_crossed.then(|| Reached::Crossed(to.clone()));
+        }
+        let mut solver = self.solver.as_ref().map(|solver| solver.borrow_mut());
+        let motion = self.with_bounds(mechanism, |bounds| {
+            ArgumentPolynomials::between(mechanism, solver.as_deref_mut(), [from, to], &bounds.arguments)
+        })?;
+        drop(solver);
+        let Some(mut motion) = motion else { return Some(Reached::Undecided([from.t, to.t])) };
+        if self.with_bounds(mechanism, |bounds| bounds.is_negative_in(&motion))? {
+            return None;
+        }
+        let bound = self.with_bounds(mechanism, |bounds| bounds.within(&motion, [0.0, 1.0]))?;
+        if bound.value.hi() < 0.0 {
+            return None;
+        }
+        if bound.slope.lo() > 0.0 && self.value(mechanism, to).is_some_and(|value| value >= 0.0) {
+            return Some(Reached::Crossed(to.clone()));
+        }
+        if let Some(middle) = at(begin + 0.5 * h) {
+            let is_polynomial = motion.compare_with(&middle);
+            if self.with_bounds(mechanism, |bounds| bounds.within(&motion, [0.0, 1.0]))?.value.hi() < 0.0 {
+                return None;
+            }
+            if !is_polynomial && halvings > 0 {
+                let first = self.first_in_parts(mechanism, ([from, &middle], halvings - 1), at);
+                return first.or_else(|| self.first_in_parts(mechanism, ([&middle, to], halvings - 1), at));
+            }
+            motion.forget_errors();
+        }
+        let shortest = SHORTEST.max(RESOLUTION * begin.abs().max(to.t.abs()) / h);
+        self.with_bounds(mechanism, |bounds| {
+            let mut value = |at: &State| self.value(mechanism, at).unwrap_or(f64::NAN);
+            let mut at = |s: f64| if s >= 1.0 { Some(to.clone()) } else { at(begin + s * h) };
+            let step = Step { motion: &motion, begin, h, shortest, value: &mut value, at: &mut at };
+            Search { step, bounds, left: MOST_BOUNDS }.first_in([0.0, 1.0])
+        })?
+    }
+}
+
+/// The motion of a step.
+struct Step<'s> {
+    motion: &'s ArgumentPolynomials,
+    begin: f64,
+    h: f64,
+    /// The shortest part of the step that is looked at.
+    shortest: f64,
+    /// The event at a state.
+    value: &'s mut dyn FnMut(&State) -> f64,
+    /// The state at a part of the step.
+    at: &'s mut dyn FnMut(f64) -> Option<State>,
+}
+
+struct Search<'s> {
+    step: Step<'s>,
+    bounds: &'s mut EventBounds,
+    /// The number of bounds that may still be computed.
+    left: u32,
+}
+
+impl Search<'_> {
+    /// Where the event reaches zero first in a part of the step; it does not before.
+    fn first_in(&mut self, [begin, end]: [f64; 2]) -> Option<Reached> {
+        let bound = self.bounds.within(self.step.motion, [begin, end]);
+        if bound.value.hi() < 0.0 {
+            return None;
+        }
+        if bound.slope.hi() < 0.0 {
+            // It may have jumped before.
+            return self.crossed(begin);
+        }
+        if bound.value.lo() > 0.0 || bound.slope.lo() > 0.0 {
+            return self.crossed(end);
+        }
+        let rounding = self.bounds.rounding(self.step.motion, end);
+        if bound.value.lo() >= -2.0 * rounding {
+            return self.crossed(end);
+        }
+        if bound.curvature.hi() < 0.0 {
+            let (place, half_curvature) = self.maximum([begin, end]);
+            return self.touched(place, Some(half_curvature));
+        }
+        let middle = 0.5 * (begin + end);
+        let uncertainty = self.bounds.at(self.step.motion, middle).width();
+        if uncertainty.is_finite() && bound.value.width() <= 2.0 * uncertainty {
+            // Rounding errors decide on which side of a jump the event is: halves would tell no more.
+            return self.touched(end, None);
+        }
+        if end - begin <= self.step.shortest {
+            return self.touched(middle, None);
+        }
+        self.left = self.left.saturating_sub(1);
+        if self.left == 0 {
+            return Some(Reached::Undecided([begin, end].map(|s| self.step.begin + s * self.step.h)));
+        }
+        self.first_in([begin, middle]).or_else(|| self.first_in([middle, end]))
+    }
+
+    /// Whether the event is not negative at the end of a part in which it rises.
+    fn crossed(&mut self, s: f64) -> Option<Reached> {
+        if self.bounds.at(self.step.motion, s).hi() < 0.0 {
+            return None;
+        }
+        let at = (self.step.at)(s)?;
+        ((self.step.value)(&at) >= 0.0).then_some(Reached::Crossed(at))
+    }
+
+    /// Whether the event reaches zero where it is largest in a part of the step, with half of its second derivative by
+    /// the part there; `None` where it may jump or have a corner.
+    fn touched(&mut self, s: f64, half_curvature: Option<f64>) -> Option<Reached> {
+        if self.bounds.at(self.step.motion, s).hi() < 0.0 {
+            return None;
+        }
+        let at = (self.step.at)(s)?;
+        let value = (self.step.value)(&at);
+        if value.is_nan() {
+            return Some(Reached::Undefined(at.t));
+        }
+        let rounding = self.bounds.rounding(self.step.motion, s);
+        if value > rounding || value >= 0.0 && half_curvature.is_none() {
+            return Some(Reached::Crossed(at));
+        }
+        let h = self.step.h;
+        let maximum =
+            half_curvature.map(|half_curvature| Maximum { rounding, half_curvature: half_curvature / (h * h) });
+        (value >= -rounding).then_some(Reached::Touched(at, maximum))
+    }
+
+    /// The place of the largest value in a part of the step where the slope falls, and half of the second derivative
+    /// there, by Newton's method.
+    fn maximum(&mut self, [mut low, mut high]: [f64; 2]) -> (f64, f64) {
+        let (mut s, mut half_curvature) = (0.5 * (low + high), 0.0);
+        for _ in 0..MOST_ITERATIONS {
+            let slope;
+            [_, slope, half_curvature] = self.bounds.coefficients(self.step.motion, s).map(Interval::mid);
+            if slope > 0.0 {
+                low = s
+            } else {
+                high = s
+            }
+            let newton = s - 0.5 * slope / half_curvature;
+            let next = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
+            let moved = (next - s).abs();
+            s = next;
+            if moved <= self.step.shortest {
+                break;
+            }
+        }
+        (s, half_curvature)
+    }
+}
