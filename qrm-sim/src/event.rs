@@ -15,6 +15,9 @@ pub(crate) use search::{Maximum, Reached};
 use crate::solve::Solver;
 use crate::state::State;
 
+/// Whether events are looked for between rows.
+const HAS_BOUNDS: bool = cfg!(feature = "events");
+
 /// The end of a motion.
 #[derive(Clone, Copy, Debug)]
 pub enum End<'a> {
@@ -85,6 +88,9 @@ impl<'a> EventFunction<'a> {
 
     /// Calls a function with the bounds of the event; `None` if the mechanism has no tape, or its tape no event.
     fn with_bounds<T>(&self, mechanism: &dyn Mechanism, f: impl FnOnce(&mut EventBounds) -> T) -> Option<T> {
+        if !HAS_BOUNDS {
+            return None;
+        }
         let mut bounds = self.bounds.borrow_mut();
         if bounds.is_none() {
             let own = self.evaluator.as_ref().map(|evaluator| evaluator.borrow().tape());

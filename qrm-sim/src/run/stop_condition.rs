@@ -127,7 +127,7 @@ impl<'a> StopCondition<'a> {
         if is_true_at_last && steps.last() != Some(&(last - 1)) {
             steps.push(last - 1);
         }
-        self.before = samples[last.saturating_sub(2).max(first)..last].concat();
+        self.before = samples[last.saturating_sub(2)..last].concat();
         let state = |sample: usize| State::from_row(self.layout, samples[sample]);
         let steps: Vec<[State; 2]> = steps.into_iter().map(|step| [state(step), state(step + 1)]).collect();
         let mut found = None;
