@@ -83,6 +83,10 @@ fn conditions_that_are_true_for_moments_are_met() {
         ("sin(300*phi2) >= 0.5", 0.000_222_231_502_719_24),
         ("1/(phi2 - 1) >= 1e6", 0.130_494_378_600_05),
         ("1e-5 - abs(phi2 - 1) >= 0", 0.130_493_040_683_66),
+        // A zero without a change of sign, and large exponentials, which have no bound.
+        ("abs(phi2 - 1) <= 0", 0.130_494_378_600_05),
+        ("tanh(1000*(phi2 - 1)) >= 0", 0.130_494_378_600_05),
+        ("1/(1 + exp(-2000*(phi2 - 1))) >= 0.5", 0.130_494_378_600_05),
     ];
     for (condition, t) in cases {
         for (method, step) in [("rk4", "1e-3"), ("dop853", "0.5"), ("gauss", "0.1")] {

@@ -19,11 +19,13 @@ const SMALL: f64 = 1e-11;
 ///
 /// Coordinates are the polynomials of degree 5 through both ends, with their rates and accelerations. Accelerations and multipliers follow
 /// from the state: their polynomials go through those of six states.
+#[derive(Clone, Debug)]
 pub(super) struct ArgumentPolynomials {
     pub(super) arguments: Vec<Argument>,
 }
 
 /// The polynomial of an argument.
+#[derive(Clone, Debug)]
 pub(super) struct Argument {
     /// Its number, as in `TapeSeries`.
     pub(super) number: usize,
@@ -81,9 +83,11 @@ impl ArgumentPolynomials {
         are_small
     }
 
-    /// Forgets the errors.
-    pub(super) fn forget_errors(&mut self) {
+    /// The same motion with its errors, which this one forgets.
+    pub(super) fn take_errors(&mut self) -> Self {
+        let with_errors = self.clone();
         self.arguments.iter_mut().for_each(|argument| argument.error = 0.0);
+        with_errors
     }
 }
 

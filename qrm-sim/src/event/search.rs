@@ -18,6 +18,12 @@ const SHORTEST_STEP: f64 = 1e-10;
 const SHORTEST: f64 = 1e-15;
 /// The shortest part of a step, in parts of the time.
 const RESOLUTION: f64 = 4.0 * f64::EPSILON;
+/// The longest part of a step that is looked at by numbers alone, where the event has no bound.
+const UNBOUNDED: f64 = 1.0 / 32.0;
+/// The part of a step behind a maximum at which the event is lower.
+const LATER: f64 = 1e-3;
+/// The largest rounding error of an event at zero, in parts of its distance from zero at the begin of a step.
+const MOST_ROUNDING: f64 = 1e-3;
 /// The largest number of times that a step is halved for its motion to be a polynomial.
 const MOST_HALVINGS: u32 = 5;
 /// The largest number of iterations for a maximum.
@@ -102,13 +108,15 @@ impl EventFunction<'_> {
                 let first = self.first_in_parts(mechanism, ([from, &middle], halvings - 1), at);
                 return first.or_else(|| self.first_in_parts(mechanism, ([&middle, to], halvings - 1), at));
             }
-            motion.forget_errors();
         }
+        let errors = motion.take_errors();
         let shortest = SHORTEST.max(RESOLUTION * begin.abs().max(to.t.abs()) / h);
         self.with_bounds(mechanism, |bounds| {
             let mut value = |at: &State| self.value(mechanism, at).unwrap_or(f64::NAN);
             let mut at = |s: f64| if s >= 1.0 { Some(to.clone()) } else { at(begin + s * h) };
-            let step = Step { motion: &motion, begin, h, shortest, value: &mut value, at: &mut at };
+            let deepest = self.value(mechanism, from).map_or(0.0, f64::abs);
+            let step =
+                Step { motion: &motion, errors: &errors, begin, h, shortest, deepest, value: &mut value, at: &mut at };
             Search { step, bounds, left: MOST_BOUNDS }.first_in([0.0, 1.0])
         })?
     }
@@ -117,10 +125,14 @@ impl EventFunction<'_> {
 /// The motion of a step.
 struct Step<'s> {
     motion: &'s ArgumentPolynomials,
+    /// The motion with its errors.
+    errors: &'s ArgumentPolynomials,
     begin: f64,
     h: f64,
     /// The shortest part of the step that is looked at.
     shortest: f64,
+    /// How far the event is from zero at the begin.
+    deepest: f64,
     /// The event at a state.
     value: &'s mut dyn FnMut(&State) -> f64,
     /// The state at a part of the step.
@@ -148,18 +160,23 @@ impl Search<'_> {
         if bound.value.lo() > 0.0 || bound.slope.lo() > 0.0 {
             return self.crossed(end);
         }
+        let middle = 0.5 * (begin + end);
         let rounding = self.bounds.rounding(self.step.motion, end);
         if bound.value.lo() >= -2.0 * rounding {
-            return self.crossed(end);
+            return self.crossed(end).or_else(|| self.touched(middle, None));
         }
         if bound.curvature.hi() < 0.0 {
             let (place, half_curvature) = self.maximum([begin, end]);
             return self.touched(place, Some(half_curvature));
         }
-        let middle = 0.5 * (begin + end);
         let uncertainty = self.bounds.at(self.step.motion, middle).width();
-        if uncertainty.is_finite() && bound.value.width() <= 2.0 * uncertainty {
-            // Rounding errors decide on which side of a jump the event is: halves would tell no more.
+        let is_rounding = uncertainty.is_finite() && bound.value.width() <= 2.0 * uncertainty;
+        // The bounds of some numbers are infinite, such as those of large exponentials.
+        let is_unbounded = !uncertainty.is_finite()
+            && end - begin <= UNBOUNDED
+            && [begin, end].iter().all(|s| !self.bounds.at(self.step.motion, *s).is_finite());
+        if is_rounding || is_unbounded {
+            // Halves would tell no more than numbers.
             return self.touched(end, None);
         }
         if end - begin <= self.step.shortest {
@@ -184,7 +201,7 @@ impl Search<'_> {
     /// Whether the event reaches zero where it is largest in a part of the step, with half of its second derivative by
     /// the part there; `None` where it may jump or have a corner.
     fn touched(&mut self, s: f64, half_curvature: Option<f64>) -> Option<Reached> {
-        if self.bounds.at(self.step.motion, s).hi() < 0.0 {
+        if self.bounds.at(self.step.errors, s).hi() < 0.0 {
             return None;
         }
         let at = (self.step.at)(s)?;
@@ -192,7 +209,18 @@ impl Search<'_> {
         if value.is_nan() {
             return Some(Reached::Undefined(at.t));
         }
-        let rounding = self.bounds.rounding(self.step.motion, s);
+        let (own, of_motion) = (self.step.motion, self.step.errors);
+        let mut rounding = self.bounds.rounding(own, s);
+        if value < -rounding {
+            // The motion may differ from its polynomials, where it falls behind this place: else it is crossed later.
+            let later = (self.step.at)((s + LATER).min(1.0))?;
+            if (self.step.value)(&later) < value {
+                rounding = rounding.max(self.bounds.rounding(of_motion, s));
+            }
+        }
+        if rounding > MOST_ROUNDING * self.step.deepest {
+            rounding = 0.0;
+        }
         if value > rounding || value >= 0.0 && half_curvature.is_none() {
             return Some(Reached::Crossed(at));
         }

@@ -20,6 +20,16 @@ impl Interval {
         self.by_ends(exp)
     }
 
+    /// Hyperbolic tangent.
+    #[must_use]
+    pub fn tanh(self) -> Self {
+        self.by_ends(|end| {
+            let falling = exp(-2.0 * end.abs());
+            let size = (Self::ONE - falling) / (Self::ONE + falling);
+            if end < 0.0 { -size } else { size }
+        })
+    }
+
     /// Natural logarithm; all real numbers if the interval contains one that is not positive.
     #[must_use]
     pub fn ln(self) -> Self {
@@ -125,6 +135,7 @@ mod tests {
             let (interval, number) = (Interval::point(x), DoubleDouble::from(x));
             holds(interval.exp(), number.exp(), x);
             holds(interval.atan(), number.atan(), x);
+            holds(interval.tanh(), number.tanh(), x);
             let y = f64::from(k % 77) * 0.3 + 0.1;
             holds(Interval::point(y).atan2(interval), DoubleDouble::from(y).atan2(number), x);
             if x > 0.0 {

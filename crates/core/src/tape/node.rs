@@ -20,6 +20,8 @@ pub(super) enum Node {
     /// The sine is the node before.
     Cos(u32),
     Exp(u32),
+    /// Its slope, one less the square, is the node after the next one.
+    Tanh(u32),
     /// A function of the first operand; its derivative by it is one over the second one.
     Inverse(Inverse, u32, u32),
     Abs(u32),
@@ -58,6 +60,7 @@ impl Node {
             Self::Sin(a) => at(a).sin_cos().0,
             Self::Cos(a) => at(a).sin_cos().1,
             Self::Exp(a) => at(a).exp(),
+            Self::Tanh(a) => at(a).tanh(),
             Self::Inverse(Inverse::Ln, a, _) => at(a).ln(),
             Self::Inverse(Inverse::Asin, a, _) => at(a).asin(),
             Self::Inverse(Inverse::Atan, a, _) => at(a).atan(),
@@ -101,6 +104,7 @@ impl Node {
             Self::Sqrt(_) => "a square root",
             Self::Sin(_) | Self::Cos(_) => "a sine or cosine",
             Self::Exp(_) => "an exponential",
+            Self::Tanh(_) => "a hyperbolic tangent",
             Self::Inverse(Inverse::Ln, ..) => "a logarithm",
             Self::Inverse(..) => "an inverse sine, cosine or tangent",
             Self::Abs(_) => "an absolute value",
@@ -116,7 +120,7 @@ impl Node {
         match self {
             Self::Argument | Self::Constant(_) => [None; 3],
             Self::Neg(a) | Self::Sqrt(a) | Self::Sin(a) | Self::Cos(a) | Self::Exp(a) => [Some(a), None, None],
-            Self::Abs(a) | Self::Sign(a) | Self::Floor(a) => [Some(a), None, None],
+            Self::Tanh(a) | Self::Abs(a) | Self::Sign(a) | Self::Floor(a) => [Some(a), None, None],
             Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => [Some(a), Some(b), None],
             Self::Inverse(_, a, b) => [Some(a), Some(b), None],
             Self::Choice(a, b, c) | Self::Angle(a, b, c) => [Some(a), Some(b), Some(c)],

@@ -116,8 +116,11 @@ impl Nodes {
             Op::Sinh(a) => self.hyperbolic(a)[0],
             Op::Cosh(a) => self.hyperbolic(a)[1],
             Op::Tanh(a) => {
-                let [sine, cosine] = self.hyperbolic(a);
-                self.push(Node::Div(sine, cosine))
+                let one = self.push(Node::Constant(Interval::ONE));
+                let tangent = self.push(Node::Tanh(a));
+                let square = self.push(Node::Mul(tangent, tangent));
+                self.push(Node::Sub(one, square));
+                tangent
             }
             Op::Abs(a) => self.push(Node::Abs(a)),
             Op::Sign(a) => self.push(Node::Sign(a)),

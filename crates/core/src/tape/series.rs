@@ -175,6 +175,7 @@ impl Known<'_> {
             Node::Sin(a) => self.add_integral(own, order, [a, own_node + 1], Interval::ONE),
             Node::Cos(a) => self.add_integral(own, order, [a, own_node - 1], -Interval::ONE),
             Node::Exp(a) => self.add_integral(own, order, [a, own_node], Interval::ONE),
+            Node::Tanh(a) => self.add_integral(own, order, [a, own_node + 2], Interval::ONE),
             Node::Inverse(_, a, b) => {
                 for j in 1..order {
                     add_product(own, self.at(j, own_node), self.at(order - j, b), whole(j));
@@ -242,6 +243,7 @@ impl Known<'_> {
             Node::Sin(a) => add_scaled(a, value(a).sin_cos().1),
             Node::Cos(a) => add_scaled(a, -value(a).sin_cos().0),
             Node::Exp(a) => add_scaled(a, own_value),
+            Node::Tanh(a) => add_scaled(a, one - own_value.square()),
             Node::Inverse(_, a, b) => add_scaled(a, one / value(b)),
             Node::Angle(a, b, square) => {
                 add_scaled(a, value(b) / value(square));
