@@ -17,8 +17,8 @@ const SMALL: f64 = 1e-11;
 
 /// The polynomials of some arguments of an event between the ends of a step, where the part `s` is 0 and 1.
 ///
-/// Coordinates are the polynomials of degree 5 through both ends, with their rates and accelerations. Accelerations and multipliers follow
-/// from the state: their polynomials go through those of six states.
+/// Coordinates are the polynomials of degree 5 through both ends, with their rates and accelerations. Rates are their
+/// derivatives. Accelerations and multipliers follow from the state: their polynomials go through those of six states.
 #[derive(Clone, Debug)]
 pub(super) struct ArgumentPolynomials {
     pub(super) arguments: Vec<Argument>,
@@ -64,8 +64,9 @@ impl ArgumentPolynomials {
         Some(Self { arguments: polynomials.collect() })
     }
 
-    /// Takes the differences from the state of the motion in the middle of the step, where the error of the polynomials is
-    /// largest, as their errors; whether they are small.
+    /// Compares the polynomials with the state in the middle of the step, where their error is largest.
+    ///
+    /// The differences become their errors. Returns whether these are small.
     pub(super) fn compare_with(&mut self, middle: &State) -> bool {
         let n = middle.q.len();
         let mut are_small = true;
@@ -83,7 +84,7 @@ impl ArgumentPolynomials {
         are_small
     }
 
-    /// The same motion with its errors, which this one forgets.
+    /// A copy of the polynomials with their errors; these ones forget them.
     pub(super) fn take_errors(&mut self) -> Self {
         let with_errors = self.clone();
         self.arguments.iter_mut().for_each(|argument| argument.error = 0.0);

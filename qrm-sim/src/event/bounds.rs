@@ -32,12 +32,6 @@ pub(super) struct Bound {
     pub(super) curvature: Interval,
 }
 
-impl Bound {
-    fn of_value(value: Interval) -> Self {
-        Self { value, slope: Interval::ENTIRE, curvature: Interval::ENTIRE }
-    }
-}
-
 impl EventBounds {
     /// `None` if the tape has no event.
     pub(super) fn new(tape: &Tape, mechanism: &dyn Mechanism) -> Option<Self> {
@@ -63,13 +57,14 @@ impl EventBounds {
         [0, 1, 2].map(|order| self.expand(motion, s, 0.0, order))
     }
 
-    /// Bounds in a part of a step: the value's natural bound, and a Taylor expansion about the middle, with the remainder
-    /// of order [`ORDER`], or of order 1 where the event may have a corner.
+    /// Bounds in a part of a step: the value's natural bound, and a Taylor expansion about the middle.
+    ///
+    /// The remainder has order [`ORDER`], or order 1 where the event may have a corner.
     pub(super) fn within(&mut self, motion: &ArgumentPolynomials, [begin, end]: [f64; 2]) -> Bound {
         let (middle, radius) = (0.5 * (begin + end), 0.5 * (end - begin));
         let natural = self.expand(motion, middle, radius, 0);
         if natural.hi() < 0.0 || !natural.is_finite() || self.series.may_jump() {
-            return Bound::of_value(natural);
+            return Bound { value: natural, slope: Interval::ENTIRE, curvature: Interval::ENTIRE };
         }
         let last = if self.series.obstacle().is_none() { ORDER } else { 1 };
         let remainder = (1..=last).map(|order| self.expand(motion, middle, radius, order)).last();
@@ -90,16 +85,16 @@ impl EventBounds {
     pub(super) fn is_negative_in(&mut self, motion: &ArgumentPolynomials) -> bool {
         let range = |own: &Argument| coefficient_within(&moved_to(0.5, own.coefficients), (0.5, own.error), 0);
         let ranges: Vec<Interval> = motion.arguments.iter().map(range).collect();
-        self.is_negative_within(&ranges)
+        self.natural_bound(&ranges).is_none()
     }
 
-    /// Whether the natural bound says that the event is negative where the arguments lie in intervals.
+    /// The natural bound where the arguments lie in intervals; `None` if the event is negative there.
     ///
     /// Larger intervals are tried, so that the answer is known for those that follow.
-    fn is_negative_within(&mut self, ranges: &[Interval]) -> bool {
+    fn natural_bound(&mut self, ranges: &[Interval]) -> Option<Interval> {
         let mut pairs = ranges.iter().zip(&self.negative);
         if self.negative.len() == ranges.len() && pairs.all(|(range, negative)| range.is_inside(*negative)) {
-            return true;
+            return None;
         }
         if self.margin >= 1.0 {
             let reach = 0.5 + self.margin;
@@ -107,27 +102,26 @@ impl EventBounds {
             if self.evaluate(0, &larger).hi() < 0.0 {
                 self.negative = larger;
                 self.margin = (2.0 * self.margin).min(MOST_MARGIN);
-                return true;
+                return None;
             }
         }
-        let is_negative = self.evaluate(0, ranges).hi() < 0.0;
+        let natural = self.evaluate(0, ranges);
+        let is_negative = natural.hi() < 0.0;
         self.margin *= if is_negative { 2.0 } else { 0.5 };
         self.margin = self.margin.clamp(LEAST_MARGIN, MOST_MARGIN);
-        is_negative
+        (!is_negative).then_some(natural)
     }
 
-    /// Whether the event may reach zero where each argument and its rate lie in intervals; `at` are arguments among them,
-    /// and `[before, after]` are the largest times to there and from there on.
+    /// Whether the event may reach zero where each argument and its rate lie in intervals.
+    ///
+    /// `at` are arguments among them, `[before, after]` the largest times to there and from there on.
     pub(super) fn may_reach_zero(
         &mut self,
         [ranges, rates]: [&[Interval]; 2],
         at: &[Interval],
         [before, after]: [f64; 2],
     ) -> bool {
-        if self.is_negative_within(ranges) {
-            return false;
-        }
-        let natural = self.evaluate(0, ranges);
+        let Some(natural) = self.natural_bound(ranges) else { return false };
         if !natural.is_finite() || self.series.may_jump() {
             return true;
         }
@@ -135,8 +129,9 @@ impl EventBounds {
         (self.evaluate(0, at) + slope * Interval::new(-before, after)).hi() >= 0.0
     }
 
-    /// The coefficient of an order for all arguments within a distance from a part of the step; those of lower orders are
-    /// known.
+    /// The coefficient of an order, for all arguments within a distance from a part of the step.
+    ///
+    /// Those of lower orders are known.
     fn expand(&mut self, motion: &ArgumentPolynomials, s: f64, radius: f64, order: usize) -> Interval {
         for Argument { number, coefficients, error } in &motion.arguments {
             let coefficient = coefficient_within(&moved_to(s, *coefficients), (radius, *error), order);

@@ -8,8 +8,9 @@ use super::EventFunction;
 use super::bounds::{EventBounds, ball};
 
 impl EventFunction<'_> {
-    /// The steps between rows of a motion in which the event may reach zero, from a row on: each is the number of the row
-    /// before it.
+    /// The steps between rows of a motion in which the event may reach zero, from a row on.
+    ///
+    /// A step has the number of the row before it.
     ///
     /// A row has time, coordinates, rates, accelerations and multipliers.
     pub(crate) fn undecided_steps(&self, mechanism: &dyn Mechanism, rows: &[&[f64]], first: usize) -> Vec<usize> {

@@ -1,7 +1,7 @@
 //! The search for the first time at which an event reaches zero.
 //!
-//! Where the event's bound is negative, it is excluded; other parts of the motion are halved, until the event is known to
-//! rise, to fall or to have one maximum. Its zero or its maximum is then looked at on the motion itself.
+//! Parts of the motion in which the event's bound is negative are excluded. Others are halved, until the event is known to
+//! rise, to fall or to have one maximum. Its zero or its maximum is then evaluated on the motion itself.
 
 use qrm_core::{Interval, Mechanism};
 

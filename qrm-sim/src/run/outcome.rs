@@ -78,7 +78,7 @@ pub enum Status {
         /// The distance from true at that time.
         missing: f64,
     },
-    /// The stop condition comes so near to true, and changes so fast, that its bounds do not tell whether it becomes true.
+    /// Bounds do not tell whether the stop condition becomes true: it comes near to that, and changes fast.
     StopUndecided {
         /// The times between which it does or does not.
         between: [f64; 2],

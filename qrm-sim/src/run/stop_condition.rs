@@ -109,7 +109,7 @@ impl<'a> StopCondition<'a> {
         Some((time_to_event(other, longest, moved_value)? - time_to_event(end, longest, moved_value)?).abs())
     }
 
-    /// Where the condition becomes true first in rows, at the first of which it is false, and the row after that.
+    /// Finds where the condition first becomes true in rows, and the row after that. It is false in the first row.
     ///
     /// # Errors
     /// A step could not be made.
