@@ -42,6 +42,7 @@ mod reference_states;
 mod scene_files;
 mod sensitivity;
 mod sensitivity_methods;
+mod singular;
 mod stability;
 mod start;
 mod stiff;

@@ -37,6 +37,8 @@ pub(super) struct Elimination {
     /// The fraction of the inertia that each pivot kept.
     kept_inertia: Vec<Value>,
     pivot_ratios: Vec<Value>,
+    /// Whether a pivot may vanish without a growth factor that says so: nothing else is in its row or column.
+    has_lone_pivot: bool,
 }
 
 impl Elimination {
@@ -58,6 +60,7 @@ impl Elimination {
             inverse_inertia: Vec::new(),
             kept_inertia: Vec::new(),
             pivot_ratios: Vec::new(),
+            has_lone_pivot: false,
         };
         elimination.factor(builder, jacobian);
         elimination.tangents(builder, jacobian);
@@ -205,14 +208,20 @@ impl Elimination {
         self.pivots.len() < self.constraints
     }
 
-    /// Whether every constraint has a dependent coordinate, and every independent coordinate has inertia.
+    /// Whether every constraint has a dependent coordinate, every independent coordinate has inertia, and growth factors
+    /// tell each pivot that vanishes.
     pub(super) fn is_valid_everywhere(&self) -> bool {
-        !self.has_repeated() && self.inverse_inertia.iter().all(Option::is_some)
+        !self.has_repeated() && !self.has_lone_pivot && self.inverse_inertia.iter().all(Option::is_some)
     }
 
     /// The ratio of the other entries in a pivot's column to the pivot.
     fn pivot_ratios(&mut self, builder: &mut Builder, jacobian: &Matrix) {
         for ((row, column), inverse) in self.pivots.iter().zip(&self.inverses) {
+            let is_filled = |entry: &Value| entry.is_some_and(|value| !builder.is_zero(value));
+            let is_alone = jacobian[*row].iter().filter(|entry| is_filled(entry)).count() == 1
+                && jacobian.iter().filter(|entries| is_filled(&entries[*column])).count() == 1;
+            let is_constant = jacobian[*row][*column].is_none_or(|pivot| builder.lowering.graph.is_constant(pivot.id));
+            self.has_lone_pivot |= is_alone && !is_constant;
             for other in (0..self.constraints).filter(|other| other != row) {
                 let ratio = builder.multiply(jacobian[other][*column], *inverse);
                 let constraints = &builder.scene.constraints;

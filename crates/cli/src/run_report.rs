@@ -15,7 +15,7 @@ use crate::error::{Error, Message};
 use crate::messages;
 use crate::output::Named;
 use crate::setup::Setup;
-pub(crate) use judgement::rejection_reasons;
+pub(crate) use judgement::{design_warnings, rejection_reasons};
 use qrm_pictures::Recording;
 
 /// The largest summary that is read, in bytes.

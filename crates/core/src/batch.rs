@@ -10,7 +10,7 @@ use crate::kernel::MAX_GROWTH;
 use crate::lane_steps::BoxedLaneSteps;
 use crate::lane_steps::layout::{
     BatchLayout, BatchRequest, CHECKPOINT_STEP, CHECKPOINTS, COORDINATE_RANGES, DEFINED, END_TIME, EVENT, LONGEST,
-    MAX_STEPS, QUALITY, SHORTEST, STEP, STEPS_MADE, TOLERANCE,
+    MAX_STEPS, NEAR_GROWTH, QUALITY, SHORTEST, STEP, STEPS_MADE, TOLERANCE,
 };
 
 /// Motions of any mechanism in any number of lanes.
@@ -135,7 +135,7 @@ impl SimdBatch {
             && t < numbers[END_TIME]
             && !is_stuck(&numbers)
             && numbers[EVENT] < 0.0
-            && is_reliable(&numbers, self.residual)
+            && is_reliable(&numbers, self.residual, self.request.most_growth())
     }
 
     /// Whether the steps of a lane have become too short or too many.
@@ -145,7 +145,12 @@ impl SimdBatch {
 
     /// Whether the last step of a lane can be relied on.
     pub fn is_reliable(&self, lane: usize) -> bool {
-        is_reliable(&self.numbers(lane), self.residual)
+        is_reliable(&self.numbers(lane), self.residual, MAX_GROWTH)
+    }
+
+    /// Whether the last step of a lane may have come so near a singular position that forces lose digits.
+    pub fn may_be_singular(&self, lane: usize) -> bool {
+        !(self.numbers(lane)[QUALITY] <= NEAR_GROWTH)
     }
 
     /// The numbers of a lane before [`DEFINED`].
@@ -209,7 +214,7 @@ fn is_stuck(numbers: &[f64; DEFINED]) -> bool {
     numbers[STEP] <= SHORTEST * numbers[END_TIME] || numbers[STEPS_MADE] >= numbers[MAX_STEPS]
 }
 
-fn is_reliable(numbers: &[f64; DEFINED], tolerance: f64) -> bool {
+fn is_reliable(numbers: &[f64; DEFINED], tolerance: f64, most_growth: f64) -> bool {
     let [growth_factor, residual, finite_check] = [0, 1, 2].map(|i| numbers[QUALITY + i]);
-    growth_factor.abs() <= MAX_GROWTH && residual <= tolerance && finite_check == 0.0
+    growth_factor.abs() <= most_growth && residual <= tolerance && finite_check == 0.0
 }

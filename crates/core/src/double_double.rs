@@ -37,6 +37,26 @@ impl DoubleDouble {
         Self::rounded(hi, math::mul_add(a, b, -hi))
     }
 
+    /// The fraction of two integers with a product below 1e14 whose nearest double is `value`; `None` if there is none. A
+    /// random double has such a fraction with a probability of a hundredth.
+    ///
+    /// The convergents of the continued fraction are tested: a fraction so simple is one of them.
+    pub fn fraction(value: f64) -> Option<Self> {
+        let (mut rest, [mut p, mut q]) = (value, [[1.0, 0.0], [0.0, 1.0]]);
+        loop {
+            let whole = rest.floor();
+            p = [math::mul_add(whole, p[0], p[1]), p[0]];
+            q = [math::mul_add(whole, q[0], q[1]), q[0]];
+            if !((p[0] * q[0]).abs() < 1e14) {
+                return None;
+            }
+            if p[0] / q[0] == value {
+                return Some(Self::from(p[0]) / Self::from(q[0]));
+            }
+            rest = (rest - whole).recip();
+        }
+    }
+
     /// The double nearest to the number.
     pub fn hi(self) -> f64 {
         self.hi

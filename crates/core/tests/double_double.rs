@@ -127,3 +127,18 @@ fn special_values_are_those_of_doubles() {
     assert_eq!((one.max(zero), one.min(zero)), (one, zero));
     assert!(DoubleDouble::from(1e16).sin().hi().is_nan());
 }
+
+#[test]
+fn a_double_stands_for_a_simple_fraction() {
+    for (p, q) in
+        [(1, 10), (-1, 3), (22, 7), (12_345, 100_000), (0, 1), (-4, 1), (9_999_988, 9_999_989), (1, 3_000_000)]
+    {
+        let (p, q) = (f64::from(p), f64::from(q));
+        let meant = DoubleDouble::from(p) / DoubleDouble::from(q);
+        assert_eq!(DoubleDouble::fraction(p / q), Some(meant), "{p} / {q}");
+    }
+    for other in [std::f64::consts::PI, 1e300, f64::INFINITY, f64::NAN, 0.1 + f64::EPSILON] {
+        assert_eq!(DoubleDouble::fraction(other), None, "{other}");
+        assert_eq!(DoubleDouble::from_number(other).hi().to_bits(), other.to_bits());
+    }
+}

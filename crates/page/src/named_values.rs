@@ -1,11 +1,20 @@
-//! Named values received from a page.
+//! Named values received from a page, or sent to it.
 
-use std::collections::BTreeMap;
+use serde::{Serialize, Serializer};
 
-/// Named values.
+/// Named values, received from a page.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct NamedValues {
-    values: BTreeMap<String, f64>,
+    values: Vec<(String, f64)>,
+}
+
+/// Named values for a page.
+pub(crate) struct Named(pub(crate) Vec<(&'static str, f64)>);
+
+impl Serialize for Named {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().copied())
+    }
 }
 
 impl NamedValues {
@@ -20,13 +29,13 @@ impl NamedValues {
         Ok(Self { values: text.lines().map(value).collect::<Result<_, String>>()? })
     }
 
-    /// All values in the order of their names.
+    /// All values.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&str, f64)> {
         self.values.iter().map(|(name, value)| (name.as_str(), *value))
     }
 
     /// The value with a name.
     pub(crate) fn value(&self, name: &str) -> Option<f64> {
-        self.values.get(name).copied()
+        self.iter().find(|(own, _)| *own == name).map(|(_, value)| value)
     }
 }

@@ -3,7 +3,6 @@
 mod answer;
 
 use qrm_sim::position::Start;
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::io;
 
@@ -17,7 +16,7 @@ use qrm_sim::integrate::{DOP853, Integrator, MethodSettings};
 use qrm_sim::run::{Observer, Outcome, Reason, Request, Row, SimError, Status, simulate};
 use qrm_sim::state::State;
 
-use crate::named_values::NamedValues;
+use crate::named_values::{Named, NamedValues};
 use crate::packed::Packed;
 use answer::{About, Answer, Run, failure, json, settable};
 
@@ -131,7 +130,8 @@ impl Simulator {
         }
         let mechanism = self.mechanism(&changed);
         let start = self.start(&*mechanism, &changed)?;
-        let values = settable(&*mechanism, &start).into_iter().flatten().map(|each| (each.name, each.value)).collect();
+        let values =
+            Named(settable(&*mechanism, &start).into_iter().flatten().map(|each| (each.name, each.value)).collect());
         let scene_parameters = Some(self.own_parameters.clone());
         let request = Request { start: Some(start), scene_parameters, ..request };
         let mut observer = (RowLimit { rows: 0, max_rows }, Recording::with_frames(description, MAX_FRAMES));
@@ -220,12 +220,12 @@ impl Simulator {
             false => q[i],
         };
         let given = (0..q.len()).filter(|&i| own.given[i]);
-        let start: BTreeMap<&str, f64> = given.map(|i| (description.coordinates[i].name, value(i))).collect();
+        let start = Named(given.map(|i| (description.coordinates[i].name, value(i))).collect());
         self.last.dragged = Some(q);
         json(&start)
     }
 
-    fn report(&self, outcome: &Outcome, values: BTreeMap<&'static str, f64>) -> Run {
+    fn report(&self, outcome: &Outcome, values: Named) -> Run {
         let description = self.model.description;
         let rejection_reasons = outcome.rejection_reasons(description);
         Run {

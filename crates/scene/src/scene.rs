@@ -7,8 +7,6 @@ mod load;
 mod output;
 mod reference;
 
-use std::collections::BTreeSet;
-
 use crate::diagnostic::Span;
 use crate::document::{FourBar, Side};
 use crate::expression::{Expression, Node};
@@ -265,8 +263,10 @@ impl Scene {
 
     /// The outputs that are normal forces of friction, in their order.
     pub fn normal_forces(&self) -> Vec<usize> {
-        let normals: BTreeSet<usize> = self.loads.iter().filter_map(|load| load.kind.normal()).collect();
-        normals.into_iter().collect()
+        let mut normals: Vec<usize> = self.loads.iter().filter_map(|load| load.kind.normal()).collect();
+        normals.sort_unstable();
+        normals.dedup();
+        normals
     }
 
     /// The joints and loads whose friction depends on a joint force, in words.

@@ -1,20 +1,16 @@
 //! Reference states: a motion in double-double precision, 32 digits.
 
 mod corner;
-mod elimination;
 mod equations;
 mod extrapolation;
-mod least_norm;
-mod number;
 
 use qrm_core::{DoubleDouble, Model, ParameterOverrides, Scalar};
 
-use self::equations::Equations;
 use self::extrapolation::{ORDER, extrapolated};
-use self::number::Number;
 use super::measure::StateAt;
 use crate::integrate::StepError;
 use crate::run::StartError;
+use crate::solve::{Number, PreciseEquations};
 
 /// A state of a reference motion.
 #[derive(Clone, Debug)]
@@ -45,7 +41,8 @@ pub fn reference_states(
 ) -> Result<Vec<ReferenceState>, StartError> {
     let mechanism = model.mechanism(replace);
     let parameters = mechanism.parameters();
-    let mut equations = Equations::new(model.tape(), parameters);
+    let all = (0..model.tape().constraints as usize).collect();
+    let mut equations = PreciseEquations::new(model.tape(), parameters, all);
     let y = equations.start(&*mechanism).map_err(StartError::NotAssembled)?;
     let mut equations = equations.without_redundancy(&*mechanism, &y[..y.len() / 2]);
     let step = equations.evaluator.schedule().step.to_f64();
@@ -54,7 +51,7 @@ pub fn reference_states(
 
 /// Follows the smooth parts of a motion one after another.
 fn follow(
-    mut equations: Equations,
+    mut equations: PreciseEquations,
     parameters: &[f64],
     y: Vec<Number>,
     step: f64,
@@ -66,14 +63,14 @@ fn follow(
     let mut states = Vec::with_capacity(times.len());
     loop {
         let tape = equations.smooth_from(&at);
-        let mut part = Equations::new(&tape, parameters).with_constraints_of(&equations);
-        part.budget = equations.budget;
+        let mut part = PreciseEquations::new(&tape, parameters, equations.independent().to_vec());
+        part.operations = equations.operations;
         let mut motion = Motion::new(part, at, tolerance)?;
         motion.run_to_times(times, &mut states)?;
         if states.len() == times.len() {
             return Ok(states);
         }
-        (at, equations.budget) = (motion.at, motion.equations.budget);
+        (at, equations.operations) = (motion.at, motion.equations.operations);
     }
 }
 
@@ -98,7 +95,7 @@ struct At {
 
 /// A smooth part of a motion.
 struct Motion<'t> {
-    equations: Equations<'t>,
+    equations: PreciseEquations<'t>,
     tolerance: f64,
     /// Number of attempted steps.
     attempts: u64,
@@ -112,7 +109,7 @@ impl<'t> Motion<'t> {
     ///
     /// # Errors
     /// The accelerations are not determined there.
-    fn new(mut equations: Equations<'t>, mut at: At, tolerance: f64) -> Result<Self, StepError> {
+    fn new(mut equations: PreciseEquations<'t>, mut at: At, tolerance: f64) -> Result<Self, StepError> {
         equations.slope(at.t, &at.y, &mut at.slope)?;
         let signs = equations.signs_from(&at);
         Ok(Self { equations, tolerance, attempts: 0, at, signs })

@@ -7,7 +7,10 @@ use qrm_core::{Description, Mechanism};
 
 use crate::columns::{Kind, columns};
 use crate::integrate::{DOP853, MethodSettings, StepBounds};
-use crate::run::{End, Extremes, Observer, RejectionReason, Request, Row, StartError, Status, simulate};
+use crate::run::{
+    End, Extremes, NearestSingularity, Observer, Redundancy, RejectionReason, Request, Row, StartError, Status,
+    simulate,
+};
 
 /// The settings of every design of a sweep.
 pub struct SweepRequest<'a> {
@@ -61,6 +64,10 @@ pub struct DesignResult {
     pub estimated_error: Option<f64>,
     /// The reasons not to trust these numbers.
     pub rejection_reasons: Vec<RejectionReason>,
+    /// The position of a separate run that was nearest to a singular one.
+    pub nearest_singular: Option<NearestSingularity>,
+    /// The redundancy of the constraints in a separate run.
+    pub redundancy: Option<Redundancy>,
     /// Whether the design ran separately: there were no lanes, or its lane needed a closer look.
     pub is_alone: bool,
 }
@@ -85,6 +92,8 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
                 Vec::new()
             },
             estimated_error: outcome.estimated_error(),
+            nearest_singular: outcome.nearest_singular,
+            redundancy: outcome.redundancy,
             status: Ok(outcome.status),
             steps: outcome.counts.accepted,
             end_time: outcome.end_time,
@@ -143,6 +152,8 @@ impl DesignResult {
             extremes: Vec::new(),
             estimated_error: None,
             rejection_reasons: Vec::new(),
+            nearest_singular: None,
+            redundancy: None,
             is_alone: true,
         }
     }

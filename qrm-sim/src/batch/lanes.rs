@@ -6,13 +6,13 @@ mod landing;
 mod result;
 
 use crate::position::{AssemblyBranch, Start};
-use qrm_core::{BatchRequest, LaneSchedule, Mechanism, Model, SimdBatch, Width};
+use qrm_core::{BatchRequest, LaneSchedule, Mechanism, Model, SimdBatch, Tape, Width};
 
 use super::design::{DesignResult, SweepRequest};
 use crate::event::{End, EventFunction};
-use crate::integrate::{AUTO, DOP853, StepBounds};
+use crate::integrate::{AUTO, DOP853, StepBounds, quintic};
 use crate::run::{StartError, Status, check_condition, check_step, first_position};
-use crate::solve::{Projection, Solver, largest};
+use crate::solve::{LoopConstraints, Projection, SingularityDistance, Solver, largest};
 use crate::state::State;
 use companion::{Companion, LONGER, LOOSER};
 
@@ -20,6 +20,11 @@ use companion::{Companion, LONGER, LOOSER};
 const MAX_TOLERANCE: f64 = 3e-9;
 /// A design of `auto` with more steps leaves its lane: it may be stiff.
 const MAX_STEPS: f64 = 2000.0;
+
+/// The number of places in a step at which its distance from singular positions is measured, and the smallest singular
+/// value there, as a fraction of the largest one, that leaves forces their digits.
+const PLACES: u32 = 8;
+const NEAR_SINGULAR: f64 = 0.05;
 
 /// A sweep in lanes.
 pub(super) struct LaneSweep<'a> {
@@ -42,6 +47,8 @@ pub(super) struct LaneSweep<'a> {
     near: State,
     /// Number of coordinates and of constraints.
     size: (usize, usize),
+    /// Whether outputs whose ranges are recorded take accelerations or multipliers.
+    takes_forces: bool,
     /// The event that ends the design of each lane; none if designs end at a time.
     events: Vec<EventFunction<'a>>,
     /// The branch that designs are assembled on.
@@ -62,11 +69,31 @@ struct Lane {
     is_landing: bool,
     /// The number of such steps so far.
     landings: u32,
+    /// The distance from singular positions; made when the design may come near one.
+    distance: Option<SingularityDistance>,
     /// The comparison of the companion with its design, where the companion is under way.
     companion: Option<Companion>,
 }
 
 impl Lane {
+    /// Begins with a design.
+    fn new(design: usize, first: State, bounds: StepBounds, end_time: f64) -> Self {
+        Self { design, first, bounds, end_time, is_landing: false, landings: 0, distance: None, companion: None }
+    }
+
+    /// Whether a step comes near a singular position.
+    fn passes_singular(&mut self, mechanism: &dyn Mechanism, from: &State, to: &State) -> bool {
+        let first = &self.first;
+        let rank = first.multipliers.len();
+        let new = || SingularityDistance::at(mechanism, rank, first.t, (&first.q, &first.qd));
+        let distance = self.distance.get_or_insert_with(new);
+        (0..=PLACES).any(|place| {
+            let at = quintic(from, to, from.t + (to.t - from.t) * f64::from(place) / f64::from(PLACES));
+            let jacobian = LoopConstraints::at(mechanism, at.t, &at.q).constraint_jacobian;
+            distance.measure(&jacobian).is_some_and(|value| value < NEAR_SINGULAR * distance.largest())
+        })
+    }
+
     /// The next time that a step is to end at.
     fn next_end(&self, t: f64) -> f64 {
         let end_time = self.bounds.next_end(t).min(self.end_time);
@@ -99,11 +126,19 @@ impl<'a> LaneSweep<'a> {
             watches_event: request.end.is_none(),
             waits_each_step,
             ranges: request.extremes,
+            forces: request.extremes && designs.first()?.tape().is_some_and(Tape::outputs_take_forces),
             checkpoints: request.estimate_error,
         };
+        let takes_forces = batch_request.forces;
         let residual = settings.projection_tolerance.residual;
         let batch = model.batch(width, batch_request, residual)?;
-        let plain = BatchRequest { watches_event: false, waits_each_step: false, ranges: false, checkpoints: false };
+        let plain = BatchRequest {
+            watches_event: false,
+            waits_each_step: false,
+            ranges: false,
+            forces: false,
+            checkpoints: false,
+        };
         let companions = if request.estimate_error { Some(model.batch(width, plain, residual)?) } else { None };
         let size = (description.coordinates.len(), description.constraints.len());
         let events = || EventFunction::new(&**designs.first()?, request.end);
@@ -120,6 +155,7 @@ impl<'a> LaneSweep<'a> {
             to: State::default(),
             near: State::default(),
             size,
+            takes_forces,
             events: (0..batch.lanes()).filter_map(|_| events()).collect(),
             branch: AssemblyBranch::new(&**designs.first()?),
             solver: Solver::with_rank(&**designs.first()?, size.1),
@@ -178,8 +214,7 @@ impl<'a> LaneSweep<'a> {
                     let outputs = self.outputs(design, &first);
                     self.batch.begin_ranges(lane, &outputs);
                     let (bounds, end_time) = (self.request.bounds_of(design), self.end_time(design));
-                    let next =
-                        Lane { design, first, bounds, end_time, is_landing: false, landings: 0, companion: None };
+                    let next = Lane::new(design, first, bounds, end_time);
                     return self.begin(lane, next);
                 }
                 Ok(None) => self.run_alone(design),
@@ -252,11 +287,11 @@ impl<'a> LaneSweep<'a> {
     }
 
     fn resolve(&mut self, lane: usize, to: &State) {
-        let Some(Lane { design, end_time, is_landing, companion, .. }) = &mut self.lanes[lane] else { return };
-        let (design, end_time, is_landing) = (*design, *end_time, *is_landing);
-        if !self.batch.is_reliable(lane) {
+        if !self.batch.is_reliable(lane) || self.passes_singular(lane, to) {
             return self.leave(lane);
         }
+        let Some(Lane { design, end_time, is_landing, companion, .. }) = &mut self.lanes[lane] else { return };
+        let (design, end_time, is_landing) = (*design, *end_time, *is_landing);
         if let Some(companion) = companion {
             companion.compare(to);
             if to.t >= end_time {
@@ -277,6 +312,21 @@ impl<'a> LaneSweep<'a> {
             }
         }
         if self.batch.is_stuck(lane) { self.leave(lane) } else { self.go_on(lane, to.t) }
+    }
+
+    /// Whether the last step of a lane came near a singular position, at which outputs lose digits.
+    fn passes_singular(&mut self, lane: usize, to: &State) -> bool {
+        if !self.takes_forces || !self.batch.may_be_singular(lane) {
+            return false;
+        }
+        let mut from = std::mem::take(&mut self.from);
+        self.read(&mut from, |batch, row| batch.read_row_before(lane, row));
+        let passes = self.lanes[lane].as_mut().is_some_and(|of_lane| {
+            let mechanism = &*self.designs[of_lane.design];
+            of_lane.companion.is_none() && of_lane.passes_singular(mechanism, &from, to)
+        });
+        self.from = from;
+        passes
     }
 
     fn outputs(&self, design: usize, at: &State) -> Vec<f64> {

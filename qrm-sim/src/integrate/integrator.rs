@@ -9,7 +9,7 @@ use super::fixed::{Fixed, StepContext};
 use super::formula::Formula;
 use super::methods::MethodSettings;
 use super::step_error::StepError;
-use crate::solve::{Solver, SolverStats};
+use crate::solve::{IRREGULAR, Solver, SolverStats};
 use crate::state::State;
 
 /// The largest number of stored values of states between rows.
@@ -125,6 +125,11 @@ impl Integrator {
     }
 
     /// The solver of the linear equations.
+    pub(crate) fn solver(&self) -> &Solver {
+        &self.solver
+    }
+
+    /// The solver of the linear equations.
     pub(crate) fn solver_mut(&mut self) -> &mut Solver {
         &mut self.solver
     }
@@ -211,6 +216,7 @@ impl Integrator {
                 again.advance_to(mechanism, t, &mut self.solver, &mut to, None)?;
             }
         }
+        self.solver.refine(mechanism, IRREGULAR, &mut to);
         Ok(to)
     }
 

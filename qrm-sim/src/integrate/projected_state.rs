@@ -4,7 +4,7 @@ use qrm_core::Mechanism;
 
 use super::methods::MethodSettings;
 use super::step_error::StepError;
-use crate::solve::{Projection, ProjectionTolerance, Solver};
+use crate::solve::{IRREGULAR, NEAR, Projection, ProjectionTolerance, Solver};
 use crate::state::State;
 
 impl Solver {
@@ -31,7 +31,22 @@ impl Solver {
     pub fn complete(&mut self, mechanism: &dyn Mechanism, state: &mut State) -> Result<(), StepError> {
         let State { t, q, qd, qdd, multipliers, .. } = state;
         self.accelerations(mechanism, *t, (q, qd), (qdd, multipliers))?;
+        if let Some(precise) = self.precise_state(mechanism, IRREGULAR, *t, (q, qd)) {
+            precise.write_dynamics(qdd, multipliers);
+        }
         if state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
+    }
+
+    /// Replaces a state by that with all digits on the constraints, where the smallest singular value of `C_q` is below
+    /// `limit` of that at regular positions; false elsewhere, and if the state is not determined.
+    pub(crate) fn refine(&mut self, mechanism: &dyn Mechanism, limit: f64, state: &mut State) -> bool {
+        let State { t, q, qd, qdd, multipliers, .. } = state;
+        let precise = self.precise_state(mechanism, limit, *t, (q, qd));
+        if let Some(precise) = &precise {
+            precise.write_motion(q, qd);
+            precise.write_dynamics(qdd, multipliers);
+        }
+        precise.is_some()
     }
 
     /// Closes the loops of a state under other parameters, if requested, and computes accelerations and multipliers.
@@ -78,7 +93,8 @@ impl Solver {
         projection.is_by_kernel(&tolerance) && !self.is_redundant()
     }
 
-    /// Projects a state by the plain functions, in the known metric, and computes its accelerations and multipliers.
+    /// Projects a state by the plain functions, in the known metric, and computes its accelerations and multipliers; in
+    /// all digits near a singular position.
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.
@@ -88,8 +104,15 @@ impl Solver {
         projection: (Projection, ProjectionTolerance),
         state: &mut State,
     ) -> Result<(), StepError> {
-        let State { t, q, qd, .. } = state;
+        self.begin_correction(&state.q);
+        if projection.0 != Projection::None && self.refine(mechanism, NEAR, state) {
+            self.take_precise_correction(&state.q);
+            state.corrections = 1;
+            return Ok(());
+        }
+        let State { t, q, qd, qdd, multipliers, .. } = state;
         state.corrections = self.project(mechanism, projection, *t, q, qd)?;
-        self.complete(mechanism, state)
+        self.accelerations(mechanism, *t, (q, qd), (qdd, multipliers))?;
+        if state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
     }
 }

@@ -23,7 +23,7 @@ impl StepBounds {
     /// at most as long as the shortest interval between the remaining ones.
     pub fn new(longest: f64, times: &[f64]) -> Self {
         let mut times: Vec<f64> = times.iter().copied().filter(|time| time.is_finite()).collect();
-        times.sort_by(f64::total_cmp);
+        times.sort_unstable_by(f64::total_cmp);
         times.dedup();
         let intervals = times.get(MOST - 1..).unwrap_or_default().windows(2).map(|pair| pair[1] - pair[0]);
         let mut bounds = Self { longest: intervals.fold(longest, f64::min), ..Self::default() };

@@ -27,6 +27,8 @@ pub enum StepError {
     ForcesNotFinite,
     /// Friction depends on joint forces, and redundant constraints make these non-unique.
     FrictionNotUnique,
+    /// This constraint has no gradient at the start and near it, so that no force can hold it.
+    NoGradient(usize),
     /// The method needs derivatives that the scene does not request.
     NoLinearization,
 }

@@ -10,6 +10,7 @@ use super::quantities::Quantities;
 use super::stop_condition::StopCondition;
 use crate::columns::number;
 use crate::integrate::{COMPANION_STEP_RATIO, Corner, Integrator, MethodSettings, StepError};
+use crate::solve::IRREGULAR;
 use crate::state::{State, state_in};
 
 /// The numbers of steps of a run and of its companion over the same time. As neither is a multiple of the other, the
@@ -40,6 +41,8 @@ pub(crate) struct Companion {
     /// The rows of the current block.
     rows: Vec<f64>,
     differences: Differences,
+    /// Whether each quantity depends on accelerations or multipliers.
+    by_forces: Vec<bool>,
     /// The largest differences of earlier parts of the motion, summed.
     before: Vec<f64>,
     /// The difference of the times at which the stop condition became true.
@@ -82,6 +85,7 @@ impl Companion {
             row: 0,
             rows: Vec::new(),
             differences: Differences::new(quantities, mechanism, &first.as_ref()),
+            by_forces: quantities.by_forces(mechanism),
             before: vec![0.0; quantities.count()],
             of_end_time: None,
             failed: false,
@@ -126,6 +130,7 @@ impl Companion {
         if t > self.at.t {
             self.integrator.advance(mechanism, &self.at, t, &mut self.next)?;
             std::mem::swap(&mut self.at, &mut self.next);
+            self.integrator.solver_mut().refine(mechanism, IRREGULAR, &mut self.at);
         }
         Ok(())
     }
@@ -182,7 +187,9 @@ impl Companion {
         for state in states.chunks_exact(width).step_by(own as usize).skip(1) {
             self.row += of_run;
             let row = &block.rows[(self.row - block.first) as usize * width..];
-            self.differences.take(mechanism, &state_in(self.layout, row), &state_in(self.layout, state));
+            self.next.read(state);
+            self.integrator.solver_mut().refine(mechanism, IRREGULAR, &mut self.next);
+            self.differences.take(mechanism, &state_in(self.layout, row), &self.next.as_ref());
         }
         self.at.read(&states[made * width..]);
         if ESTIMATES_EXTREMES {
@@ -239,9 +246,16 @@ impl Companion {
     /// Compares an extreme of the run with a state at its time.
     fn compare(&mut self, mechanism: &dyn Mechanism, extreme: &FoundExtreme, other: Option<&State>) {
         let Some(place) = self.differences.quantities.place_of_column(extreme.column) else { return };
+        let rounding = match other {
+            Some(at) if self.by_forces[place] => {
+                self.integrator.solver_mut().rounding_of_multipliers(mechanism, at.t, &at.q)
+            }
+            _ => 0.0,
+        };
         let Some(difference) = self.differences.each.get_mut(place) else { return };
         let error = other.map(|other| {
             let difference = (extreme.value - number(mechanism, other, extreme.column)).abs();
+            let difference = difference.max(rounding * extreme.value.abs());
             difference.max(change_within_time_resolution(mechanism, other, extreme.column))
         });
         // If the other motion is unknown there, its largest difference is used.

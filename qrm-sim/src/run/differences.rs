@@ -4,8 +4,8 @@ use qrm_core::{Mechanism, StateRef};
 
 use super::quantities::Quantities;
 
-/// The number of rows at which the effect of rounding errors is measured.
-const PROBES: usize = 16;
+/// The effect of rounding errors is measured in rows whose numbers grow by this part.
+const PROBE_INTERVAL: f64 = 0.1;
 
 /// The differences of quantities between two runs of one motion.
 #[derive(Clone, Debug)]
@@ -17,8 +17,9 @@ pub(crate) struct Differences {
     compared: [Vec<f64>; 2],
     /// Whether the runs were ever compared.
     pub(crate) has_met: bool,
-    /// The number of rows at which the effect of rounding errors is still to be measured.
-    probes: usize,
+    /// The number of compared rows, and that at which the effect of rounding errors is measured next.
+    rows: u64,
+    next_probe: u64,
 }
 
 /// The difference of one quantity between two runs of one motion.
@@ -61,7 +62,8 @@ impl Differences {
             quantities,
             each: numbers.iter().map(|value| Difference::new(*value)).collect(),
             has_met: false,
-            probes: PROBES,
+            rows: 0,
+            next_probe: 0,
             compared: [numbers, zero],
         }
     }
@@ -75,10 +77,11 @@ impl Differences {
         for (difference, (value, other)) in self.each.iter_mut().zip(own.iter().zip(others)) {
             difference.take(*value, *other);
         }
-        if let Some(probes) = self.probes.checked_sub(1) {
-            self.probes = probes;
+        if self.rows >= self.next_probe {
+            self.next_probe = self.rows + 1 + (PROBE_INTERVAL * self.rows as f64) as u64;
             self.probe(mechanism, of_run);
         }
+        self.rows += 1;
     }
 
     /// Measures how much rounding errors of the coordinates change the quantities in a row of the run, which were

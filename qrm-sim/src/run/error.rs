@@ -172,6 +172,16 @@ impl StepError {
                 let help = "use a smaller coefficient of friction, a longer guide, or a larger `slip`";
                 (text, help.to_owned())
             }
+            Self::NoGradient(constraint) => {
+                let text = format!(
+                    "constraint `{}` has no gradient wherever it is closed, so no force can hold it, and neither the \
+                     motion nor the forces are determined",
+                    description.constraints[*constraint].name
+                );
+                let help = "write it in a form with a gradient, such as `y = 0` for `hypot(x, y) = x`; a joint that \
+                            others hold at the end of its reach is to be left out, or a length changed";
+                (text, help.to_owned())
+            }
             Self::FrictionNotUnique => {
                 let text = format!(
                     "constraints repeat others, so that the forces in joints are not unique, and the friction of {} \

@@ -26,17 +26,19 @@ pub(super) struct ExtremeSearch {
     first: Vec<f64>,
     /// The rows before the last block between which extremes may still be found.
     tail: Vec<f64>,
+    /// The time at which multipliers grow without bound, if a search met one.
+    pub(super) unbounded_at: Option<f64>,
 }
 
 impl ExtremeSearch {
     /// Begins with a run at its first row.
     pub(super) fn new(layout: RowLayout, first: &[f64]) -> Self {
-        Self { layout, first: if SEARCHES { first.to_vec() } else { Vec::new() }, tail: Vec::new() }
+        Self { layout, first: if SEARCHES { first.to_vec() } else { Vec::new() }, tail: Vec::new(), unbounded_at: None }
     }
 
     /// Searches for each extreme between rows; `rows` are the last ones.
     pub(super) fn refine(
-        &self,
+        &mut self,
         mechanism: &dyn Mechanism,
         run: &Integrator,
         rows: &[f64],
@@ -80,6 +82,7 @@ impl ExtremeSearch {
             });
             extremes.note(&vertex, peak.map_or(estimate, |(t, value)| (sign * value, t)));
         }
+        self.unbounded_at = self.unbounded_at.or(integrator.stats().unbounded_at);
     }
 
     /// Keeps the last rows; the very last one is also the first of the next block.

@@ -5,7 +5,7 @@ use qrm_core::Mechanism;
 use super::outcome::StartError;
 use crate::integrate::StepError;
 use crate::position::{AssemblyBranch, Start};
-use crate::solve::{Solver, constraint_rank};
+use crate::solve::{Solver, constraint_rank, constraint_without_gradient};
 use crate::state::State;
 
 /// Computes the consistent state at the start of a mechanism's motion.
@@ -33,6 +33,12 @@ pub(crate) fn first_position(
     let count = description.constraints.len();
     if !description.friction.is_empty() && constraint_rank(mechanism, 0.0, &q) < count {
         return Err(StartError::Step(StepError::FrictionNotUnique));
+    }
+    // A page has no room for this test, which the command that wrote it has made.
+    if cfg!(feature = "events")
+        && let Some(constraint) = constraint_without_gradient(mechanism, 0.0, &q)
+    {
+        return Err(StartError::Step(StepError::NoGradient(constraint)));
     }
     let mut first = State::zero(q.len(), count);
     (first.q, first.qd) = (q, qd);

@@ -52,6 +52,11 @@ pub enum RejectionReason {
         /// The largest residual before it.
         residual: f64,
     },
+    /// Multipliers grow without bound at a singular position.
+    UnboundedForces {
+        /// The time, in s.
+        t: f64,
+    },
 }
 
 /// The numbers on which a motion is judged.
@@ -70,6 +75,8 @@ pub(crate) struct Evidence<'a> {
     pub(crate) corrections: &'a [f64],
     /// The largest residual before a correction.
     pub(crate) residual: f64,
+    /// The time at which multipliers grow without bound, if they do.
+    pub(crate) unbounded_at: Option<f64>,
 }
 
 impl Evidence<'_> {
@@ -96,6 +103,7 @@ impl Evidence<'_> {
             correction: self.corrections[coordinate],
             residual: self.residual,
         }));
+        rejection_reasons.extend(self.unbounded_at.map(|t| RejectionReason::UnboundedForces { t }));
         rejection_reasons
     }
 }
@@ -115,6 +123,7 @@ impl Outcome {
             companion_failed: self.companion_failed,
             corrections: &self.corrections,
             residual: self.stats.residual_before_correction,
+            unbounded_at: self.stats.unbounded_at,
         };
         evidence.rejection_reasons(description)
     }
@@ -153,6 +162,10 @@ impl RejectionReason {
                      {residual:.1e}"
                 )
             }
+            Self::UnboundedForces { t } => format!(
+                "forces grow without bound at t = {t:.6} s, where the mechanism is singular: no finite force makes it \
+                 pass this position so"
+            ),
         }
     }
 }
@@ -246,6 +259,7 @@ mod tests {
             companion_failed: false,
             corrections: &[0.9e-3 * TAU, 0.9e-8],
             residual: 1e-6,
+            unbounded_at: None,
         }
     }
 
@@ -281,6 +295,8 @@ mod tests {
         let failed = Evidence { estimated_errors: None, companion_failed: true, ..trusted() };
         assert_eq!(rejection_reasons(&failed), [RejectionReason::CompanionFailed]);
         assert_eq!(rejection_reasons(&Evidence { estimated_errors: None, ..trusted() }), []);
+        let pole = Evidence { unbounded_at: Some(0.5), ..trusted() };
+        assert_eq!(rejection_reasons(&pole), [RejectionReason::UnboundedForces { t: 0.5 }]);
         let moved = Evidence { corrections: &[0.0, 1.1e-8], ..trusted() };
         assert!(matches!(rejection_reasons(&moved)[..], [RejectionReason::Correction { coordinate: 1, .. }]));
     }

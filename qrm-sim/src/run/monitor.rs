@@ -8,7 +8,7 @@ use super::observer::{Observer, Row};
 use super::outcome::{NonFiniteQuantity, Status};
 use super::singularity_monitor::SingularityMonitor;
 use crate::columns::write_row;
-use crate::solve::{LoopConstraints, constraint_rank, largest};
+use crate::solve::{LoopConstraints, SingularPositions, SingularityDistance, constraint_rank, largest};
 use crate::state::{State, state_in};
 
 /// The statistics over all rows of a run.
@@ -39,8 +39,12 @@ pub(crate) struct RunMonitor {
     pub(crate) is_conservative: bool,
     /// The energy balance.
     pub(crate) balance: Balance,
-    /// The distance from singular positions.
+    /// The distance from singular positions, and states near them.
     pub(crate) singularity: SingularityMonitor,
+    singular_positions: Option<SingularPositions>,
+    rank: usize,
+    /// The time at which multipliers grow without bound, if they do.
+    pub(crate) unbounded_at: Option<f64>,
     /// The extremes of columns, if requested.
     extremes: Option<ExtremesTracker>,
 }
@@ -68,7 +72,15 @@ impl RunMonitor {
             energy_drift: 0.0,
             is_conservative: true,
             balance: Balance::default(),
-            singularity: SingularityMonitor::new(layout.m, layout.n, rank),
+            singularity: SingularityMonitor::new(SingularityDistance::at(
+                mechanism,
+                rank,
+                first.t,
+                (&first.q, &first.qd),
+            )),
+            singular_positions: None,
+            rank,
+            unbounded_at: None,
             extremes: has_extremes.then(ExtremesTracker::default),
         }
     }
@@ -95,34 +107,40 @@ impl RunMonitor {
         }
     }
 
-    /// Completes rows by their outputs and checks, and passes them to the observer. Known states between rows count for
-    /// extremes and ranges.
+    /// Completes rows by their outputs and checks, and passes them to the observer; those near a singular position are
+    /// replaced by states with all digits. Known states between rows count for extremes and ranges.
     ///
     /// # Errors
     /// A number of a row is not finite, or the observer cannot keep it.
     pub(crate) fn take(
         &mut self,
         mechanism: &dyn Mechanism,
-        rows: &[f64],
+        rows: &mut [f64],
         inner: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<(), Status> {
         let width = self.layout.width();
         let mut inner = inner.chunks_exact(width).peekable();
-        for row in rows.chunks_exact(width) {
-            let at = state_in(self.layout, row);
-            let StateRef { t, q, qd, qdd, multipliers } = at;
+        for row in rows.chunks_exact_mut(width) {
+            let t = row[0];
             let is_inner = |state: &&[f64]| state[0] < t;
             let has_inner = inner.peek().is_some_and(is_inner);
             while let Some(state) = inner.next_if(is_inner) {
                 self.between(mechanism, state);
             }
-            let RowQuantities { energy: [kinetic, potential], power } =
-                mechanism.row_quantities(&at, &mut self.outputs, self.constraints.as_mut());
+            let mut quantities =
+                mechanism.row_quantities(&state_in(self.layout, row), &mut self.outputs, self.constraints.as_mut());
+            if let Some(fraction) = self.singularity.note(self.rows, t, &self.constraints.constraint_jacobian)
+                && self.replace(mechanism, fraction, row)
+            {
+                let at = state_in(self.layout, row);
+                quantities = mechanism.row_quantities(&at, &mut self.outputs, self.constraints.as_mut());
+            }
+            let RowQuantities { energy: [kinetic, potential], power } = quantities;
+            let StateRef { q, qd, qdd, multipliers, .. } = state_in(self.layout, row);
             let position = largest(&self.constraints.residuals);
             self.constraints.velocity_residual_into(qd, &mut self.rates);
             let velocity = largest(&self.rates);
-            self.singularity.note(self.rows, t, &self.constraints.constraint_jacobian);
             let energy = kinetic + potential;
             if let Some(what) = self.undefined(energy) {
                 return Err(Status::NotFinite { t, what });
@@ -162,10 +180,35 @@ impl RunMonitor {
         Ok(())
     }
 
+    /// Replaces a row near a singular position by the state with all digits; false if it is not determined.
+    #[cold]
+    fn replace(&mut self, mechanism: &dyn Mechanism, fraction: f64, row: &mut [f64]) -> bool {
+        let StateRef { t, q, qd, .. } = state_in(self.layout, row);
+        if self.singular_positions.is_none() {
+            self.singular_positions = SingularPositions::new(mechanism, self.rank, t, q);
+        }
+        let positions = self.singular_positions.as_mut();
+        let state = positions.and_then(|positions| positions.state(mechanism, fraction, t, (q, qd)));
+        state.is_some_and(|state| {
+            if state.has_pole {
+                self.unbounded_at.get_or_insert(t);
+            }
+            state.write(row);
+            true
+        })
+    }
+
     /// Adds a state between rows, if its columns are defined.
     fn between(&mut self, mechanism: &dyn Mechanism, state: &[f64]) {
-        let StateRef { t, q, qd, qdd, multipliers } = state_in(self.layout, state);
-        self.widen(q);
+        self.widen(&state[1..=self.layout.n]);
+        let mut state = state.to_vec();
+        if self.extremes.is_some() {
+            self.constraints.evaluate(mechanism, state[0], &state[1..=self.layout.n]);
+            if let Some(fraction) = self.singularity.fraction(&self.constraints.constraint_jacobian) {
+                self.replace(mechanism, fraction, &mut state);
+            }
+        }
+        let StateRef { t, q, qd, qdd, multipliers } = state_in(self.layout, &state);
         self.is_conservative &= mechanism.power(t, q, qd, qdd, multipliers) == 0.0;
         if self.extremes.is_none() {
             return;

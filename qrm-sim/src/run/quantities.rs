@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use qrm_core::{Description, Mechanism, StateRef};
+use qrm_core::{Description, Mechanism, StateRef, Tape};
 
 use crate::columns::Kind;
 
@@ -32,6 +32,16 @@ impl Quantities {
         let multipliers = 3 * n..3 * n + m;
         let others = (3 * n + m..=3 * n + m + outputs).map(|i| i..i + 1);
         motion.chain([multipliers]).chain(others).collect()
+    }
+
+    /// Whether each quantity depends on accelerations or multipliers, as far as the tape of the mechanism tells.
+    pub(super) fn by_forces(self, mechanism: &dyn Mechanism) -> Vec<bool> {
+        let Self { n, m, outputs } = self;
+        let mut by_forces = vec![false; self.count()];
+        by_forces[2 * n..3 * n + m].fill(true);
+        let of_outputs = mechanism.tape().map(Tape::outputs_by_forces).unwrap_or_default();
+        by_forces[3 * n + m..].iter_mut().zip(of_outputs).take(outputs).for_each(|(own, takes)| *own = takes);
+        by_forces
     }
 
     /// The index of a column's quantity, if the column has extremes; `None` for times.

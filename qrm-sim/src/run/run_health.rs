@@ -66,17 +66,18 @@ impl RunHealth {
         mechanism: &dyn Mechanism,
         integrator: &mut Integrator,
         request: &RowRequest,
-        rows: &[f64],
+        rows: &mut [f64],
     ) -> Result<(), StepError> {
         if let Some(sampler) = &mut self.sampler {
             sampler.follow(mechanism, rows, self.before.rows + request.first, integrator.solver_mut());
         }
-        let new = &rows[self.monitor.width()..];
+        let new = &mut rows[self.monitor.width()..];
+        let taken = self.monitor.take(mechanism, new, integrator.inner_rows(), &mut ());
         if let Some(companion) = &mut self.companion {
             let block = RowBlock { rows: new, first: request.first + 1, steps: integrator.steps(), extremes: &[] };
             companion.follow(mechanism, request, block);
         }
-        self.monitor.take(mechanism, new, integrator.inner_rows(), &mut ()).map_err(|_| StepError::NotFinite)
+        taken.map_err(|_| StepError::NotFinite)
     }
 
     /// Begins a new part of the motion with other parameters, at the state `first`; the last part ended at `end` after
@@ -132,6 +133,7 @@ impl RunHealth {
             companion_failed: companion.is_some_and(Companion::failed),
             corrections: &corrections,
             residual: before.residual.max(integrator.stats().residual_before_correction),
+            unbounded_at: monitor.unbounded_at,
         };
         evidence.rejection_reasons(mechanism.description())
     }
@@ -147,7 +149,7 @@ impl RunHealth {
     fn take(&mut self, mechanism: &dyn Mechanism, state: &State) -> Result<(), StepError> {
         let mut row = vec![0.0; self.monitor.width()];
         state.write(&mut row);
-        self.monitor.take(mechanism, &row, &[], &mut ()).map_err(|_| StepError::NotFinite)
+        self.monitor.take(mechanism, &mut row, &[], &mut ()).map_err(|_| StepError::NotFinite)
     }
 }
 

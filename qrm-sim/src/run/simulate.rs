@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use qrm_core::{Mechanism, RowLayout, RowRequest, StopReason};
+use qrm_core::{Mechanism, RowLayout, RowRequest, StopReason, Tape};
 
 use super::companion::Companion;
 use super::companion_thread::{Follower, ThreadScope, with_threads};
@@ -18,6 +18,7 @@ use super::stop_condition::StopCondition;
 use crate::event::{End, Reached};
 use crate::integrate::{Integrator, IntermediateRows};
 use crate::position::{AssemblyBranch, Start};
+use crate::solve::SolverStats;
 use crate::state::State;
 use crate::stopwatch::Stopwatch;
 
@@ -122,9 +123,10 @@ impl<'a> Run<'a> {
                 let rows = &self.buffer[..(made + 1) * width];
                 sampler.follow(self.mechanism, rows, steps, self.integrator.solver_mut());
             }
-            let rows = &self.buffer[begin * width..(made + 1) * width];
+            let rows = &mut self.buffer[begin * width..(made + 1) * width];
             let before = self.monitor.rows;
             let taken = self.monitor.take(self.mechanism, rows, self.integrator.inner_rows(), observer);
+            let rows = &self.buffer[begin * width..(made + 1) * width];
             let first = steps + begin as u64;
             steps += made as u64;
             // A run that cannot continue ends with its last valid row, even if further rows were computed.
@@ -164,7 +166,7 @@ impl<'a> Run<'a> {
                     let condition = self.condition.as_ref().filter(|_| matches!(status, Status::Stopped));
                     companion.finish(self.mechanism, &end, condition);
                 }
-                return self.outcome(status, end, steps, integration);
+                return self.outcome(status, end, steps, integration, search.unbounded_at);
             }
             search.keep(block);
             self.buffer.copy_within(made * width..(made + 1) * width, 0);
@@ -221,9 +223,18 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn outcome(&mut self, status: Status, end: State, steps: u64, integration: Duration) -> Outcome {
+    fn outcome(
+        &mut self,
+        status: Status,
+        end: State,
+        steps: u64,
+        integration: Duration,
+        unbounded_at: Option<f64>,
+    ) -> Outcome {
         let counts = self.integrator.counts(steps);
         let monitor = &self.monitor;
+        let takes_forces = self.mechanism.tape().is_none_or(Tape::outputs_take_forces);
+        let unbounded_at = monitor.unbounded_at.or(unbounded_at).filter(|_| takes_forces);
         // A load may be zero in every row, and still do work between them.
         let is_conservative = monitor.is_conservative && self.integrator.is_conservative();
         Outcome {
@@ -251,7 +262,7 @@ impl<'a> Run<'a> {
                 is_conservative,
             ),
             energy_drift: is_conservative.then_some(monitor.energy_drift),
-            stats: *self.integrator.stats(),
+            stats: SolverStats { unbounded_at, ..*self.integrator.stats() },
         }
     }
 }

@@ -1,16 +1,12 @@
 //! The distance of a motion from singular positions.
 
-use crate::solve::{Matrix, SmallestSingularValue};
+use crate::solve::{Matrix, NEAR, SingularityDistance};
 
 /// The smallest singular value of `C_q` in the rows of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct SingularityMonitor {
     nearest: Option<NearestSingularity>,
-    smallest: SmallestSingularValue,
-    /// The last `C_q` whose singular value was computed.
-    jacobian: Matrix,
-    /// The smallest singular value of it.
-    value: f64,
+    distance: SingularityDistance,
 }
 
 /// The position at which the constraints are closest to being dependent.
@@ -18,7 +14,7 @@ pub(crate) struct SingularityMonitor {
 pub struct NearestSingularity {
     /// The smallest singular value of `C_q`, in the units of the scene.
     pub value: f64,
-    /// The largest such value in any other row, to within a hundredth.
+    /// The largest such value that is known.
     pub most: f64,
     /// The row.
     pub row: u64,
@@ -37,49 +33,39 @@ impl NearestSingularity {
     }
 }
 
-/// The relative excess over all other rows from which the singular value of a row is computed.
-const LARGER: f64 = 0.01;
 /// The largest part of other constraints in a combination that belongs to one constraint alone.
 const ALONE: f64 = 0.05;
 
 impl SingularityMonitor {
-    /// Creates the monitor for Jacobians of this size and rank.
-    pub(crate) fn new(constraints: usize, coordinates: usize, rank: usize) -> Self {
-        Self {
-            nearest: None,
-            smallest: SmallestSingularValue::with_rank(constraints, coordinates, rank),
-            jacobian: Matrix::zero(constraints, coordinates),
-            value: 0.0,
-        }
+    /// Begins with a distance from singular positions.
+    pub(crate) fn new(distance: SingularityDistance) -> Self {
+        Self { nearest: None, distance }
     }
 
-    pub(crate) fn note(&mut self, row: u64, t: f64, jacobian: &Matrix) {
-        // A singular value changes at most by the norm of the matrix's change (Weyl).
-        if let Some(nearest) = &self.nearest {
-            let change = self.jacobian.distance(jacobian);
-            if self.value - change > nearest.value && self.value + change < (1.0 + LARGER) * nearest.most {
-                return;
-            }
+    /// Takes the `C_q` of a row; returns its smallest singular value, as a fraction of the largest one, near a singular
+    /// position.
+    pub(crate) fn note(&mut self, row: u64, t: f64, jacobian: &Matrix) -> Option<f64> {
+        let value = self.distance.find(jacobian)?;
+        if self.nearest.is_none_or(|nearest| value < nearest.value) {
+            let combination = self.distance.combination();
+            let part = |k: usize| combination[k].abs();
+            let constraint = (0..combination.len()).max_by(|&a, &b| part(a).total_cmp(&part(b))).unwrap_or(0);
+            let is_alone = (0..combination.len()).all(|k| k == constraint || part(k) < ALONE);
+            self.nearest = Some(NearestSingularity { value, most: value, row, t, constraint, is_alone });
         }
-        let count = jacobian.rows();
-        let Some(value) = self.smallest.find(jacobian) else { return };
-        self.jacobian.copy_from(jacobian);
-        self.value = value;
-        let most = self.nearest.map_or(value, |before| before.most.max(value));
-        match &mut self.nearest {
-            Some(before) if before.value <= value => before.most = most,
-            nearest => {
-                let part = |k: usize| self.smallest.combination[k].abs();
-                let constraint = (0..count).max_by(|&a, &b| part(a).total_cmp(&part(b))).unwrap_or(0);
-                let is_alone = (0..count).all(|k| k == constraint || part(k) < ALONE);
-                *nearest = Some(NearestSingularity { value, most, row, t, constraint, is_alone });
-            }
-        }
+        self.distance.fraction(value, NEAR)
+    }
+
+    /// The smallest singular value of the `C_q` of another state, as a fraction of the largest one, near a singular
+    /// position.
+    pub(crate) fn fraction(&mut self, jacobian: &Matrix) -> Option<f64> {
+        let value = self.distance.find(jacobian)?;
+        self.distance.fraction(value, NEAR)
     }
 
     /// The position nearest to a singular one; `None` without independent constraints.
     pub(crate) fn nearest(&self) -> Option<NearestSingularity> {
-        self.nearest
+        self.nearest.map(|nearest| NearestSingularity { most: self.distance.largest(), ..nearest })
     }
 }
 
@@ -93,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_row_that_vanishes_and_rows_that_agree_are_told_apart() {
-        let mut monitor = SingularityMonitor::new(2, 2, 2);
+        let mut monitor = SingularityMonitor::new(SingularityDistance::new(2, 2, 2));
         monitor.note(0, 0.0, &matrix([[1.0, 0.0], [0.0, 1.0]]));
         monitor.note(1, 0.1, &matrix([[1.0, 0.0], [0.0, 1e-3]]));
         let nearest = monitor.nearest().expect("two constraints");
@@ -106,7 +92,7 @@ mod tests {
     #[test]
     fn many_constraints_are_looked_at_where_it_matters() {
         // The angle between the last two rows closes and opens again.
-        let mut monitor = SingularityMonitor::new(20, 24, 20);
+        let mut monitor = SingularityMonitor::new(SingularityDistance::new(20, 24, 20));
         for row in 0..=200_u32 {
             let angle = 1e-4 + 0.01 * (f64::from(row) - 100.0).abs();
             let mut jacobian = [[0.0; 24]; 20];
@@ -121,7 +107,7 @@ mod tests {
 
     #[test]
     fn a_constraint_said_twice_makes_no_position_singular() {
-        let mut monitor = SingularityMonitor::new(2, 2, 1);
+        let mut monitor = SingularityMonitor::new(SingularityDistance::new(2, 2, 1));
         for (row, angle) in [0.1_f64, 0.5, 0.9].into_iter().enumerate() {
             monitor.note(
                 row as u64,

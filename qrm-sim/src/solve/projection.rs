@@ -96,6 +96,17 @@ impl Solver {
         }
     }
 
+    /// Keeps the coordinates before a correction by [`precise_state`](Self::precise_state).
+    pub(crate) fn begin_correction(&mut self, from: &[f64]) {
+        self.start.copy_from_slice(from);
+    }
+
+    /// Records a correction by [`precise_state`](Self::precise_state), which evaluated the residuals before.
+    pub(crate) fn take_precise_correction(&mut self, to: &[f64]) {
+        let residual = largest(&self.constraints.residuals).1;
+        self.take_correction(residual, to);
+    }
+
     /// Records the corrections of another solver, where they are larger.
     pub(crate) fn take_corrections_of(&mut self, other: &Self) {
         self.stats.take_residual(other.stats.residual_before_correction);

@@ -1,108 +1,238 @@
-//! Accelerations at singular positions, where the constraints are insufficient: interpolated across them.
+//! States at and near singular positions, where sixteen digits do not suffice.
+//!
+//! At a distance `d` from such a position, a rounding error of a closure is magnified by `1/d` in the coordinates, by
+//! `1/d^2` in the rates, by `1/d^3` in the accelerations and by `1/d^4` in the multipliers. The motion through an isolated
+//! singular position is smooth all the same: near it the equations are solved in double-double precision, and at it
+//! the state is that of the polynomial through such states on both sides.
 
-use qrm_core::Mechanism;
+use qrm_core::{Mechanism, Scalar};
 
+use super::buffers::LoopConstraints;
+use super::ldl::PivotedLdl;
 use super::matrix::largest;
-use super::projection_settings::{Projection, ProjectionTolerance};
-use super::solver::Solver;
-use super::stats::SolverStats;
+use super::precise::{Number, PreciseEquations};
+use super::rank::row_products;
 
-/// Distances of the interpolation points, in rad or m: rounding errors grow with their inverse square, and errors of
-/// the interpolation with their eighth power.
-const DISTANCES: [f64; 2] = [1e-2, 1e-4];
-/// The largest estimated error of precise accelerations, relative to the largest one.
-const PRECISE: f64 = 1e-8;
-/// The largest estimated error, relative to the largest multiplier, for which multipliers are interpolated: near a pole
-/// no polynomial follows them.
-const SMOOTH: f64 = 1e-3;
+/// The smallest singular value, as a fraction of the largest one, from which the equations determine the state.
+const SINGULAR: f64 = 1e-3;
+/// The smallest singular value, as a fraction of the largest one, below which a pole of the multipliers is reached, and
+/// their growth from a position beside it.
+const AT_POLE: f64 = 1e-5;
+const POLE_GROWTH: f64 = 10.0;
+/// Distances of the interpolation points, in rad or m.
+const DISTANCES: [f64; 3] = [1e-3, 1e-2, 1e-4];
+/// The largest estimated errors of coordinates, rates and accelerations in a precise interpolation.
+const PRECISE: f64 = 1e-15;
+/// The estimated error of the accelerations from which no other distance is tried.
+const HOPELESS: f64 = 1e-2;
+/// The largest estimated error of each part of a state that is interpolated, relative to its largest value.
+const SMOOTH_STATE: f64 = 1e-9;
 /// The weights of positions at one to four distances on each side, in the polynomial of degree 7 through all of them.
 const WEIGHTS: [f64; 4] = [4.0 / 5.0, -2.0 / 5.0, 4.0 / 35.0, -1.0 / 70.0];
 /// The weights of the same positions in the polynomial of degree 5 through the inner six: the difference between the
 /// two polynomials is the estimated error.
 const INNER_WEIGHTS: [f64; 4] = [3.0 / 4.0, -3.0 / 10.0, 1.0 / 20.0, 0.0];
+/// The largest change of a coordinate by corrections near a singular position, in parts of the distance from it.
+const MOST_MOVED: f64 = 0.1;
+/// The largest number of corrections of a position.
+const CORRECTIONS: usize = 6;
+/// The size of corrections that end them, relative to the largest coordinate, near singular positions and in a
+/// polynomial across one: corrections square errors.
+const CONVERGED: [f64; 2] = [1e-13, 1e-16];
 
-/// Replaces accelerations and multipliers at a singular position by those of the polynomial through projected positions
-/// on both sides, along the rates. They stay unchanged at rest, and if the constraints are insufficient everywhere;
-/// multipliers also stay unchanged near a pole.
-#[cold]
-pub(super) fn interpolate(
-    mechanism: &dyn Mechanism,
-    solver: &mut Solver,
-    t: f64,
-    (q, qd): (&[f64], &[f64]),
-    (qdd, multipliers): (&mut [f64], &mut [f64]),
-) {
-    let speed = largest(qd).1;
-    if !(speed > 0.0 && speed.is_finite()) {
-        return;
+/// A state in double-double precision, rounded.
+#[derive(Clone, Debug)]
+pub(crate) struct PreciseState {
+    n: usize,
+    /// Coordinates, rates, accelerations, multipliers.
+    values: Vec<f64>,
+    /// The estimated errors of these four, each relative to its largest value.
+    errors: [f64; 4],
+    /// Whether the multipliers grow without bound at the position.
+    pub(crate) has_pole: bool,
+}
+
+impl PreciseState {
+    /// Writes the coordinates and rates on the constraints.
+    pub(crate) fn write_motion(&self, q: &mut [f64], qd: &mut [f64]) {
+        q.copy_from_slice(&self.values[..self.n]);
+        qd.copy_from_slice(&self.values[self.n..2 * self.n]);
     }
-    let count = q.len() + multipliers.len();
-    let mut motion = Motion { mechanism, solver, count, t, q, qd, duration: 0.0 };
-    let mut least = f64::INFINITY;
-    for distance in DISTANCES {
-        motion.duration = distance / speed;
-        let Some(([error, of_multipliers], values)) = motion.interpolated() else { continue };
-        if error < least {
-            least = error;
-            let (accelerations, forces) = values.split_at(q.len());
-            qdd.copy_from_slice(accelerations);
-            if of_multipliers <= SMOOTH * largest(forces).1 {
-                multipliers.copy_from_slice(forces);
+
+    /// Writes the state into a row: see [`RowLayout`](qrm_core::RowLayout).
+    pub(crate) fn write(&self, row: &mut [f64]) {
+        row[1..=self.values.len()].copy_from_slice(&self.values);
+    }
+
+    /// Writes the accelerations and multipliers.
+    pub(crate) fn write_dynamics(&self, qdd: &mut [f64], multipliers: &mut [f64]) {
+        qdd.copy_from_slice(&self.values[2 * self.n..3 * self.n]);
+        multipliers.copy_from_slice(&self.values[3 * self.n..]);
+    }
+}
+
+/// Solves for states at and near singular positions.
+#[derive(Clone, Debug)]
+pub(crate) struct SingularPositions {
+    equations: PreciseEquations<'static>,
+}
+
+impl SingularPositions {
+    /// Begins with a mechanism of `rank` independent constraints near a position; `None` if it has no tape.
+    pub(crate) fn new(mechanism: &dyn Mechanism, rank: usize, t: f64, q: &[f64]) -> Option<Self> {
+        let jacobian = LoopConstraints::at(mechanism, t, q).constraint_jacobian;
+        let independent = if rank == jacobian.rows() {
+            (0..rank).collect()
+        } else {
+            PivotedLdl::with_rank(&row_products(&jacobian), rank).independent().to_vec()
+        };
+        Some(Self { equations: PreciseEquations::new(mechanism.tape()?, mechanism.parameters(), independent) })
+    }
+
+    /// The state at a position whose smallest singular value is this fraction of the largest one; `None` if the equations
+    /// do not determine it.
+    pub(crate) fn state(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        fraction: f64,
+        t: f64,
+        (q, qd): (&[f64], &[f64]),
+    ) -> Option<PreciseState> {
+        if fraction > SINGULAR
+            && let Some(near) = self.near(mechanism, t, (q, qd), MOST_MOVED * fraction)
+        {
+            return Some(near);
+        }
+        let across = self.across(mechanism, t, (q, qd))?;
+        if !across.errors[..3].iter().all(|error| *error <= SMOOTH_STATE) {
+            return None;
+        }
+        if across.errors[3] <= SMOOTH_STATE {
+            return Some(across);
+        }
+        // The multipliers jump or have a pole, and have all digits beside it.
+        let (q, qd) = across.values[..2 * across.n].split_at(across.n);
+        let here = self.near(mechanism, t, (q, qd), MOST_MOVED * fraction)?;
+        // Rows hardly come so near: the search for extremes does.
+        let has_pole = cfg!(feature = "extremes") && fraction < AT_POLE && {
+            let duration = DISTANCES[0] / largest(qd).1;
+            let moved: Vec<f64> = q.iter().zip(qd).map(|(q, qd)| q + duration * qd).collect();
+            let at = if mechanism.is_driven() { t + duration } else { t };
+            let y = moved.iter().chain(qd).map(|x| Number::from(*x)).collect();
+            let beside = self.solved(at.into(), y, CONVERGED[0])?;
+            let size = beside[3 * across.n..].iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
+            largest(&here.values[3 * across.n..]).1 > POLE_GROWTH * size
+        };
+        Some(PreciseState { has_pole, ..here })
+    }
+
+    /// The state near a position, on the constraints; `None` if the equations do not determine it.
+    fn near(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        t: f64,
+        (q, qd): (&[f64], &[f64]),
+        most_moved: f64,
+    ) -> Option<PreciseState> {
+        self.set_parameters(mechanism);
+        let y = q.iter().chain(qd).map(|x| Number::from(*x)).collect();
+        let values = self.solved(t.into(), y, CONVERGED[0])?;
+        // Corrections that are not small may lead to another position.
+        let moved = values.iter().zip(q).map(|(to, from)| (to.to_f64() - from).abs()).fold(0.0, f64::max);
+        (moved <= most_moved).then_some(())?;
+        let values = values.into_iter().map(Scalar::to_f64).collect();
+        Some(PreciseState { n: q.len(), values, errors: [0.0; 4], has_pole: false })
+    }
+
+    /// The state at a singular position, interpolated along the rates with the least error of the accelerations; `None` at
+    /// rest, and where the equations do not determine states on both sides.
+    fn across(&mut self, mechanism: &dyn Mechanism, t: f64, (q, qd): (&[f64], &[f64])) -> Option<PreciseState> {
+        self.set_parameters(mechanism);
+        let speed = largest(qd).1;
+        if !(speed > 0.0 && speed.is_finite()) {
+            return None;
+        }
+        let mut best: Option<PreciseState> = None;
+        for distance in DISTANCES {
+            let found = self.interpolated(mechanism, t, (q, qd), distance / speed);
+            // Where nothing is smooth, other distances would not help.
+            let Some(found) = found.filter(|found| best.is_some() || found.errors[2] <= HOPELESS) else { break };
+            if best.as_ref().is_none_or(|best| found.errors[2] < best.errors[2]) {
+                best = Some(found);
+            }
+            if best.as_ref().is_some_and(|best| best.errors[..3].iter().all(|error| *error <= PRECISE)) {
+                break;
             }
         }
-        if error <= PRECISE * largest(qdd).1 {
-            break;
-        }
+        best
     }
-}
 
-/// The motion through a position, parametrized by the time in which its fastest coordinate moves by one distance.
-struct Motion<'a> {
-    mechanism: &'a dyn Mechanism,
-    solver: &'a mut Solver,
-    /// The number of accelerations and multipliers.
-    count: usize,
-    t: f64,
-    q: &'a [f64],
-    qd: &'a [f64],
-    duration: f64,
-}
+    fn set_parameters(&mut self, mechanism: &dyn Mechanism) {
+        let parameters = mechanism.parameters();
+        self.equations.evaluator.set_parameters(|i| Some(parameters[i].into()));
+    }
 
-impl Motion<'_> {
-    /// The estimated errors of accelerations and multipliers, and both interpolated between positions on both sides;
-    /// `None` if the constraints are insufficient there.
-    fn interpolated(&mut self) -> Option<([f64; 2], Vec<f64>)> {
-        let (mut values, mut difference) = (vec![0.0; self.count], vec![0.0; self.count]);
-        for (k, (weight, inner)) in WEIGHTS.iter().zip(INNER_WEIGHTS).enumerate() {
-            let place = (k + 1) as f64;
-            for place in [-place, place] {
-                let at = self.at(place)?;
-                for ((value, difference), at) in values.iter_mut().zip(&mut difference).zip(at) {
-                    *value += weight * at;
-                    *difference += (weight - inner) * at;
+    /// The polynomial at a state through those at multiples of `duration` along its rates.
+    fn interpolated(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        t: f64,
+        (q, qd): (&[f64], &[f64]),
+        duration: f64,
+    ) -> Option<PreciseState> {
+        let (values, differences) = interpolated(|place| {
+            let later = Number::from(place * duration);
+            // Constraints that depend on time are evaluated at the time at which the motion is there.
+            let at = if mechanism.is_driven() { Number::from(t) + later } else { t.into() };
+            let moved = q.iter().zip(qd).map(|(q, qd)| Number::from(*q) + later * Number::from(*qd));
+            self.solved(at, moved.chain(qd.iter().map(|x| Number::from(*x))).collect(), CONVERGED[1])
+        })?;
+        let n = q.len();
+        let errors = [0..n, n..2 * n, 2 * n..3 * n, 3 * n..values.len()].map(|part| {
+            let size = largest(&values[part.clone()]).1;
+            if size > 0.0 { largest(&differences[part]).1 / size } else { 0.0 }
+        });
+        Some(PreciseState { n, values, errors, has_pole: false })
+    }
+
+    /// Coordinates, rates, accelerations and multipliers on the constraints near coordinates and rates.
+    fn solved(&mut self, t: Number, mut y: Vec<Number>, converged: f64) -> Option<Vec<Number>> {
+        let n = y.len() / 2;
+        let size = y[..n].iter().fold(1.0, |size: f64, x| size.max(x.to_f64().abs()));
+        self.equations.set_metric(&y[..n]);
+        for _ in 0..CORRECTIONS {
+            if self.equations.correct_coordinates(t, &mut y[..n])? <= converged * size {
+                // The factors are those of the last position but one: a second correction removes their error.
+                for _ in 0..CORRECTIONS {
+                    if self.equations.correct_rates(t, &mut y)? <= converged * size {
+                        break;
+                    }
                 }
+                let accelerations = self.equations.accelerations(t, &y)?[..n].to_vec();
+                let multipliers = self.equations.multipliers()?;
+                y.extend(accelerations);
+                y.extend(multipliers);
+                return Some(y);
             }
         }
-        let (of_accelerations, of_multipliers) = difference.split_at(self.q.len());
-        Some(([of_accelerations, of_multipliers].map(|difference| largest(difference).1), values))
+        None
     }
+}
 
-    /// The accelerations and multipliers at a position, in distances; `None` if the constraints are insufficient.
-    fn at(&mut self, place: f64) -> Option<Vec<f64>> {
-        let Self { mechanism, solver, q, qd, .. } = self;
-        let duration = place * self.duration;
-        solver.stats = SolverStats::default();
-        // Constraints that depend on time are evaluated at the time at which the motion is there.
-        let t = if mechanism.is_driven() { self.t + duration } else { self.t };
-        let mut position: Vec<f64> = q.iter().zip(*qd).map(|(q, v)| q + duration * v).collect();
-        let mut rates = qd.to_vec();
-        solver.factor_mass(*mechanism, &position);
-        let projection = (Projection::Mass, ProjectionTolerance::default());
-        solver.project(*mechanism, projection, t, &mut position, &mut rates).ok()?;
-        solver.saddle.dynamics.evaluate(*mechanism, t, &position, &rates);
-        let mut values = vec![0.0; self.count];
-        let (qdd, multipliers) = values.split_at_mut(q.len());
-        solver.saddle.solve(qdd, multipliers, &mut solver.stats).ok()?;
-        (solver.stats.suspicious_constraints == 0).then_some(values)
+/// The polynomial of degree 7 through values at four places on each side of zero, and its difference from the one through
+/// the inner six; `None` if a value is not determined.
+pub(super) fn interpolated(mut at: impl FnMut(f64) -> Option<Vec<Number>>) -> Option<(Vec<f64>, Vec<f64>)> {
+    let mut sums: Vec<[Number; 2]> = Vec::new();
+    for (k, (weight, inner)) in WEIGHTS.into_iter().zip(INNER_WEIGHTS).enumerate() {
+        for sign in [-1.0, 1.0] {
+            let values = at(sign * (k + 1) as f64)?;
+            sums.resize(values.len(), [Number::zero(); 2]);
+            for ([sum, of_inner], value) in sums.iter_mut().zip(values) {
+                *sum = *sum + Number::from(weight) * value;
+                *of_inner = *of_inner + Number::from(inner) * value;
+            }
+        }
     }
+    let difference = |[sum, inner]: &[Number; 2]| (*sum - *inner).to_f64();
+    Some((sums.iter().map(|[sum, _]| sum.to_f64()).collect(), sums.iter().map(difference).collect()))
 }

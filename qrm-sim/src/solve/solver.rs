@@ -6,8 +6,13 @@ use super::buffers::LoopConstraints;
 use super::ldl::Ldl;
 use super::rank::constraint_rank;
 use super::saddle_point::{SaddlePoint, Undetermined};
-use super::singular_position;
+use super::singular_position::{PreciseState, SingularPositions};
+use super::singularity_distance::{IRREGULAR, SingularityDistance};
+use super::stage_interpolation;
 use super::stats::SolverStats;
+
+/// The smallest singular value, as a fraction of that at regular positions, below which derivatives are lost.
+const SINGULAR: f64 = 3e-4;
 
 /// Solves the equations of successive states of a mechanism, without allocations.
 #[derive(Clone, Debug)]
@@ -25,6 +30,9 @@ pub struct Solver {
     has_mass: bool,
     pub(super) weights: Vec<f64>,
     pub(super) start: Vec<f64>,
+    /// The distance from singular positions, and states near them; created on first use.
+    distance: Option<Box<SingularityDistance>>,
+    singular_positions: Option<Box<SingularPositions>>,
     /// Solves at neighbours of singular positions; created on first use.
     neighbour_solver: Option<Box<Solver>>,
 }
@@ -44,6 +52,8 @@ impl Solver {
             has_mass: false,
             weights: vec![0.0; m],
             start: vec![0.0; n],
+            distance: None,
+            singular_positions: None,
             neighbour_solver: None,
         }
     }
@@ -107,12 +117,74 @@ impl Solver {
         let before = self.stats.suspicious_constraints;
         self.saddle.dynamics.evaluate(mechanism, t, q, qd);
         self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
-        if self.stats.suspicious_constraints != before {
+        let is_suspicious = self.stats.suspicious_constraints != before;
+        let fraction = self.near_fraction(mechanism, t, (q, qd));
+        if is_suspicious || fraction.is_some_and(|fraction| fraction < SINGULAR) {
+            // Rounding errors of the equations alone, at the given state, grow with the square of the distance.
+            let own_error = fraction.map_or(f64::INFINITY, |fraction| f64::EPSILON / fraction.powi(2));
             let rank = self.saddle.rank;
             let solver = self.neighbour_solver.get_or_insert_with(|| Box::new(Self::with_rank(mechanism, rank)));
-            singular_position::interpolate(mechanism, solver, t, (q, qd), (qdd, multipliers));
+            stage_interpolation::interpolate(mechanism, solver, t, (q, qd), own_error, (qdd, multipliers));
         }
         Ok(())
+    }
+
+    /// The smallest singular value of `C_q` in the last accelerations, as a fraction of that at regular positions, near a
+    /// singular one.
+    fn near_fraction(&mut self, mechanism: &dyn Mechanism, t: f64, motion: (&[f64], &[f64])) -> Option<f64> {
+        let jacobian = &self.saddle.dynamics.constraint_jacobian;
+        let rank = self.saddle.rank;
+        if jacobian.rows() == 0 || mechanism.tape().is_none() {
+            return None;
+        }
+        let new = || Box::new(SingularityDistance::at(mechanism, rank, t, motion));
+        let distance = self.distance.get_or_insert_with(new);
+        let value = distance.find(jacobian)?;
+        distance.fraction(value, IRREGULAR)
+    }
+
+    /// The state at coordinates and rates, in all digits, where the smallest singular value of `C_q` is below `limit` of
+    /// that at regular positions; `None` elsewhere, and where it is not determined.
+    pub(crate) fn precise_state(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        limit: f64,
+        t: f64,
+        (q, qd): (&[f64], &[f64]),
+    ) -> Option<PreciseState> {
+        if self.weights.is_empty() || mechanism.tape().is_none() {
+            return None;
+        }
+        let rank = self.saddle.rank;
+        self.constraints.evaluate(mechanism, t, q);
+        let new = || Box::new(SingularityDistance::at(mechanism, rank, t, (q, qd)));
+        let distance = self.distance.get_or_insert_with(new);
+        let value = distance.find(&self.constraints.constraint_jacobian)?;
+        let fraction = distance.fraction(value, limit)?;
+        let state = self.singular_positions(mechanism, t, q)?.state(mechanism, fraction, t, (q, qd))?;
+        if state.has_pole {
+            self.stats.unbounded_at.get_or_insert(t);
+        }
+        Some(state)
+    }
+
+    /// The relative rounding error of multipliers at a position, where they lose digits.
+    pub(crate) fn rounding_of_multipliers(&mut self, mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> f64 {
+        self.constraints.evaluate(mechanism, t, q);
+        self.distance.as_mut().map_or(0.0, |distance| distance.rounding(&self.constraints.constraint_jacobian))
+    }
+
+    /// Whether a completed state came so near a singular position that rounding errors of forces are irregular.
+    pub(crate) fn is_irregular(&self) -> bool {
+        self.distance.as_ref().is_some_and(|distance| distance.is_irregular())
+    }
+
+    /// The solver of states near singular positions; `None` if the mechanism has no tape.
+    fn singular_positions(&mut self, mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> Option<&mut SingularPositions> {
+        if self.singular_positions.is_none() {
+            self.singular_positions = SingularPositions::new(mechanism, self.saddle.rank, t, q).map(Box::new);
+        }
+        self.singular_positions.as_deref_mut()
     }
 
     /// Factors `Mbar` at a position, as the metric of the next projection.

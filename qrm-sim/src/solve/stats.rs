@@ -15,6 +15,8 @@ pub struct SolverStats {
     pub dependent_constraints: u64,
     /// The last dependent constraint.
     pub constraint: Option<usize>,
+    /// The time at which multipliers grow without bound, if they do.
+    pub unbounded_at: Option<f64>,
     /// Projections whose residual stayed above the tolerance because of rounding errors.
     pub stalled_projections: u64,
     /// The constraint with the largest such residual, and that residual.

@@ -16,7 +16,7 @@ use qrm_core::{Description, Model, digest};
 use qrm_sim::batch::LaneCount;
 
 use crate::columns::write_units;
-use crate::error::Error;
+use crate::error::{Error, Message};
 use crate::format::counted;
 use crate::options::{MethodOptions, SceneOptions, default_folder};
 use crate::output::print;
@@ -92,7 +92,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         print(&format!("goes on after {} of an interrupted sweep", counted(done as u64, "design")));
     }
     watch_interrupts();
-    let written = plan.run(&mut journal, done)?;
+    let (written, warned) = plan.run(&mut journal, done)?;
     if written < end {
         let (count, all) = (written - begin, counted((end - begin) as u64, "design"));
         let path = journal.path().display();
@@ -107,10 +107,11 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let units = write_units(&plan.out, &columns).map_err(Error::while_running)?;
     let checked = self_check::compare(&plan.designs, plan.range);
     print(&format!(
-        "{}: {}, {done} done, {failed} failed{}\n\nwrote {} (units in {})",
+        "{}: {}, {done} done, {failed} failed{}{}\n\nwrote {} (units in {})",
         plan.designs.setup.description.name,
         counted((done + failed) as u64, "design"),
         checked.as_ref().map(ToString::to_string).unwrap_or_default(),
+        warned.text(),
         plan.out.display(),
         units.file_name().unwrap_or_default().display()
     ));
@@ -176,15 +177,50 @@ impl<'s> Plan<'s> {
         format!("{}, designs {begin} to {end}", self.identity())
     }
 
-    /// Runs all remaining designs; returns the first that was not written.
-    fn run(&self, journal: &mut Journal, done: usize) -> Result<usize, Error> {
+    /// Runs all remaining designs; returns the first that was not written, and the warnings.
+    fn run(&self, journal: &mut Journal, done: usize) -> Result<(usize, Warned), Error> {
         let (begin, end) = self.range;
         let progress = Progress::designs(end - begin, done);
         let records = |rows: Vec<Row>| rows.into_iter().map(Record::from).collect();
-        self.designs.run((begin + done, end), self.threads, records, |records: Vec<Record>| {
+        let (mut warned, mut design) = (Warned::default(), begin + done);
+        let written = self.designs.run((begin + done, end), self.threads, records, |records: Vec<Record>| {
             journal.write(&records)?;
             progress.add(records.len());
+            for record in records {
+                warned.take(design, record.warnings);
+                design += 1;
+            }
             Ok(())
-        })
+        })?;
+        Ok((written, warned))
+    }
+}
+
+/// The designs whose runs have warnings.
+#[derive(Default)]
+struct Warned {
+    count: u64,
+    /// The first of them, and its warnings.
+    first: Option<(usize, Vec<Message>)>,
+}
+
+impl Warned {
+    /// Takes the warnings of a design.
+    fn take(&mut self, design: usize, warnings: Vec<Message>) {
+        if !warnings.is_empty() {
+            self.count += 1;
+            self.first.get_or_insert((design, warnings));
+        }
+    }
+
+    /// The number of these designs, and the warnings of the first.
+    fn text(&self) -> String {
+        let Some((design, warnings)) = &self.first else { return String::new() };
+        let count = counted(self.count, "design");
+        let of = |warning: &Message| {
+            let text = format!("in {count}, first in design {design}: {}", warning.text);
+            format!("\n\n{}", Message { text, help: warning.help.clone() }.warning())
+        };
+        warnings.iter().map(of).collect()
     }
 }

@@ -2,8 +2,9 @@
 
 use qrm_core::Description;
 use qrm_scene::document::Side;
+use qrm_sim::batch::DesignResult;
 use qrm_sim::columns::Kind;
-use qrm_sim::run::{Outcome, Redundancy};
+use qrm_sim::run::{NearestSingularity, Outcome, Redundancy};
 
 use crate::error::Message;
 use crate::format::{counted, seconds};
@@ -23,15 +24,16 @@ pub(crate) fn rejection_reasons(outcome: &Outcome, description: &Description) ->
     let mut reasons: Vec<String> =
         rejection_reasons.iter().map(|reason| reason.text(outcome.tolerance, description)).collect();
     if !reasons.is_empty() {
-        reasons.extend(near_singular(outcome, description, EXPLAINS_FAILURE).map(|message| message.text));
+        let near = near_singular(outcome.nearest_singular, description, EXPLAINS_FAILURE);
+        reasons.extend(near.map(|message| message.text));
     }
     reasons
 }
 
 /// The position at which the constraints were nearest to singular, if the ratio of their smallest singular value to its
 /// largest value fell below a limit.
-fn near_singular(outcome: &Outcome, description: &Description, below: f64) -> Option<Message> {
-    let nearest = outcome.nearest_singular.filter(|nearest| nearest.fraction() < below)?;
+fn near_singular(nearest: Option<NearestSingularity>, description: &Description, below: f64) -> Option<Message> {
+    let nearest = nearest.filter(|nearest| nearest.fraction() < below)?;
     let name = description.constraints[nearest.constraint].name;
     let (fraction, t) = (nearest.fraction(), seconds(nearest.t));
     let what = if nearest.is_alone { "has no gradient there" } else { "depends on the others there" };
@@ -48,7 +50,7 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
     let stats = &outcome.stats;
     let mut warnings = Vec::new();
     if distrust.is_empty() {
-        warnings.extend(near_singular(outcome, description, SINGULAR));
+        warnings.extend(near_singular(outcome.nearest_singular, description, SINGULAR));
     }
     if outcome.counts.stability_bound > 0 {
         let (bound, steps) = (outcome.counts.stability_bound, counted(outcome.counts.accepted, "step"));
@@ -86,21 +88,7 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
             constraint.unit
         )));
     }
-    if let Some(Redundancy { rank, multipliers, outputs }) = &outcome.redundancy {
-        let freedoms = match description.coordinates.len() - rank {
-            1 => "1 degree of freedom".to_owned(),
-            freedoms => format!("{freedoms} degrees of freedom"),
-        };
-        let constraints: Vec<&str> = multipliers.iter().map(|&k| description.constraints[k].name).collect();
-        let outputs: Vec<&str> = outputs.iter().map(|&i| description.outputs[i].name).collect();
-        warnings.push(Message::new(format!(
-            "C_q has rank {rank} with {}, which leaves {freedoms}: some constraints repeat others. The motion is \
-             unique. The multipliers of {} are not: those of least norm are given{}",
-            counted(description.constraints.len() as u64, "constraint"),
-            constraints.join(", "),
-            if outputs.is_empty() { String::new() } else { format!(", and {} with them", outputs.join(", ")) },
-        )));
-    }
+    warnings.extend(outcome.redundancy.as_ref().map(|redundancy| not_unique(redundancy, description)));
     if stats.dependent_constraints > 0 {
         let name = stats.constraint.map_or("?", |i| description.constraints[i].name);
         warnings.push(Message::new(format!(
@@ -109,6 +97,29 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
         )));
     }
     warnings
+}
+
+/// The warning that constraints are redundant.
+fn not_unique(Redundancy { rank, multipliers, outputs }: &Redundancy, description: &Description) -> Message {
+    let freedoms = match description.coordinates.len() - rank {
+        1 => "1 degree of freedom".to_owned(),
+        freedoms => format!("{freedoms} degrees of freedom"),
+    };
+    let constraints: Vec<&str> = multipliers.iter().map(|&k| description.constraints[k].name).collect();
+    let outputs: Vec<&str> = outputs.iter().map(|&i| description.outputs[i].name).collect();
+    Message::new(format!(
+        "C_q has rank {rank} with {}, which leaves {freedoms}: some constraints repeat others. The motion is \
+         unique. The multipliers of {} are not: those of least norm are given{}",
+        counted(description.constraints.len() as u64, "constraint"),
+        constraints.join(", "),
+        if outputs.is_empty() { String::new() } else { format!(", and {} with them", outputs.join(", ")) },
+    ))
+}
+
+/// The warnings of the run of a design that concern its numbers.
+pub(crate) fn design_warnings(finished: &DesignResult, description: &Description) -> Vec<Message> {
+    let near = near_singular(finished.nearest_singular, description, SINGULAR);
+    near.into_iter().chain(finished.redundancy.as_ref().map(|found| not_unique(found, description))).collect()
 }
 
 /// A warning for each one-sided joint that would have opened.

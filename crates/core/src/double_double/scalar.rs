@@ -7,6 +7,9 @@ impl Scalar for DoubleDouble {
     fn from_f64(value: f64) -> Self {
         value.into()
     }
+    fn from_number(value: f64) -> Self {
+        Self::fraction(value).unwrap_or(value.into())
+    }
     fn to_f64(self) -> f64 {
         self.hi()
     }

@@ -1,6 +1,10 @@
 //! The memory layout of a batch, and its options.
 
 use crate::description::Description;
+use crate::kernel::MAX_GROWTH;
+
+/// The growth of rounding errors from which a position may be so near a singular one that forces lose digits.
+pub(crate) const NEAR_GROWTH: f64 = 10.0;
 
 /// The options of a batch, which all its lanes share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,8 +15,17 @@ pub struct BatchRequest {
     pub waits_each_step: bool,
     /// Whether the ranges of outputs are recorded.
     pub ranges: bool,
+    /// Whether the caller inspects each step near a singular position, where forces lose digits.
+    pub forces: bool,
     /// Whether the state is kept whenever the number of steps is a power of two.
     pub checkpoints: bool,
+}
+
+impl BatchRequest {
+    /// The growth of rounding errors from which the caller inspects a step.
+    pub(crate) fn most_growth(&self) -> f64 {
+        if self.forces { NEAR_GROWTH } else { MAX_GROWTH }
+    }
 }
 
 /// The memory layout of a batch. A place is an index; it holds one number of every lane.

@@ -6,7 +6,7 @@ use super::layout::{
 };
 use super::{LaneMotion, StepsBy};
 use crate::dop853::{Slopes, dop853_step};
-use crate::kernel::{Kernel, MAX_GROWTH};
+use crate::kernel::Kernel;
 use crate::kernel_state::KernelState;
 use crate::lanes::{Lanes, Token};
 use crate::scalar::Scalar;
@@ -29,6 +29,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
         let [mut made, mut step] = [self.number(STEPS_MADE), self.number(STEP)];
         let [longest, end_time] = [self.number(LONGEST), self.number(END_TIME)];
         let [tolerance, max_steps] = [self.number(TOLERANCE), self.number(MAX_STEPS)];
+        let most_growth = self.request.most_growth();
         let mut motion = self.motion();
         let mut slopes = Slopes::zero();
         loop {
@@ -72,7 +73,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
             }
             let is_stuck = (number(SHORTEST) * end_time - step).max(made - max_steps);
             let keep_running = (t - end_time).max(event).max(is_stuck).is_negative()
-                && quality[0].is_within(MAX_GROWTH)
+                && quality[0].is_within(most_growth)
                 && quality[1].is_within(self.residual)
                 && quality[2].is_within(0.0)
                 && !self.request.waits_each_step;

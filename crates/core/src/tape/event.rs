@@ -1,4 +1,4 @@
-//! Properties of the event of a tape.
+//! What the event and the outputs of a tape depend on.
 
 use core::ops::Range;
 use std::vec;
@@ -26,6 +26,27 @@ impl Tape {
             .filter(|&place| self.event_takes(place..place + 1))
             .map(|place| place - places.t)
             .collect()
+    }
+
+    /// Whether some output depends on accelerations or multipliers.
+    pub fn outputs_take_forces(&self) -> bool {
+        self.outputs_by_forces().contains(&true)
+    }
+
+    /// Whether each output depends on accelerations or multipliers.
+    pub fn outputs_by_forces(&self) -> Vec<bool> {
+        let places = self.arguments();
+        let mut takes = vec![false; places.end];
+        takes[places.qdd..places.sin].fill(true);
+        for operation in self.outputs.operations.iter() {
+            let mut follows = false;
+            operation.for_each_operand(&mut |place: u32| follows |= takes[place as usize]);
+            takes.push(follows);
+            if matches!(operation, Operation::SinCos(_)) {
+                takes.push(follows);
+            }
+        }
+        self.outputs.results.iter().map(|place| takes[*place as usize]).collect()
     }
 
     /// Whether the event reads a value at one of some places.

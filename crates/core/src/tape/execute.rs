@@ -56,7 +56,7 @@ fn execute_other<R: Scalar>(values: &mut [R], mut next: usize, operation: &Opera
     let at = |place: u32| values[place as usize];
     let value = match *operation {
         Op::MulAdd(..) | Op::Mul(..) | Op::NegMulAdd(..) | Op::Add(..) | Op::Sub(..) | Op::Neg(_) => return next,
-        Op::Number(number) => R::from_f64(number),
+        Op::Number(number) => R::from_number(number),
         Op::Pi => R::pi(),
         Op::Div(a, b) => at(a) / at(b),
         Op::Recip(a) => at(a).recip(),

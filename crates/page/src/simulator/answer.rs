@@ -1,12 +1,12 @@
 //! The JSON sent to the page: a scene, or a run with its motion.
 
-use std::collections::BTreeMap;
-
 use qrm_core::{Description, Mechanism};
 use qrm_sim::position::Start;
 use qrm_sim::run::{Outcome, Reason, SimError, Status};
 use qrm_view::motion::Motion;
 use serde::Serialize;
+
+use crate::named_values::Named;
 
 /// A scene, for the page.
 #[derive(Serialize)]
@@ -53,7 +53,7 @@ pub(super) struct Run {
     pub(super) q: Vec<f64>,
     pub(super) qd: Vec<f64>,
     /// The current values of the quantities that the page can change; some follow from others.
-    pub(super) values: BTreeMap<&'static str, f64>,
+    pub(super) values: Named,
 }
 
 /// The parameters, and the given coordinates at the start.

@@ -2,10 +2,9 @@
 
 use qrm_core::{Scalar, Tape};
 
-use super::equations::Equations;
-use super::number::Number;
 use super::{At, Motion};
 use crate::integrate::StepError;
+use crate::solve::{Number, PreciseEquations};
 
 /// The fraction of a step after which the signs of switching functions are taken: behind the corner at its beginning.
 const SIGN_OFFSET: f64 = 1e-9;
@@ -15,7 +14,7 @@ const INSPECTION_POINTS: i32 = 32;
 const MOST: usize = 100;
 const LEFT: f64 = 1e-29;
 
-impl Equations<'_> {
+impl PreciseEquations<'_> {
     /// The smooth continuation of the equations from a state.
     pub(super) fn smooth_from(&mut self, at: &At) -> Tape {
         let (t, y) = behind(at);

@@ -2,8 +2,8 @@
 
 use qrm_core::Scalar;
 
-use super::number::Number;
 use crate::integrate::StepError;
+use crate::solve::Number;
 
 /// Makes one step from `(t, y, y')`; returns the value and an error estimate, the largest `|error| / (1 + |y|)`.
 ///

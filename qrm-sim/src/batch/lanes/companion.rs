@@ -47,7 +47,7 @@ impl LaneSweep<'_> {
         let rate = rate(self.designs[design].description(), &ranges, [&first, at]);
         let differences = vec![0.0; self.size.0];
         let companion = Some(Companion { result, checkpoints, ranges, rate, differences });
-        self.waiting.push(Lane { design, first, bounds, end_time: at.t, is_landing: false, landings: 0, companion });
+        self.waiting.push(Lane { companion, ..Lane::new(design, first, bounds, at.t) });
     }
 
     /// Takes up the end of a companion.

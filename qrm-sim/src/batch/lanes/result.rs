@@ -67,6 +67,8 @@ impl LaneSweep<'_> {
             extremes: outputs.iter().enumerate().map(range).collect(),
             estimated_error: None,
             rejection_reasons: Vec::new(),
+            nearest_singular: None,
+            redundancy: None,
             is_alone: false,
         }
     }

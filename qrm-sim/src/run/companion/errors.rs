@@ -12,6 +12,9 @@ const RICHARDSON_FACTOR: f64 = 2.0;
 /// The divisor for steps so long that errors follow no order. Ratios from 0.43 to 4.06 were measured, and estimates
 /// should hold within a factor of 3 in both directions.
 const RATIO_OF_LONG_STEPS: f64 = 1.37;
+/// The factor of the largest difference in any row near singular positions, for quantities that depend on accelerations
+/// or multipliers: there differences are irregular rounding errors, and those of other rows may be larger.
+const IRREGULAR_FACTOR: f64 = 16.0;
 /// The smallest difference, relative to the largest coordinate or to a turn, that indicates long steps.
 const LONG: f64 = 1e-5;
 
@@ -31,7 +34,7 @@ impl Companion {
         Some(ErrorEstimates {
             quantities: differences.quantities,
             start: self.start,
-            largest: errors(&|difference| difference.largest),
+            largest: self.with_irregular(errors(&|difference| difference.largest)),
             at_extremes: if ESTIMATES_EXTREMES {
                 [0, 1].map(|end| errors(&|difference| difference.at_extremes[end]))
             } else {
@@ -40,6 +43,15 @@ impl Companion {
             at_end: errors(&|difference| difference.latest),
             of_end_time: self.of_end_time.map(|difference| (difference / ratio).max(rounding(self.at.t, steps))),
         })
+    }
+
+    /// The largest errors in any row, which are larger than differences where these are irregular.
+    fn with_irregular(&self, mut errors: Vec<f64>) -> Vec<f64> {
+        if self.integrator.solver().is_irregular() {
+            let irregular = errors.iter_mut().zip(&self.by_forces).filter(|(_, by_forces)| **by_forces);
+            irregular.for_each(|(error, _)| *error *= IRREGULAR_FACTOR);
+        }
+        errors
     }
 
     /// The ratio of differences to errors.

@@ -7,6 +7,7 @@ use qrm_core::{RowLayout, RowRequest};
 use super::super::error::{Reason, SimError};
 use super::{Simulation, error};
 use crate::integrate::StepError;
+use crate::solve::IRREGULAR;
 use crate::state::State;
 
 /// The largest number of steps to a requested time.
@@ -91,13 +92,14 @@ impl Simulation {
                     &*mechanism,
                     integrator,
                     &request,
-                    &buffer[..(block.rows_written + 1) * layout.width()],
+                    &mut buffer[..(block.rows_written + 1) * layout.width()],
                 )?;
             }
             *rows += block.rows_written as u64;
             row.read(&buffer[block.rows_written * layout.width()..]);
         }
         self.now = if row.t >= t - NEAR * step { row.clone() } else { integrator.between(&*mechanism, row, t)? };
+        integrator.solver_mut().refine(&*mechanism, IRREGULAR, &mut self.now);
         Ok(())
     }
 }

@@ -9,12 +9,15 @@ use super::axes::Axes;
 use crate::format::full;
 use crate::messages;
 use crate::parquet;
+use crate::error::Message;
+use crate::run_report::design_warnings;
 use crate::setup::Setup;
 
 /// The cells of a row, and whether the design reached its end.
 pub(crate) struct Row {
     pub(crate) cells: Vec<Cell>,
     pub(crate) is_done: bool,
+    pub(crate) warnings: Vec<Message>,
 }
 
 /// An entry of a row.
@@ -46,11 +49,13 @@ impl Cell {
 pub(super) struct Record {
     pub(super) fields: Vec<String>,
     pub(super) is_done: bool,
+    pub(super) warnings: Vec<Message>,
 }
 
 impl From<Row> for Record {
     fn from(row: Row) -> Self {
-        Self { fields: row.cells.iter().map(Cell::text).collect(), is_done: row.is_done }
+        let fields = row.cells.iter().map(Cell::text).collect();
+        Self { fields, is_done: row.is_done, warnings: row.warnings }
     }
 }
 
@@ -144,7 +149,7 @@ pub(super) fn refused(columns: &[Column<Field>], design: usize, values: &[f64], 
         Field::Reason => Cell::Text(reason.to_owned()),
         _ => Cell::Empty,
     };
-    Row { cells: columns.iter().map(cell).collect(), is_done: false }
+    Row { cells: columns.iter().map(cell).collect(), is_done: false, warnings: Vec::new() }
 }
 
 /// The row of a completed design.
@@ -182,5 +187,7 @@ pub(super) fn row(
         Field::Maximum(i) => number(finished.extremes.get(i).map(|e| &e[1])),
         Field::EstimatedError => number(finished.estimated_error.as_ref()),
     };
-    Row { cells: columns.iter().map(cell).collect(), is_done: reason.is_empty() }
+    let is_done = reason.is_empty();
+    let warnings = if is_done { design_warnings(finished, setup.description) } else { Vec::new() };
+    Row { cells: columns.iter().map(cell).collect(), is_done, warnings }
 }

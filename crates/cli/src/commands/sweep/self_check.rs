@@ -224,6 +224,8 @@ mod tests {
             extremes: Vec::new(),
             estimated_error: Some(estimated),
             rejection_reasons: Vec::new(),
+            nearest_singular: None,
+            redundancy: None,
             is_alone: false,
         }
     }

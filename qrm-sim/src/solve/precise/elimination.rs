@@ -2,10 +2,11 @@
 
 use qrm_core::Scalar;
 
-use super::number::Number;
+use super::Number;
 
+#[derive(Clone, Debug)]
 /// The factors of a square matrix by Gaussian elimination with row exchanges.
-pub(super) struct Elimination {
+pub(crate) struct Elimination {
     size: usize,
     /// The factors row by row; below the diagonal, the multiples of the rows above.
     factors: Vec<Number>,
@@ -20,18 +21,18 @@ const SINGULAR: f64 = 1e-26;
 
 impl Elimination {
     /// Creates the factors of a zero matrix of this size.
-    pub(super) fn zero(size: usize) -> Self {
+    pub(crate) fn zero(size: usize) -> Self {
         Self { size, factors: vec![Number::zero(); size * size], order: Vec::new(), scales: Vec::new() }
     }
 
     /// The entries, to be set before [`factor`](Self::factor).
-    pub(super) fn entries_mut(&mut self) -> &mut [Number] {
+    pub(crate) fn entries_mut(&mut self) -> &mut [Number] {
         &mut self.factors
     }
 
     /// Factors the matrix in place; false if it is singular or not finite.
     #[must_use]
-    pub(super) fn factor(&mut self) -> bool {
+    pub(crate) fn factor(&mut self) -> bool {
         let size = self.size;
         if size == 0 {
             return true;
@@ -69,7 +70,7 @@ impl Elimination {
     }
 
     /// Solves for a right-hand side.
-    pub(super) fn solve(&self, right: &[Number], x: &mut [Number]) {
+    pub(crate) fn solve(&self, right: &[Number], x: &mut [Number]) {
         for (i, &place) in self.order.iter().enumerate() {
             let row = &self.factors[i * self.size..][..i];
             x[i] = row.iter().zip(&*x).fold(right[place], |rest, (entry, x)| rest - *entry * *x);

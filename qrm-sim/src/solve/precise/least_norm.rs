@@ -2,8 +2,8 @@
 
 use qrm_core::Scalar;
 
+use super::Number;
 use super::elimination::Elimination;
-use super::number::Number;
 
 /// The multipliers of all constraints that have the smallest norm and exert the same force as given multipliers of
 /// independent constraints; `None` if those constraints are dependent.

@@ -1,0 +1,156 @@
+//! Forces at singular positions, where the constraint Jacobian loses rank, against closed forms and 50 digits.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::common::{Run, Table, qrm, run};
+
+const METHODS: [&str; 4] = ["rk4", "dop853", "dopri5", "gauss"];
+const STEPS: [&str; 6] = ["0.00021", "0.001", "0.00213", "0.0047", "0.0098", "0.0137"];
+
+fn scene(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/singular").join(name).with_extension("toml").display().to_string()
+}
+
+fn completed(name: &str, arguments: &[&str]) -> Run {
+    let run = run(&[&[scene(name).as_str(), "--no-figures"], arguments].concat());
+    assert_eq!(run.status(), 0, "{name} {arguments:?}: {}", run.stderr());
+    run
+}
+
+/// Compares the extremes of a column with exact ones, within three stated errors and two units in the last place.
+fn compare(run: &Run, column: &str, exact: [f64; 2], what: &str) {
+    let found: &Value = &run.summary()["extremes"][column];
+    for (end, exact) in ["min", "max"].into_iter().zip(exact) {
+        let value = found[end].as_f64().expect("a number");
+        let stated = found[format!("{end}_error")].as_f64().expect("an error");
+        let error = (value - exact).abs();
+        assert!(
+            error <= 3.0 * stated + 2.0 * f64::EPSILON * exact.abs(),
+            "{what}: {value} is off by {error:e} of {stated:e}"
+        );
+        assert!(stated <= 1e-9 * exact.abs(), "{what}: {value} with an error of {stated:e}");
+    }
+}
+
+#[test]
+#[ignore = "full tier: engine"]
+fn forces_through_dead_points_are_those_of_the_closed_form() {
+    // J a'' = 0.1 F sin(a), a = w t + 1 + sin(w t + 1)/5, so F = -J w^2/(0.1 (5 + cos)) of a = n pi.
+    let [inertia, rate] = [0.02, 2.0 * PI];
+    let force = |t: f64| {
+        let phase = rate * t + 1.0;
+        let angle = phase + phase.sin() / 5.0;
+        // Beside the dead points, where both sines vanish, all digits are there.
+        10.0 * inertia * rate * rate * phase.sin() / 5.0 / angle.sin()
+    };
+    for step in STEPS {
+        for method in METHODS {
+            let run = completed("crank-by-law", &["--step", step, "--method", method]);
+            let limits = [0.6, 0.4].map(|divisor| inertia * rate * rate / divisor);
+            let what = format!("step {step} by {method}");
+            compare(&run, "F", limits, &what);
+            let table = run.trajectory();
+            let stated = run.summary()["estimated_errors"]["F"].as_f64().expect("an error");
+            for row in 0..table.rows.len() {
+                let t = table.number(row, "t");
+                let beside = (rate * t + 1.0).sin().abs();
+                let error = (table.number(row, "F") - force(t)).abs();
+                let rounding = 1e-15 / beside.max(1e-15);
+                assert!(error <= 3.0 * stated + rounding, "{what}, t = {t}: off by {error:e} of {stated:e}");
+            }
+        }
+    }
+}
+
+/// Extremes of the driving force with sliders of 0.5, 1 and 2 kg: the change of the kinetic energy over the rate of the
+/// slider, by differences with 50 digits.
+const DEAD_POINTS: [(&str, [f64; 2]); 3] = [
+    ("m=0.5", [-4.400_198_628_819_006, 3.783_348_353_750_921]),
+    ("m=1", [-6.374_119_509_036_877, 5.757_269_233_968_792_5]),
+    ("m=2", [-10.321_961_269_472_621, 9.705_110_994_404_536]),
+];
+
+#[test]
+#[ignore = "full tier: engine"]
+fn a_slider_drives_a_crank_through_its_dead_points() {
+    for (set, exact) in DEAD_POINTS {
+        for step in STEPS {
+            for method in METHODS {
+                let run = completed("dead-points", &["--set", set, "--step", step, "--method", method]);
+                compare(&run, "F", exact, &format!("{set}, step {step} by {method}"));
+            }
+        }
+    }
+}
+
+#[test]
+#[ignore = "full tier: engine"]
+fn sweeps_find_the_same_forces() {
+    for method in ["dop853", "rk4"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let out = folder.path().join("sweep.csv");
+        let mut command = qrm(&["sweep", &scene("dead-points"), "--vary", "m=0.5,1,2", "--method", method, "--out"]);
+        let output = command.arg(&out).output().expect("a command");
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success() && said.contains("warning: in 3 designs, first in design 0: "), "{said}");
+        let table = Table::read(&out);
+        for (row, (set, exact)) in DEAD_POINTS.into_iter().enumerate() {
+            for (column, exact) in ["F_min", "F_max"].into_iter().zip(exact) {
+                let error = (table.number(row, column) - exact).abs();
+                assert!(error <= 1e-13 * exact.abs(), "{set} by {method}: `{column}` is off by {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+#[ignore = "full tier: engine"]
+fn a_free_kite_passes_its_change_point() {
+    for step in ["0.0005", "0.001", "0.0037"] {
+        for method in METHODS {
+            let run = completed("kite", &["--step", step, "--method", method]);
+            let force = run.summary()["extremes"]["F_A"]["max"].as_f64().expect("a number");
+            assert!((force - 1.176_565_80).abs() < 6e-9, "step {step} by {method}: {force}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "full tier: engine"]
+fn a_pole_of_a_force_is_refused() {
+    // With an offset the crank passes its dead points with a rate that no force at the slider can change.
+    let text = std::fs::read_to_string(scene("dead-points")).expect("a scene");
+    let offset = "sqrt(0.1599) + 0.5*(sqrt(0.1599) - sqrt(0.0399))*(cos(2*pi*t + 60deg) - 1)";
+    let text = text.replace("G = [0, 0]", "G = [0, 0.01]").replace("0.3 + 0.1*cos(2*pi*t + 60deg)", offset);
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("offset.toml");
+    std::fs::write(&file, text).expect("written");
+    let file = file.display().to_string();
+    for step in STEPS {
+        for method in ["rk4", "dop853"] {
+            let run = run(&[&file, "--step", step, "--method", method, "--no-figures"]);
+            assert_eq!(run.status(), 1, "step {step} by {method}: {}", run.stderr());
+            assert!(run.stderr().contains("forces grow without bound at t = "), "{}", run.stderr());
+        }
+    }
+}
+
+#[test]
+#[ignore = "full tier: engine"]
+fn a_constraint_without_gradient_is_refused() {
+    for (name, constraint) in [("parallel-guides", "right"), ("guides-in-line", "right"), ("guide-by-length", "guide")]
+    {
+        for command in ["run", "check"] {
+            let output = qrm(&[command, &scene(name)]).output().expect("a command");
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(!output.status.success(), "{command} {name}");
+            assert!(
+                said.contains(&format!("constraint `{constraint}` has no gradient wherever it is closed")),
+                "{said}"
+            );
+        }
+    }
+}
