@@ -148,9 +148,9 @@ impl SimdBatch {
         is_reliable(&self.numbers(lane), self.residual, MAX_GROWTH)
     }
 
-    /// Whether the last step of a lane may have come so near a singular position that forces lose digits.
+    /// Whether the last step of a lane may have come so near a singular position that requested forces lose digits.
     pub fn may_be_singular(&self, lane: usize) -> bool {
-        !(self.numbers(lane)[QUALITY] <= NEAR_GROWTH)
+        self.request.forces && !(self.numbers(lane)[QUALITY] <= NEAR_GROWTH)
     }
 
     /// The numbers of a lane before [`DEFINED`].

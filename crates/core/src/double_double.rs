@@ -37,8 +37,8 @@ impl DoubleDouble {
         Self::rounded(hi, math::mul_add(a, b, -hi))
     }
 
-    /// The fraction of two integers with a product below 1e14 whose nearest double is `value`; `None` if there is none. A
-    /// random double has such a fraction with a probability of a hundredth.
+    /// The simplest fraction of integers whose nearest double is `value`. The product of the integers is below 1e14;
+    /// the result is `None` if there is no such fraction. A random double has one with a probability of a hundredth.
     ///
     /// The convergents of the continued fraction are tested: a fraction so simple is one of them.
     pub fn fraction(value: f64) -> Option<Self> {

@@ -27,8 +27,8 @@ pub trait Scalar:
     fn from_f64(value: f64) -> Self;
     /// The double nearest to the number: the value of a dual number, the first of the lanes.
     fn to_f64(self) -> f64;
-    /// The number of a formula whose nearest double is `value`: numbers of more digits take a fraction of small integers
-    /// to be meant, 1/10 for 0.1.
+    /// The number of a formula whose nearest double is `value`. A double stands for itself; numbers with more digits
+    /// stand for the simplest fraction with that double, 1/10 for 0.1.
     #[inline(always)]
     fn from_number(value: f64) -> Self {
         Self::from_f64(value)

@@ -47,8 +47,6 @@ pub(super) struct LaneSweep<'a> {
     near: State,
     /// Number of coordinates and of constraints.
     size: (usize, usize),
-    /// Whether outputs whose ranges are recorded take accelerations or multipliers.
-    takes_forces: bool,
     /// The event that ends the design of each lane; none if designs end at a time.
     events: Vec<EventFunction<'a>>,
     /// The branch that designs are assembled on.
@@ -129,7 +127,6 @@ impl<'a> LaneSweep<'a> {
             forces: request.extremes && designs.first()?.tape().is_some_and(Tape::outputs_take_forces),
             checkpoints: request.estimate_error,
         };
-        let takes_forces = batch_request.forces;
         let residual = settings.projection_tolerance.residual;
         let batch = model.batch(width, batch_request, residual)?;
         let plain = BatchRequest {
@@ -155,7 +152,6 @@ impl<'a> LaneSweep<'a> {
             to: State::default(),
             near: State::default(),
             size,
-            takes_forces,
             events: (0..batch.lanes()).filter_map(|_| events()).collect(),
             branch: AssemblyBranch::new(&**designs.first()?),
             solver: Solver::with_rank(&**designs.first()?, size.1),
@@ -316,15 +312,13 @@ impl<'a> LaneSweep<'a> {
 
     /// Whether the last step of a lane came near a singular position, at which outputs lose digits.
     fn passes_singular(&mut self, lane: usize, to: &State) -> bool {
-        if !self.takes_forces || !self.batch.may_be_singular(lane) {
+        if !self.batch.may_be_singular(lane) {
             return false;
         }
         let mut from = std::mem::take(&mut self.from);
         self.read(&mut from, |batch, row| batch.read_row_before(lane, row));
-        let passes = self.lanes[lane].as_mut().is_some_and(|of_lane| {
-            let mechanism = &*self.designs[of_lane.design];
-            of_lane.companion.is_none() && of_lane.passes_singular(mechanism, &from, to)
-        });
+        let of_lane = self.lanes[lane].as_mut();
+        let passes = of_lane.is_some_and(|of_lane| of_lane.passes_singular(&*self.designs[of_lane.design], &from, to));
         self.from = from;
         passes
     }

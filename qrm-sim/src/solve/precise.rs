@@ -51,7 +51,7 @@ impl<'t> PreciseEquations<'t> {
         }
     }
 
-    /// The same equations with these constraints, which are independent of each other.
+    /// Replaces the constraints by these ones, which are independent of each other.
     pub(crate) fn with_constraints(self, independent: Vec<usize>) -> Self {
         let size = self.evaluator.tape().coordinates as usize + independent.len();
         let [right, solution] = [(); 2].map(|()| vec![Number::zero(); size]);
@@ -93,8 +93,8 @@ impl<'t> PreciseEquations<'t> {
         self.evaluator.mass_matrix(q, &mut self.mass_matrix);
     }
 
-    /// Moves coordinates by a step of Newton's method towards the constraints, in the metric, which squares their error.
-    /// Returns the largest correction; `None` if it is not determined.
+    /// Moves coordinates by a step of Newton's method towards the constraints, in the metric, which squares their
+    /// error. Returns the largest correction; `None` if it is not determined.
     pub(crate) fn correct_coordinates(&mut self, t: Number, q: &mut [Number]) -> Option<f64> {
         let (n, m) = (q.len(), self.independent.len());
         if m == 0 {

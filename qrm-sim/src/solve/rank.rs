@@ -72,7 +72,8 @@ pub(super) fn neighbours(
     std::iter::once(jacobian).chain(others.map(|(_, jacobian)| jacobian).collect::<Vec<_>>())
 }
 
-/// The closed positions at a distance from one, and `C_q` there, along some motions that the constraints allow, in both directions. A driven mechanism changes its position only with time: there the next positions before and after.
+/// The closed positions at a distance from one, and `C_q` there, along some motions that the constraints allow, in
+/// both directions. A driven mechanism changes its position only with time: there the next positions before and after.
 fn positions_near<'a>(
     mechanism: &'a dyn Mechanism,
     t: f64,
@@ -126,8 +127,8 @@ fn motions(jacobian: &Matrix, factors: &PivotedLdl) -> Vec<Vec<f64>> {
     (0..n).filter_map(motion).collect()
 }
 
-/// The constraint that has no gradient at a closed position, nor at those near it, though its residual changes: no force
-/// can hold it. `None` if there is none.
+/// The constraint that has no gradient at a closed position, nor at those near it, though its residual changes: no
+/// force can hold it. The result is `None` if every constraint has a gradient somewhere.
 ///
 /// A gradient is none if it is not larger than its change within the distance to which a residual without gradient
 /// determines a position.
@@ -138,14 +139,14 @@ pub fn constraint_without_gradient(mechanism: &dyn Mechanism, t: f64, q: &[f64])
         let change = |i: usize| {
             let mut moved = q.to_vec();
             moved[i] += UNDETERMINED * moved[i].abs().max(1.0);
-            let beside = LoopConstraints::at(mechanism, t, &moved).constraint_jacobian;
-            beside[k].iter().zip(&jacobian[k]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+            let changed = LoopConstraints::at(mechanism, t, &moved).constraint_jacobian;
+            changed[k].iter().zip(&jacobian[k]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
         };
         let most = (0..q.len()).map(change).fold(0.0, f64::max);
         most > 0.0 && largest(&jacobian[k]).1 <= most
     };
-    let candidates = (0..jacobian.rows()).filter(|&k| is_small(k) && vanishes(k, q, &jacobian));
-    candidates.into_iter().find(|&k| {
+    let mut candidates = (0..jacobian.rows()).filter(|&k| is_small(k) && vanishes(k, q, &jacobian));
+    candidates.find(|&k| {
         let factors = PivotedLdl::new(&row_products(&jacobian));
         let motions = motions(&jacobian, &factors);
         let mut near = positions_near(mechanism, t, q, motions, NEIGHBOUR_DISTANCE, factors.rank);

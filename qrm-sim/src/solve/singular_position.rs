@@ -1,9 +1,9 @@
 //! States at and near singular positions, where sixteen digits do not suffice.
 //!
 //! At a distance `d` from such a position, a rounding error of a closure is magnified by `1/d` in the coordinates, by
-//! `1/d^2` in the rates, by `1/d^3` in the accelerations and by `1/d^4` in the multipliers. The motion through an isolated
-//! singular position is smooth all the same: near it the equations are solved in double-double precision, and at it
-//! the state is that of the polynomial through such states on both sides.
+//! `1/d^2` in the rates, by `1/d^3` in the accelerations and by `1/d^4` in the multipliers. The motion through an
+//! isolated singular position is smooth all the same: near it the equations are solved in double-double precision, and
+//! at it the state is that of the polynomial through such states on both sides.
 
 use qrm_core::{Mechanism, Scalar};
 
@@ -16,7 +16,7 @@ use super::rank::row_products;
 /// The smallest singular value, as a fraction of the largest one, from which the equations determine the state.
 const SINGULAR: f64 = 1e-3;
 /// The smallest singular value, as a fraction of the largest one, below which a pole of the multipliers is reached, and
-/// their growth from a position beside it.
+/// the growth of the multipliers over the distance `DISTANCES[0]`.
 const AT_POLE: f64 = 1e-5;
 const POLE_GROWTH: f64 = 10.0;
 /// Distances of the interpolation points, in rad or m.
@@ -89,8 +89,8 @@ impl SingularPositions {
         Some(Self { equations: PreciseEquations::new(mechanism.tape()?, mechanism.parameters(), independent) })
     }
 
-    /// The state at a position whose smallest singular value is this fraction of the largest one; `None` if the equations
-    /// do not determine it.
+    /// The state at a position whose smallest singular value is this fraction of the largest one; `None` if the
+    /// equations do not determine it.
     pub(crate) fn state(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -110,17 +110,14 @@ impl SingularPositions {
         if across.errors[3] <= SMOOTH_STATE {
             return Some(across);
         }
-        // The multipliers jump or have a pole, and have all digits beside it.
+        // The multipliers jump or have a pole here. The equations determine them as long as the position is not exactly
+        // singular.
         let (q, qd) = across.values[..2 * across.n].split_at(across.n);
         let here = self.near(mechanism, t, (q, qd), MOST_MOVED * fraction)?;
         // Rows hardly come so near: the search for extremes does.
         let has_pole = cfg!(feature = "extremes") && fraction < AT_POLE && {
-            let duration = DISTANCES[0] / largest(qd).1;
-            let moved: Vec<f64> = q.iter().zip(qd).map(|(q, qd)| q + duration * qd).collect();
-            let at = if mechanism.is_driven() { t + duration } else { t };
-            let y = moved.iter().chain(qd).map(|x| Number::from(*x)).collect();
-            let beside = self.solved(at.into(), y, CONVERGED[0])?;
-            let size = beside[3 * across.n..].iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
+            let later = self.later(mechanism, t, (q, qd), DISTANCES[0] / largest(qd).1)?;
+            let size = later[3 * across.n..].iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
             largest(&here.values[3 * across.n..]).1 > POLE_GROWTH * size
         };
         Some(PreciseState { has_pole, ..here })
@@ -144,8 +141,8 @@ impl SingularPositions {
         Some(PreciseState { n: q.len(), values, errors: [0.0; 4], has_pole: false })
     }
 
-    /// The state at a singular position, interpolated along the rates with the least error of the accelerations; `None` at
-    /// rest, and where the equations do not determine states on both sides.
+    /// The state at a singular position, interpolated along the rates with the least error of the accelerations; `None`
+    /// at rest, and where the equations do not determine states on both sides.
     fn across(&mut self, mechanism: &dyn Mechanism, t: f64, (q, qd): (&[f64], &[f64])) -> Option<PreciseState> {
         self.set_parameters(mechanism);
         let speed = largest(qd).1;
@@ -180,13 +177,7 @@ impl SingularPositions {
         (q, qd): (&[f64], &[f64]),
         duration: f64,
     ) -> Option<PreciseState> {
-        let (values, differences) = interpolated(|place| {
-            let later = Number::from(place * duration);
-            // Constraints that depend on time are evaluated at the time at which the motion is there.
-            let at = if mechanism.is_driven() { Number::from(t) + later } else { t.into() };
-            let moved = q.iter().zip(qd).map(|(q, qd)| Number::from(*q) + later * Number::from(*qd));
-            self.solved(at, moved.chain(qd.iter().map(|x| Number::from(*x))).collect(), CONVERGED[1])
-        })?;
+        let (values, differences) = interpolated(|place| self.later(mechanism, t, (q, qd), place * duration))?;
         let n = q.len();
         let errors = [0..n, n..2 * n, 2 * n..3 * n, 3 * n..values.len()].map(|part| {
             let size = largest(&values[part.clone()]).1;
@@ -195,7 +186,22 @@ impl SingularPositions {
         Some(PreciseState { n, values, errors, has_pole: false })
     }
 
-    /// Coordinates, rates, accelerations and multipliers on the constraints near coordinates and rates.
+    /// The values of a state on the constraints after a time along the rates, which may be negative.
+    fn later(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        t: f64,
+        (q, qd): (&[f64], &[f64]),
+        duration: f64,
+    ) -> Option<Vec<Number>> {
+        let later = Number::from(duration);
+        // Constraints that depend on time are evaluated at the time at which the motion is there.
+        let at = if mechanism.is_driven() { Number::from(t) + later } else { t.into() };
+        let moved = q.iter().zip(qd).map(|(q, qd)| Number::from(*q) + later * Number::from(*qd));
+        self.solved(at, moved.chain(qd.iter().map(|x| Number::from(*x))).collect(), CONVERGED[1])
+    }
+
+    /// The coordinates, rates, accelerations and multipliers on the constraints near coordinates and rates.
     fn solved(&mut self, t: Number, mut y: Vec<Number>, converged: f64) -> Option<Vec<Number>> {
         let n = y.len() / 2;
         let size = y[..n].iter().fold(1.0, |size: f64, x| size.max(x.to_f64().abs()));
@@ -219,8 +225,8 @@ impl SingularPositions {
     }
 }
 
-/// The polynomial of degree 7 through values at four places on each side of zero, and its difference from the one through
-/// the inner six; `None` if a value is not determined.
+/// The polynomial of degree 7 through values at four places on each side of zero, and its difference from the one
+/// through the inner six; `None` if a value is not determined.
 pub(super) fn interpolated(mut at: impl FnMut(f64) -> Option<Vec<Number>>) -> Option<(Vec<f64>, Vec<f64>)> {
     let mut sums: Vec<[Number; 2]> = Vec::new();
     for (k, (weight, inner)) in WEIGHTS.into_iter().zip(INNER_WEIGHTS).enumerate() {

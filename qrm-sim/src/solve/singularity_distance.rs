@@ -9,9 +9,10 @@ use super::smallest_singular_value::SmallestSingularValue;
 /// The smallest singular value, as a fraction of the largest one, below which a row is near a singular position:
 /// multipliers keep ten digits there, and lose four more with each tenth of that.
 pub(crate) const NEAR: f64 = 0.03;
-/// The same fraction below which single states are, and rounding errors of forces in rows are irregular.
+/// The fraction below which single states are near a singular position, and rounding errors of forces in rows are
+/// irregular.
 pub(crate) const IRREGULAR: f64 = 0.1;
-/// The same fraction below which forces lose digits.
+/// The fraction below which forces lose digits.
 const LOSING: f64 = 0.3;
 
 /// The smallest singular value of `C_q`, compared with its values at other positions.

@@ -118,7 +118,12 @@ impl Solver {
         self.saddle.dynamics.evaluate(mechanism, t, q, qd);
         self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
         let is_suspicious = self.stats.suspicious_constraints != before;
-        let fraction = self.near_fraction(mechanism, t, (q, qd));
+        let jacobian = &self.saddle.dynamics.constraint_jacobian;
+        let distance = distance(&mut self.distance, mechanism, self.saddle.rank, t, (q, qd));
+        let fraction = distance.and_then(|distance| {
+            let value = distance.find(jacobian)?;
+            distance.fraction(value, IRREGULAR)
+        });
         if is_suspicious || fraction.is_some_and(|fraction| fraction < SINGULAR) {
             // Rounding errors of the equations alone, at the given state, grow with the square of the distance.
             let own_error = fraction.map_or(f64::INFINITY, |fraction| f64::EPSILON / fraction.powi(2));
@@ -129,22 +134,8 @@ impl Solver {
         Ok(())
     }
 
-    /// The smallest singular value of `C_q` in the last accelerations, as a fraction of that at regular positions, near a
-    /// singular one.
-    fn near_fraction(&mut self, mechanism: &dyn Mechanism, t: f64, motion: (&[f64], &[f64])) -> Option<f64> {
-        let jacobian = &self.saddle.dynamics.constraint_jacobian;
-        let rank = self.saddle.rank;
-        if jacobian.rows() == 0 || mechanism.tape().is_none() {
-            return None;
-        }
-        let new = || Box::new(SingularityDistance::at(mechanism, rank, t, motion));
-        let distance = self.distance.get_or_insert_with(new);
-        let value = distance.find(jacobian)?;
-        distance.fraction(value, IRREGULAR)
-    }
-
-    /// The state at coordinates and rates, in all digits, where the smallest singular value of `C_q` is below `limit` of
-    /// that at regular positions; `None` elsewhere, and where it is not determined.
+    /// The state at coordinates and rates, in all digits, where the smallest singular value of `C_q` is below `limit`
+    /// of that at regular positions; `None` elsewhere, and where it is not determined.
     pub(crate) fn precise_state(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -152,15 +143,13 @@ impl Solver {
         t: f64,
         (q, qd): (&[f64], &[f64]),
     ) -> Option<PreciseState> {
-        if self.weights.is_empty() || mechanism.tape().is_none() {
+        if self.weights.is_empty() {
             return None;
         }
-        let rank = self.saddle.rank;
         self.constraints.evaluate(mechanism, t, q);
-        let new = || Box::new(SingularityDistance::at(mechanism, rank, t, (q, qd)));
-        let distance = self.distance.get_or_insert_with(new);
-        let value = distance.find(&self.constraints.constraint_jacobian)?;
-        let fraction = distance.fraction(value, limit)?;
+        let jacobian = &self.constraints.constraint_jacobian;
+        let distance = distance(&mut self.distance, mechanism, self.saddle.rank, t, (q, qd))?;
+        let fraction = distance.find(jacobian).and_then(|value| distance.fraction(value, limit))?;
         let state = self.singular_positions(mechanism, t, q)?.state(mechanism, fraction, t, (q, qd))?;
         if state.has_pole {
             self.stats.unbounded_at.get_or_insert(t);
@@ -204,4 +193,18 @@ impl Solver {
         self.has_metric = self.has_mass;
         std::mem::swap(&mut self.metric, &mut self.saddle.mass);
     }
+}
+
+/// The distance from singular positions, which begins at a closed position; `None` without constraints or a tape.
+fn distance<'a>(
+    known: &'a mut Option<Box<SingularityDistance>>,
+    mechanism: &dyn Mechanism,
+    rank: usize,
+    t: f64,
+    motion: (&[f64], &[f64]),
+) -> Option<&'a mut SingularityDistance> {
+    if mechanism.description().constraints.is_empty() || mechanism.tape().is_none() {
+        return None;
+    }
+    Some(known.get_or_insert_with(|| Box::new(SingularityDistance::at(mechanism, rank, t, motion))))
 }

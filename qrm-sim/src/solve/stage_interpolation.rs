@@ -18,10 +18,10 @@ const PRECISE: f64 = 1e-8;
 /// no polynomial follows them.
 const SMOOTH: f64 = 1e-3;
 
-/// Replaces accelerations and multipliers at a singular position by those of the polynomial through projected positions
-/// on both sides, along the rates, if its error, relative to the largest of them or to the square of the rates, is below
-/// `own_error`. They stay unchanged at rest, and if the constraints are insufficient everywhere; multipliers also stay
-/// unchanged near a pole.
+/// Replaces accelerations and multipliers at a singular position by those of the polynomial through projected
+/// positions on both sides, along the rates, if its error, relative to the largest of them or to the square of the
+/// rates, is below `own_error`. They stay unchanged at rest, and if the constraints are insufficient everywhere;
+/// multipliers also stay unchanged near a pole.
 #[cold]
 pub(super) fn interpolate(
     mechanism: &dyn Mechanism,
@@ -39,7 +39,7 @@ pub(super) fn interpolate(
     let mut least = own_error;
     for distance in DISTANCES {
         let duration = distance / speed;
-        let at = |place: f64| beside(mechanism, solver, t, (q, qd), place * duration);
+        let at = |place: f64| later(mechanism, solver, t, (q, qd), place * duration);
         let Some((values, differences)) = interpolated(at) else { continue };
         let (accelerations, forces) = values.split_at(n);
         let (of_accelerations, of_forces) = differences.split_at(n);
@@ -57,9 +57,9 @@ pub(super) fn interpolate(
     }
 }
 
-/// The accelerations and multipliers at a position beside another, after a time along its rates; `None` if the
-/// constraints are insufficient there too.
-fn beside(
+/// The accelerations and multipliers on the constraints after a time along the rates, which may be negative. The result
+/// is `None` if the constraints are insufficient there too.
+fn later(
     mechanism: &dyn Mechanism,
     solver: &mut Solver,
     t: f64,

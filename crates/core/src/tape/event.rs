@@ -1,4 +1,4 @@
-//! What the event and the outputs of a tape depend on.
+//! The arguments that the event and the outputs of a tape depend on.
 
 use core::ops::Range;
 use std::vec;
