@@ -6,10 +6,10 @@ use qrm_sim::columns::{self, Column};
 use qrm_sim::run::Status;
 
 use super::axes::Axes;
+use crate::error::Message;
 use crate::format::full;
 use crate::messages;
 use crate::parquet;
-use crate::error::Message;
 use crate::run_report::design_warnings;
 use crate::setup::Setup;
 
