@@ -139,48 +139,48 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let m1 = replace("m1").unwrap_or(R::from_f64(0.04325));
-        let m2 = replace("m2").unwrap_or(R::from_f64(0.00365));
-        let m3 = replace("m3").unwrap_or(R::from_f64(0.02373));
-        let m4 = replace("m4").unwrap_or(R::from_f64(0.00706));
-        let m5 = replace("m5").unwrap_or(R::from_f64(0.0705));
-        let m6 = replace("m6").unwrap_or(R::from_f64(0.00706));
-        let m7 = replace("m7").unwrap_or(R::from_f64(0.05498));
-        let I1 = replace("I1").unwrap_or(R::from_f64(2.194e-6));
-        let I2 = replace("I2").unwrap_or(R::from_f64(4.41e-7));
-        let I3 = replace("I3").unwrap_or(R::from_f64(5.255e-6));
-        let I4 = replace("I4").unwrap_or(R::from_f64(5.667e-7));
-        let I5 = replace("I5").unwrap_or(R::from_f64(1.169e-5));
-        let I6 = replace("I6").unwrap_or(R::from_f64(5.667e-7));
-        let I7 = replace("I7").unwrap_or(R::from_f64(1.912e-5));
-        let xa = replace("xa").unwrap_or(-R::from_f64(0.06934));
-        let ya = replace("ya").unwrap_or(-R::from_f64(0.00227));
-        let xb = replace("xb").unwrap_or(-R::from_f64(0.03635));
-        let yb = replace("yb").unwrap_or(R::from_f64(0.03273));
-        let xc = replace("xc").unwrap_or(R::from_f64(0.014));
-        let yc = replace("yc").unwrap_or(R::from_f64(0.072));
-        let c0 = replace("c0").unwrap_or(R::from_f64(4530.0));
-        let l0 = replace("l0").unwrap_or(R::from_f64(0.07785));
-        let d = replace("d").unwrap_or(R::from_f64(0.028));
-        let da = replace("da").unwrap_or(R::from_f64(0.0115));
-        let e = replace("e").unwrap_or(R::from_f64(0.02));
-        let ea = replace("ea").unwrap_or(R::from_f64(0.01421));
-        let rr = replace("rr").unwrap_or(R::from_f64(0.007));
-        let ra = replace("ra").unwrap_or(R::from_f64(0.00092));
-        let ss = replace("ss").unwrap_or(R::from_f64(0.035));
-        let sa = replace("sa").unwrap_or(R::from_f64(0.01874));
-        let sb = replace("sb").unwrap_or(R::from_f64(0.01043));
-        let sc = replace("sc").unwrap_or(R::from_f64(0.018));
-        let sd = replace("sd").unwrap_or(R::from_f64(0.02));
-        let ta = replace("ta").unwrap_or(R::from_f64(0.02308));
-        let tb = replace("tb").unwrap_or(R::from_f64(0.00916));
-        let u = replace("u").unwrap_or(R::from_f64(0.04));
-        let ua = replace("ua").unwrap_or(R::from_f64(0.01228));
-        let ub = replace("ub").unwrap_or(R::from_f64(0.00449));
-        let zf = replace("zf").unwrap_or(R::from_f64(0.02));
-        let zt = replace("zt").unwrap_or(R::from_f64(0.04));
-        let fa = replace("fa").unwrap_or(R::from_f64(0.01421));
-        let mom = replace("mom").unwrap_or(R::from_f64(0.033));
+        let m1 = replace("m1").unwrap_or(R::from_number(0.04325));
+        let m2 = replace("m2").unwrap_or(R::from_number(0.00365));
+        let m3 = replace("m3").unwrap_or(R::from_number(0.02373));
+        let m4 = replace("m4").unwrap_or(R::from_number(0.00706));
+        let m5 = replace("m5").unwrap_or(R::from_number(0.0705));
+        let m6 = replace("m6").unwrap_or(R::from_number(0.00706));
+        let m7 = replace("m7").unwrap_or(R::from_number(0.05498));
+        let I1 = replace("I1").unwrap_or(R::from_number(2.194e-6));
+        let I2 = replace("I2").unwrap_or(R::from_number(4.41e-7));
+        let I3 = replace("I3").unwrap_or(R::from_number(5.255e-6));
+        let I4 = replace("I4").unwrap_or(R::from_number(5.667e-7));
+        let I5 = replace("I5").unwrap_or(R::from_number(1.169e-5));
+        let I6 = replace("I6").unwrap_or(R::from_number(5.667e-7));
+        let I7 = replace("I7").unwrap_or(R::from_number(1.912e-5));
+        let xa = replace("xa").unwrap_or(-R::from_number(0.06934));
+        let ya = replace("ya").unwrap_or(-R::from_number(0.00227));
+        let xb = replace("xb").unwrap_or(-R::from_number(0.03635));
+        let yb = replace("yb").unwrap_or(R::from_number(0.03273));
+        let xc = replace("xc").unwrap_or(R::from_number(0.014));
+        let yc = replace("yc").unwrap_or(R::from_number(0.072));
+        let c0 = replace("c0").unwrap_or(R::from_number(4530.0));
+        let l0 = replace("l0").unwrap_or(R::from_number(0.07785));
+        let d = replace("d").unwrap_or(R::from_number(0.028));
+        let da = replace("da").unwrap_or(R::from_number(0.0115));
+        let e = replace("e").unwrap_or(R::from_number(0.02));
+        let ea = replace("ea").unwrap_or(R::from_number(0.01421));
+        let rr = replace("rr").unwrap_or(R::from_number(0.007));
+        let ra = replace("ra").unwrap_or(R::from_number(0.00092));
+        let ss = replace("ss").unwrap_or(R::from_number(0.035));
+        let sa = replace("sa").unwrap_or(R::from_number(0.01874));
+        let sb = replace("sb").unwrap_or(R::from_number(0.01043));
+        let sc = replace("sc").unwrap_or(R::from_number(0.018));
+        let sd = replace("sd").unwrap_or(R::from_number(0.02));
+        let ta = replace("ta").unwrap_or(R::from_number(0.02308));
+        let tb = replace("tb").unwrap_or(R::from_number(0.00916));
+        let u = replace("u").unwrap_or(R::from_number(0.04));
+        let ua = replace("ua").unwrap_or(R::from_number(0.01228));
+        let ub = replace("ub").unwrap_or(R::from_number(0.00449));
+        let zf = replace("zf").unwrap_or(R::from_number(0.02));
+        let zt = replace("zt").unwrap_or(R::from_number(0.04));
+        let fa = replace("fa").unwrap_or(R::from_number(0.01421));
+        let mom = replace("mom").unwrap_or(R::from_number(0.033));
         Self {
             m1,
             m2,
@@ -401,45 +401,46 @@ impl<R: Scalar> Constants<R> {
         Self {
             e_minus_ea,
             zf_minus_fa,
-            twice_da: p.da * R::from_f64(2.0),
-            twice_d: R::from_f64(2.0) * p.d,
-            twice_e: p.e * R::from_f64(2.0),
-            twice_zf: p.zf * R::from_f64(2.0),
+            twice_da: p.da * R::from_number(2.0),
+            twice_d: R::from_number(2.0) * p.d,
+            twice_e: p.e * R::from_number(2.0),
+            twice_zf: p.zf * R::from_number(2.0),
             k1: v1,
             rr_da_m2,
-            twice_rr_da_m2: R::from_f64(2.0) * rr_da_m2,
+            twice_rr_da_m2: R::from_number(2.0) * rr_da_m2,
             i2_plus_da_sq_m2,
             i3_plus_m3_times_sa_sq_plus_sb_sq,
-            k2: p.I4 + p.m4 * (p.e * (p.e - p.ea * R::from_f64(2.0)) + ea_sq),
+            k2: p.I4 + p.m4 * (p.e * (p.e - p.ea * R::from_number(2.0)) + ea_sq),
             m4_times_e_minus_ea,
             i4_plus_i5,
-            k3: p.I6 + p.m6 * (p.zf * (p.zf - p.fa * R::from_f64(2.0)) + fa_sq),
+            k3: p.I6 + p.m6 * (p.zf * (p.zf - p.fa * R::from_number(2.0)) + fa_sq),
             m6_times_zf_minus_fa,
             i6_plus_i7,
             k4: R::zero() * p.m3,
             xb_minus_xc: p.xb - p.xc,
             yb_minus_yc: p.yb - p.yc,
             zt_m4_times_e_minus_ea,
-            twice_zt_m4_times_e_minus_ea: R::from_f64(2.0) * zt_m4_times_e_minus_ea,
+            twice_zt_m4_times_e_minus_ea: R::from_number(2.0) * zt_m4_times_e_minus_ea,
             u_m6_times_zf_minus_fa,
-            twice_u_m6_times_zf_minus_fa: R::from_f64(2.0) * u_m6_times_zf_minus_fa,
-            k5: v1 * R::from_f64(0.5),
-            k6: R::from_f64(0.5)
+            twice_u_m6_times_zf_minus_fa: R::from_number(2.0) * u_m6_times_zf_minus_fa,
+            k5: v1 * R::from_number(0.5),
+            k6: R::from_number(0.5)
                 * (p.m4 * (ea_sq + p.e * p.e + p.zt * p.zt)
                     + p.m5 * (p.ta * p.ta + p.tb * p.tb) + i4_plus_i5)
                 - p.e * p.ea * p.m4,
-            k7: R::from_f64(0.5)
+            k7: R::from_number(0.5)
                 * (p.m6 * (fa_sq + p.u * p.u + p.zf * p.zf)
                     + p.m7 * (p.ua * p.ua + p.ub * p.ub) + i6_plus_i7)
                 - p.zf * p.fa * p.m6,
-            half_times_i2_plus_da_sq_m2: i2_plus_da_sq_m2 * R::from_f64(0.5),
-            k8: i3_plus_m3_times_sa_sq_plus_sb_sq * R::from_f64(0.5),
-            k9: p.m4 * (p.e * (p.ea - p.e * R::from_f64(0.5)) - R::from_f64(0.5) * ea_sq)
-                - p.I4 * R::from_f64(0.5),
+            half_times_i2_plus_da_sq_m2: i2_plus_da_sq_m2 * R::from_number(0.5),
+            k8: i3_plus_m3_times_sa_sq_plus_sb_sq * R::from_number(0.5),
+            k9: p.m4
+                * (p.e * (p.ea - p.e * R::from_number(0.5))
+                    - R::from_number(0.5) * ea_sq) - p.I4 * R::from_number(0.5),
             k10: p.m6
-                * (p.zf * (p.fa - p.zf * R::from_f64(0.5)) - R::from_f64(0.5) * fa_sq)
-                - p.I6 * R::from_f64(0.5),
-            half_c0: p.c0 * R::from_f64(0.5),
+                * (p.zf * (p.fa - p.zf * R::from_number(0.5))
+                    - R::from_number(0.5) * fa_sq) - p.I6 * R::from_number(0.5),
+            half_c0: p.c0 * R::from_number(0.5),
             k11: p.xb * p.sd + p.sc * p.yc - p.yb * p.sc - p.xc * p.sd,
             k12: p.xc * p.sc + p.sd * p.yc - p.xb * p.sc - p.yb * p.sd,
         }
@@ -593,34 +594,34 @@ pub fn com_jacobian<R: Scalar>(m: &Andrews<R>, q: &[R; 7]) -> [[R; 7]; 21] {
         let mut rows = [[R::zero(); 7]; 21];
         rows[0][0] = -(p.ra * sin_beta);
         rows[1][0] = p.ra * cos_beta;
-        rows[2][0] = R::from_f64(1.0);
+        rows[2][0] = R::from_number(1.0);
         rows[3][0] = -(r_y - da_sin_v1);
         rows[3][1] = da_sin_v1;
         rows[4][0] = r_x - da_cos_v1;
         rows[4][1] = -da_cos_v1;
-        rows[5][0] = R::from_f64(1.0);
-        rows[5][1] = R::from_f64(1.0);
+        rows[5][0] = R::from_number(1.0);
+        rows[5][1] = R::from_number(1.0);
         rows[6][2] = -(p.sb * sin_gamma - p.sa * cos_gamma);
         rows[7][2] = p.sa * sin_gamma + p.sb * cos_gamma;
-        rows[8][2] = R::from_f64(1.0);
+        rows[8][2] = R::from_number(1.0);
         rows[9][3] = e_minus_ea_cos_v2;
         rows[9][4] = -(p.zt * sin_delta - e_minus_ea_cos_v2);
         rows[10][3] = e_minus_ea_sin_v2;
         rows[10][4] = p.zt * cos_delta + e_minus_ea_sin_v2;
-        rows[11][3] = R::from_f64(1.0);
-        rows[11][4] = R::from_f64(1.0);
+        rows[11][3] = R::from_number(1.0);
+        rows[11][4] = R::from_number(1.0);
         rows[12][4] = -(p.tb * cos_delta + p.ta * sin_delta);
         rows[13][4] = p.ta * cos_delta - p.tb * sin_delta;
-        rows[14][4] = R::from_f64(1.0);
+        rows[14][4] = R::from_number(1.0);
         rows[15][5] = -zf_minus_fa_sin_v3;
         rows[15][6] = p.u * cos_eps - zf_minus_fa_sin_v3;
         rows[16][5] = zf_minus_fa_cos_v3;
         rows[16][6] = p.u * sin_eps + zf_minus_fa_cos_v3;
-        rows[17][5] = R::from_f64(1.0);
-        rows[17][6] = R::from_f64(1.0);
+        rows[17][5] = R::from_number(1.0);
+        rows[17][6] = R::from_number(1.0);
         rows[18][6] = p.ub * sin_eps + p.ua * cos_eps;
         rows[19][6] = p.ua * sin_eps - p.ub * cos_eps;
-        rows[20][6] = R::from_f64(1.0);
+        rows[20][6] = R::from_number(1.0);
         rows
     }
 }
@@ -2430,13 +2431,13 @@ impl<R: Scalar> Equations<R, 7, 6> for Andrews<R> {
     fn start(&self) -> Start<R, 7> {
         Start {
             q: [
-                -R::from_f64(0.06171389001427645),
+                -R::from_number(0.06171389001427645),
                 R::zero(),
-                R::from_f64(0.45528),
-                R::from_f64(0.222668),
-                R::from_f64(0.487365),
-                -R::from_f64(0.222668),
-                R::from_f64(1.230547),
+                R::from_number(0.45528),
+                R::from_number(0.222668),
+                R::from_number(0.487365),
+                -R::from_number(0.222668),
+                R::from_number(1.230547),
             ],
             given: [true, false, false, false, false, false, false],
             qd: [
@@ -2454,8 +2455,8 @@ impl<R: Scalar> Equations<R, 7, 6> for Andrews<R> {
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(1e-5),
-            end_time: R::from_f64(0.03),
+            step: R::from_number(1e-5),
+            end_time: R::from_number(0.03),
         }
     }
 
@@ -2979,4 +2980,4 @@ step = 1e-5
 end_time = 0.03
 "#;
 
-// Hash of this file, its tape and its derivation: fc6a097effa82aca
+// Hash of this file, its tape and its derivation: 2cde73950934e023

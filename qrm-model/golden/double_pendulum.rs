@@ -56,10 +56,11 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let l = replace("l").unwrap_or(R::from_f64(1.0));
-        let m = replace("m").unwrap_or(R::from_f64(1.0));
-        let g = replace("g").unwrap_or(R::from_f64(9.81));
-        let a0 = replace("a0").unwrap_or(R::from_f64(2.0) * R::pi() / R::from_f64(3.0));
+        let l = replace("l").unwrap_or(R::from_number(1.0));
+        let m = replace("m").unwrap_or(R::from_number(1.0));
+        let g = replace("g").unwrap_or(R::from_number(9.81));
+        let a0 = replace("a0")
+            .unwrap_or(R::from_number(2.0) * R::pi() / R::from_number(3.0));
         Self { l, m, g, a0 }
     }
 }
@@ -143,15 +144,15 @@ impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let l_m = p.l * p.m;
         let l_sq_m = p.l * l_m;
-        let twice_l_sq_m = R::from_f64(2.0) * l_sq_m;
+        let twice_l_sq_m = R::from_number(2.0) * l_sq_m;
         let l_m_g = p.g * l_m;
         Self {
             l_m,
             l_sq_m,
             twice_l_sq_m,
             l_m_g,
-            twice_l_m_g: R::from_f64(2.0) * l_m_g,
-            half_l_sq_m: R::from_f64(0.5) * l_sq_m,
+            twice_l_m_g: R::from_number(2.0) * l_m_g,
+            half_l_sq_m: R::from_number(0.5) * l_sq_m,
             k1: twice_l_sq_m.recip(),
             m_g: p.m * p.g,
         }
@@ -689,8 +690,8 @@ impl<R: Scalar> Equations<R, 2, 0> for DoublePendulum<R> {
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(10.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(10.0),
         }
     }
 
@@ -857,4 +858,4 @@ step = 1e-3
 end_time = 10
 "#;
 
-// Hash of this file, its tape and its derivation: 8550430b97b94bfd
+// Hash of this file, its tape and its derivation: 85bf0614cfa8de41

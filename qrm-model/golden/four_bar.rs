@@ -64,11 +64,11 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let l1 = replace("l1").unwrap_or(R::from_f64(0.13));
-        let l2 = replace("l2").unwrap_or(R::from_f64(0.24));
-        let l3 = replace("l3").unwrap_or(R::from_f64(0.21));
-        let l4 = replace("l4").unwrap_or(R::from_f64(0.34));
-        let rho = replace("rho").unwrap_or(R::from_f64(997.0));
+        let l1 = replace("l1").unwrap_or(R::from_number(0.13));
+        let l2 = replace("l2").unwrap_or(R::from_number(0.24));
+        let l3 = replace("l3").unwrap_or(R::from_number(0.21));
+        let l4 = replace("l4").unwrap_or(R::from_number(0.34));
+        let rho = replace("rho").unwrap_or(R::from_number(997.0));
         Self { l1, l2, l3, l4, rho }
     }
 }
@@ -193,9 +193,9 @@ pub struct Constants<R = f64> {
 impl<R: Scalar> Constants<R> {
     #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
-        let half_l2 = R::from_f64(0.5) * p.l2;
-        let half_l3 = R::from_f64(0.5) * p.l3;
-        let half_l4 = R::from_f64(0.5) * p.l4;
+        let half_l2 = R::from_number(0.5) * p.l2;
+        let half_l3 = R::from_number(0.5) * p.l3;
+        let half_l4 = R::from_number(0.5) * p.l4;
         let l2_sq = p.l2 * p.l2;
         let l2_pow3 = p.l2 * l2_sq;
         let l3_sq = p.l3 * p.l3;
@@ -203,42 +203,43 @@ impl<R: Scalar> Constants<R> {
         let l4_pow3 = p.l4 * l4_sq;
         let l3_pow3_plus_l4_pow3 = p.l3 * l3_sq + l4_pow3;
         let l2_pow3_plus_l3_pow3_plus_l4_pow3 = l2_pow3 + l3_pow3_plus_l4_pow3;
-        let v1 = p.rho * R::from_f64(0.08333333333333333);
+        let v1 = p.rho * R::from_number(0.08333333333333333);
         let l3_rho = p.l3 * p.rho;
         let l3_sq_rho = p.l3 * l3_rho;
         let l4_sq_rho = p.rho * l4_sq;
-        let v2 = R::from_f64(0.3333333333333333) * l4_pow3;
+        let v2 = R::from_number(0.3333333333333333) * l4_pow3;
         let l3_l4_sq_rho = l4_sq * l3_rho;
-        let v3 = R::from_f64(0.16666666666666666) * l4_pow3;
+        let v3 = R::from_number(0.16666666666666666) * l4_pow3;
         Self {
-            half_l1: R::from_f64(0.5) * p.l1,
+            half_l1: R::from_number(0.5) * p.l1,
             half_l2,
             half_l3,
             half_l4,
-            twice_l3: p.l3 * R::from_f64(2.0),
-            twice_l4: p.l4 * R::from_f64(2.0),
+            twice_l3: p.l3 * R::from_number(2.0),
+            twice_l4: p.l4 * R::from_number(2.0),
             k1: l2_pow3_plus_l3_pow3_plus_l4_pow3 * v1,
-            k2: p.rho * R::from_f64(0.25) * l2_pow3,
+            k2: p.rho * R::from_number(0.25) * l2_pow3,
             l3_rho,
             l4_rho: p.l4 * p.rho,
             k3: l3_pow3_plus_l4_pow3 * v1,
             l3_sq_rho,
-            k4: p.l3 * R::from_f64(0.25),
+            k4: p.l3 * R::from_number(0.25),
             k5: l4_pow3 * v1,
             l4_sq_rho,
-            k6: p.l4 * R::from_f64(0.25),
-            k7: p.rho * ((p.l4 + p.l3 * R::from_f64(0.3333333333333333)) * l3_sq + v2),
+            k6: p.l4 * R::from_number(0.25),
+            k7: p.rho
+                * ((p.l4 + p.l3 * R::from_number(0.3333333333333333)) * l3_sq + v2),
             l3_l4_sq_rho,
             k8: p.rho * v2,
-            half_l3_l4_sq_rho: R::from_f64(0.5) * l3_l4_sq_rho,
+            half_l3_l4_sq_rho: R::from_number(0.5) * l3_l4_sq_rho,
             l2_l3_rho_times_half_l3_plus_l4: p.l2 * (half_l3 + p.l4) * l3_rho,
             half_l2_l4_sq_rho: half_l2 * l4_sq_rho,
             k9: p.rho
-                * (R::from_f64(0.5) * ((p.l3 + p.l4) * l2_sq + p.l4 * l3_sq)
+                * (R::from_number(0.5) * ((p.l3 + p.l4) * l2_sq + p.l4 * l3_sq)
                     + l2_pow3_plus_l3_pow3_plus_l4_pow3
-                        * R::from_f64(0.16666666666666666)),
+                        * R::from_number(0.16666666666666666)),
             k10: p.rho
-                * ((half_l4 + p.l3 * R::from_f64(0.16666666666666666)) * l3_sq + v3),
+                * ((half_l4 + p.l3 * R::from_number(0.16666666666666666)) * l3_sq + v3),
             k11: p.rho * v3,
             l2_l3_sq_rho: p.l2 * l3_sq_rho,
             half_l2_l3_sq_rho: l3_sq_rho * half_l2,
@@ -346,17 +347,17 @@ pub fn com_jacobian<R: Scalar>(m: &FourBar<R>, q: &[R; 3]) -> [[R; 3]; 9] {
     [
         [-(k.half_l2 * sin_q1), R::zero(), R::zero()],
         [k.half_l2 * cos_q1, R::zero(), R::zero()],
-        [R::from_f64(1.0), R::zero(), R::zero()],
+        [R::from_number(1.0), R::zero(), R::zero()],
         [-(b_y + half_l3_sin_v1), -half_l3_sin_v1, R::zero()],
         [l2_cos_q1 + half_l3_cos_v1, half_l3_cos_v1, R::zero()],
-        [R::from_f64(1.0), R::from_f64(1.0), R::zero()],
+        [R::from_number(1.0), R::from_number(1.0), R::zero()],
         [-(half_l4_sin_v2 + c_y), -(l3_sin_v1 + half_l4_sin_v2), -half_l4_sin_v2],
         [
             half_l4_cos_v2 + (l2_cos_q1 + l3_cos_v1),
             l3_cos_v1 + half_l4_cos_v2,
             half_l4_cos_v2,
         ],
-        [R::from_f64(1.0), R::from_f64(1.0), R::from_f64(1.0)],
+        [R::from_number(1.0), R::from_number(1.0), R::from_number(1.0)],
     ]
 }
 
@@ -1440,17 +1441,17 @@ impl<R: Scalar> Equations<R, 3, 2> for FourBar<R> {
 
     fn start(&self) -> Start<R, 3> {
         Start {
-            q: [R::from_f64(2.1), R::from_f64(0.67), R::from_f64(2.53)],
+            q: [R::from_number(2.1), R::from_number(0.67), R::from_number(2.53)],
             given: [true, false, false],
-            qd: [R::from_f64(0.2), R::zero(), R::zero()],
+            qd: [R::from_number(0.2), R::zero(), R::zero()],
             given_rates: [true, false, false],
         }
     }
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.01),
-            end_time: R::from_f64(20.0),
+            step: R::from_number(0.01),
+            end_time: R::from_number(20.0),
         }
     }
 
@@ -1648,4 +1649,4 @@ step = 1e-2
 end_time = 20
 "#;
 
-// Hash of this file, its tape and its derivation: 48432d63ba8f563f
+// Hash of this file, its tape and its derivation: 277b5ad3c06dd1a9

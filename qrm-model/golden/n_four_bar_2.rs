@@ -65,11 +65,11 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let l = replace("l").unwrap_or(R::from_f64(1.0));
-        let m = replace("m").unwrap_or(R::from_f64(1.0));
-        let J = replace("J").unwrap_or(m * l.powi(2) / R::from_f64(12.0));
-        let g = replace("g").unwrap_or(R::from_f64(9.81));
-        let v0 = replace("v0").unwrap_or(R::from_f64(1.0));
+        let l = replace("l").unwrap_or(R::from_number(1.0));
+        let m = replace("m").unwrap_or(R::from_number(1.0));
+        let J = replace("J").unwrap_or(m * l.powi(2) / R::from_number(12.0));
+        let g = replace("g").unwrap_or(R::from_number(9.81));
+        let v0 = replace("v0").unwrap_or(R::from_number(1.0));
         Self { l, m, J, g, v0 }
     }
 }
@@ -173,18 +173,18 @@ impl<R: Scalar> Constants<R> {
         let l_m = p.l * p.m;
         let l_sq_m = p.l * l_m;
         let l_m_g = p.g * l_m;
-        let half_j = R::from_f64(0.5) * p.J;
+        let half_j = R::from_number(0.5) * p.J;
         Self {
-            half_l: R::from_f64(0.5) * p.l,
-            twice_l: p.l * R::from_f64(2.0),
-            k1: p.J + R::from_f64(1.25) * l_sq_m,
-            half_l_sq_m: R::from_f64(0.5) * l_sq_m,
-            k2: p.J + R::from_f64(0.25) * l_sq_m,
+            half_l: R::from_number(0.5) * p.l,
+            twice_l: p.l * R::from_number(2.0),
+            k1: p.J + R::from_number(1.25) * l_sq_m,
+            half_l_sq_m: R::from_number(0.5) * l_sq_m,
+            k2: p.J + R::from_number(0.25) * l_sq_m,
             l_m_g,
-            k3: R::from_f64(1.5) * l_m_g,
-            half_l_m_g: R::from_f64(0.5) * l_m_g,
-            k4: half_j + R::from_f64(0.125) * l_sq_m,
-            k5: half_j + R::from_f64(0.625) * l_sq_m,
+            k3: R::from_number(1.5) * l_m_g,
+            half_l_m_g: R::from_number(0.5) * l_m_g,
+            k4: half_j + R::from_number(0.125) * l_sq_m,
+            k5: half_j + R::from_number(0.625) * l_sq_m,
         }
     }
 }
@@ -227,7 +227,7 @@ pub fn com_positions<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5]) -> [R; 15] {
     let (sin_b1, cos_b1) = b1.sin_cos();
     let b0_x = p.l * cos_a0;
     let b0_y = p.l * sin_a0;
-    let b1_x = p.l * (R::from_f64(1.0) + cos_a1);
+    let b1_x = p.l * (R::from_number(1.0) + cos_a1);
     let b1_y = p.l * sin_a1;
     [
         k.half_l * cos_a0,
@@ -295,19 +295,19 @@ pub fn com_jacobian<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5]) -> [[R; 5]; 15] {
     [
         [-(k.half_l * sin_a0), R::zero(), R::zero(), R::zero(), R::zero()],
         [k.half_l * cos_a0, R::zero(), R::zero(), R::zero(), R::zero()],
-        [R::from_f64(1.0), R::zero(), R::zero(), R::zero(), R::zero()],
+        [R::from_number(1.0), R::zero(), R::zero(), R::zero(), R::zero()],
         [R::zero(), -(k.half_l * sin_a1), R::zero(), R::zero(), R::zero()],
         [R::zero(), k.half_l * cos_a1, R::zero(), R::zero(), R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero(), R::zero(), R::zero()],
+        [R::zero(), R::from_number(1.0), R::zero(), R::zero(), R::zero()],
         [R::zero(), R::zero(), -(k.half_l * sin_a2), R::zero(), R::zero()],
         [R::zero(), R::zero(), k.half_l * cos_a2, R::zero(), R::zero()],
-        [R::zero(), R::zero(), R::from_f64(1.0), R::zero(), R::zero()],
+        [R::zero(), R::zero(), R::from_number(1.0), R::zero(), R::zero()],
         [-b0_y, R::zero(), R::zero(), -(k.half_l * sin_b0), R::zero()],
         [b0_x, R::zero(), R::zero(), k.half_l * cos_b0, R::zero()],
-        [R::zero(), R::zero(), R::zero(), R::from_f64(1.0), R::zero()],
+        [R::zero(), R::zero(), R::zero(), R::from_number(1.0), R::zero()],
         [R::zero(), -b1_y, R::zero(), R::zero(), -(k.half_l * sin_b1)],
         [R::zero(), p.l * cos_a1, R::zero(), R::zero(), k.half_l * cos_b1],
-        [R::zero(), R::zero(), R::zero(), R::zero(), R::from_f64(1.0)],
+        [R::zero(), R::zero(), R::zero(), R::zero(), R::from_number(1.0)],
     ]
 }
 
@@ -397,9 +397,9 @@ pub fn constraints<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5]) -> [R; 4] {
     let (sin_b0, cos_b0) = b0.sin_cos();
     let (sin_b1, cos_b1) = b1.sin_cos();
     [
-        p.l * (cos_a0 + cos_b0 - (R::from_f64(1.0) + cos_a1)),
+        p.l * (cos_a0 + cos_b0 - (R::from_number(1.0) + cos_a1)),
         p.l * (sin_a0 - sin_a1 + sin_b0),
-        -(p.l * (R::from_f64(1.0) - cos_a1 + cos_a2 - cos_b1)),
+        -(p.l * (R::from_number(1.0) - cos_a1 + cos_a2 - cos_b1)),
         p.l * (sin_a1 - sin_a2 + sin_b1),
     ]
 }
@@ -751,9 +751,9 @@ pub fn loop_constraints<R: Scalar>(
     let b2_y = p.l * sin_a2;
     LoopConstraints {
         residuals: [
-            p.l * (cos_a0 + cos_b0 - (R::from_f64(1.0) + cos_a1)),
+            p.l * (cos_a0 + cos_b0 - (R::from_number(1.0) + cos_a1)),
             p.l * (sin_a0 - sin_a1 + sin_b0),
-            -(p.l * (R::from_f64(1.0) - cos_a1 + cos_a2 - cos_b1)),
+            -(p.l * (R::from_number(1.0) - cos_a1 + cos_a2 - cos_b1)),
             p.l * (sin_a1 - sin_a2 + sin_b1),
         ],
         constraint_jacobian: [
@@ -826,9 +826,9 @@ pub fn position<R: Scalar>(
     let [cos_a0, cos_a1, cos_a2, cos_b0, cos_b1] = angles.cos;
 
     // The residuals of the constraints: C.
-    let loop0_x_residual = p.l * (cos_a0 - R::from_f64(1.0) - cos_a1 + cos_b0);
+    let loop0_x_residual = p.l * (cos_a0 - R::from_number(1.0) - cos_a1 + cos_b0);
     let loop0_y_residual = p.l * (sin_a0 - sin_a1 + sin_b0);
-    let loop1_x_residual = p.l * (R::from_f64(1.0) - cos_a1 + cos_a2 - cos_b1);
+    let loop1_x_residual = p.l * (R::from_number(1.0) - cos_a1 + cos_a2 - cos_b1);
     let loop1_y_residual = p.l * (sin_a1 - sin_a2 + sin_b1);
 
     // The constraint Jacobian C_q.
@@ -1369,9 +1369,9 @@ impl<R: Scalar> Equations<R, 5, 4> for NFourBar2<R> {
         let p = &self.parameters;
         Start {
             q: [
-                R::pi() / R::from_f64(2.0),
-                R::pi() / R::from_f64(2.0),
-                R::pi() / R::from_f64(2.0),
+                R::pi() / R::from_number(2.0),
+                R::pi() / R::from_number(2.0),
+                R::pi() / R::from_number(2.0),
                 R::zero(),
                 R::zero(),
             ],
@@ -1383,8 +1383,8 @@ impl<R: Scalar> Equations<R, 5, 4> for NFourBar2<R> {
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(10.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(10.0),
         }
     }
 
@@ -1633,4 +1633,4 @@ step = 1e-3
 end_time = 10
 "#;
 
-// Hash of this file, its tape and its derivation: beeec1affd12bf9f
+// Hash of this file, its tape and its derivation: 6938a770a2d27a4d

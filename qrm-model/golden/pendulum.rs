@@ -60,9 +60,9 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let m = replace("m").unwrap_or(R::from_f64(1.0));
-        let l = replace("l").unwrap_or(R::from_f64(1.0));
-        let g = replace("g").unwrap_or(R::from_f64(9.81));
+        let m = replace("m").unwrap_or(R::from_number(1.0));
+        let l = replace("l").unwrap_or(R::from_number(1.0));
+        let g = replace("g").unwrap_or(R::from_number(9.81));
         Self { m, l, g }
     }
 }
@@ -142,9 +142,9 @@ impl<R: Scalar> Constants<R> {
         let inv_l = p.l.recip();
         Self {
             k1: inv_l,
-            half_l_sq: p.l * p.l * R::from_f64(0.5),
+            half_l_sq: p.l * p.l * R::from_number(0.5),
             m_g: p.m * p.g,
-            half_m: R::from_f64(0.5) * p.m,
+            half_m: R::from_number(0.5) * p.m,
             k2: inv_l * inv_l,
         }
     }
@@ -185,7 +185,7 @@ pub fn com_positions<R: Scalar>(_m: &Pendulum<R>, q: &[R; 2]) -> [R; 2] {
 #[doc(alias = "x_q")]
 #[inline]
 pub fn com_jacobian<R: Scalar>(_m: &Pendulum<R>, _q: &[R; 2]) -> [[R; 2]; 2] {
-    [[R::from_f64(1.0), R::zero()], [R::zero(), R::from_f64(1.0)]]
+    [[R::from_number(1.0), R::zero()], [R::zero(), R::from_number(1.0)]]
 }
 
 /// Convective accelerations `(T qd)_q qd`: `xdd = T qdd + bias`, in m/s^2 and rad/s^2.
@@ -220,7 +220,7 @@ pub fn com_bias<R: Scalar>(_m: &Pendulum<R>, _q: &[R; 2], _qd: &[R; 2]) -> [R; 2
 pub fn constraints<R: Scalar>(m: &Pendulum<R>, q: &[R; 2]) -> [R; 1] {
     let k = &m.constants;
     let [x, y] = *q;
-    [-(k.k1 * (k.half_l_sq - R::from_f64(0.5) * (x * x + y * y)))]
+    [-(k.k1 * (k.half_l_sq - R::from_number(0.5) * (x * x + y * y)))]
 }
 
 /// The constraint Jacobian `C_q = dC/dq`.
@@ -399,7 +399,7 @@ pub fn loop_constraints<R: Scalar>(
     let k = &m.constants;
     let [x, y] = *q;
     LoopConstraints {
-        residuals: [-(k.k1 * (k.half_l_sq - R::from_f64(0.5) * (x * x + y * y)))],
+        residuals: [-(k.k1 * (k.half_l_sq - R::from_number(0.5) * (x * x + y * y)))],
         constraint_jacobian: [[k.k1 * x, k.k1 * y]],
         constraint_rate: [R::zero()],
     }
@@ -434,7 +434,7 @@ pub fn position<R: Scalar>(
 
     // The residuals of the constraints: C.
     let v1 = y.mul_add(y, x * x);
-    let rod_residual = k.k1 * R::from_f64(0.5).neg_mul_add(v1, k.half_l_sq);
+    let rod_residual = k.k1 * R::from_number(0.5).neg_mul_add(v1, k.half_l_sq);
 
     // The constraint Jacobian C_q.
     let rod_x = k.k1 * x;
@@ -675,7 +675,7 @@ impl<R: Scalar> Equations<R, 2, 1> for Pendulum<R> {
 
     fn start(&self) -> Start<R, 2> {
         Start {
-            q: [R::from_f64(1.0), R::zero()],
+            q: [R::from_number(1.0), R::zero()],
             given: [false, true],
             qd: [R::zero(), R::zero()],
             given_rates: [false, true],
@@ -684,8 +684,8 @@ impl<R: Scalar> Equations<R, 2, 1> for Pendulum<R> {
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(100.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(100.0),
         }
     }
 
@@ -856,4 +856,4 @@ step = 1e-3
 end_time = 100
 "#;
 
-// Hash of this file, its tape and its derivation: e750d664d9239e67
+// Hash of this file, its tape and its derivation: f7a08619cd197016

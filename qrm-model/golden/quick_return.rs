@@ -91,23 +91,23 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let O2A = replace("O2A").unwrap_or(R::from_f64(0.2));
-        let O4B = replace("O4B").unwrap_or(R::from_f64(0.7));
-        let BC = replace("BC").unwrap_or(R::from_f64(0.6));
-        let O4O2 = replace("O4O2").unwrap_or(R::from_f64(0.3));
-        let O4G4 = replace("O4G4").unwrap_or(R::from_f64(0.4));
-        let BG5 = replace("BG5").unwrap_or(R::from_f64(0.3));
-        let yC = replace("yC").unwrap_or(R::from_f64(0.9));
-        let m3 = replace("m3").unwrap_or(R::from_f64(0.5));
-        let m4 = replace("m4").unwrap_or(R::from_f64(6.0));
-        let m5 = replace("m5").unwrap_or(R::from_f64(4.0));
-        let m6 = replace("m6").unwrap_or(R::from_f64(2.0));
-        let J2 = replace("J2").unwrap_or(R::from_f64(100.0));
-        let J4 = replace("J4").unwrap_or(R::from_f64(10.0));
-        let J5 = replace("J5").unwrap_or(R::from_f64(6.0));
-        let F6 = replace("F6").unwrap_or(R::from_f64(1000.0));
+        let O2A = replace("O2A").unwrap_or(R::from_number(0.2));
+        let O4B = replace("O4B").unwrap_or(R::from_number(0.7));
+        let BC = replace("BC").unwrap_or(R::from_number(0.6));
+        let O4O2 = replace("O4O2").unwrap_or(R::from_number(0.3));
+        let O4G4 = replace("O4G4").unwrap_or(R::from_number(0.4));
+        let BG5 = replace("BG5").unwrap_or(R::from_number(0.3));
+        let yC = replace("yC").unwrap_or(R::from_number(0.9));
+        let m3 = replace("m3").unwrap_or(R::from_number(0.5));
+        let m4 = replace("m4").unwrap_or(R::from_number(6.0));
+        let m5 = replace("m5").unwrap_or(R::from_number(4.0));
+        let m6 = replace("m6").unwrap_or(R::from_number(2.0));
+        let J2 = replace("J2").unwrap_or(R::from_number(100.0));
+        let J4 = replace("J4").unwrap_or(R::from_number(10.0));
+        let J5 = replace("J5").unwrap_or(R::from_number(6.0));
+        let F6 = replace("F6").unwrap_or(R::from_number(1000.0));
         let w0 = replace("w0")
-            .unwrap_or(R::from_f64(150.0) * R::pi() / R::from_f64(60.0));
+            .unwrap_or(R::from_number(150.0) * R::pi() / R::from_number(60.0));
         Self {
             O2A,
             O4B,
@@ -253,7 +253,7 @@ impl<R: Scalar> Constants<R> {
         Self {
             o2a_sq_plus_o4o2_sq: o2a_sq + o4o2_sq,
             o2a_o4o2,
-            twice_o2a_o4o2: R::from_f64(2.0) * o2a_o4o2,
+            twice_o2a_o4o2: R::from_number(2.0) * o2a_o4o2,
             o2a_sq_o4o2_sq: o2a_sq * o4o2_sq,
             j2_plus_o2a_sq_m3,
             j4_plus_o4b_sq_m5_plus_o4g4_sq_m4,
@@ -264,11 +264,11 @@ impl<R: Scalar> Constants<R> {
             bc_sq_m6,
             o4b_f6: p.O4B * p.F6,
             bc_f6: p.BC * p.F6,
-            half_o4b_sq_m6: R::from_f64(0.5) * o4b_sq_m6,
-            k1: j4_plus_o4b_sq_m5_plus_o4g4_sq_m4 * R::from_f64(0.5),
-            half_times_j5_plus_bg5_sq_m5: j5_plus_bg5_sq_m5 * R::from_f64(0.5),
-            half_bc_sq_m6: R::from_f64(0.5) * bc_sq_m6,
-            half_times_j2_plus_o2a_sq_m3: j2_plus_o2a_sq_m3 * R::from_f64(0.5),
+            half_o4b_sq_m6: R::from_number(0.5) * o4b_sq_m6,
+            k1: j4_plus_o4b_sq_m5_plus_o4g4_sq_m4 * R::from_number(0.5),
+            half_times_j5_plus_bg5_sq_m5: j5_plus_bg5_sq_m5 * R::from_number(0.5),
+            half_bc_sq_m6: R::from_number(0.5) * bc_sq_m6,
+            half_times_j2_plus_o2a_sq_m3: j2_plus_o2a_sq_m3 * R::from_number(0.5),
         }
     }
 }
@@ -356,15 +356,15 @@ pub fn com_jacobian<R: Scalar>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 10] {
     let b_x = p.O4B * cos_phi4;
     let b_y = p.O4B * sin_phi4;
     [
-        [R::from_f64(1.0), R::zero(), R::zero()],
+        [R::from_number(1.0), R::zero(), R::zero()],
         [-(p.O2A * sin_phi2), R::zero(), R::zero()],
         [a_x, R::zero(), R::zero()],
         [R::zero(), -(p.O4G4 * sin_phi4), R::zero()],
         [R::zero(), p.O4G4 * cos_phi4, R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero()],
+        [R::zero(), R::from_number(1.0), R::zero()],
         [R::zero(), -b_y, -(p.BG5 * sin_phi5)],
         [R::zero(), b_x, p.BG5 * cos_phi5],
-        [R::zero(), R::zero(), R::from_f64(1.0)],
+        [R::zero(), R::zero(), R::from_number(1.0)],
         [R::zero(), -b_y, -(p.BC * sin_phi5)],
     ]
 }
@@ -1052,7 +1052,7 @@ pub fn accelerations<R: Scalar>(
     let slot_bias = cos_phi4
         .neg_mul_add(
             phi4_dot_sq.mul_add(r, r_bias),
-            (R::from_f64(2.0) * sin_phi4 * phi4_dot)
+            (R::from_number(2.0) * sin_phi4 * phi4_dot)
                 .neg_mul_add(r_dot, a_x * phi2_dot_sq),
         );
     let phi5_dot_sq = phi5_dot * phi5_dot;
@@ -1230,7 +1230,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
         _multipliers: &[R; 2],
     ) -> Option<R> {
         let [phi2, _, _] = *q;
-        Some(phi2.abs() - R::from_f64(4.0) * R::pi())
+        Some(phi2.abs() - R::from_number(4.0) * R::pi())
     }
 
     #[inline(always)]
@@ -1272,7 +1272,7 @@ impl<R: Scalar> Equations<R, 3, 2> for QuickReturn<R> {
     fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
         Start {
-            q: [R::zero(), R::from_f64(1.0), R::from_f64(2.6)],
+            q: [R::zero(), R::from_number(1.0), R::from_number(2.6)],
             given: [true, false, false],
             qd: [p.w0, R::zero(), R::zero()],
             given_rates: [true, false, false],
@@ -1281,8 +1281,8 @@ impl<R: Scalar> Equations<R, 3, 2> for QuickReturn<R> {
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(10.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(10.0),
         }
     }
 
@@ -1603,4 +1603,4 @@ until = 'abs(phi2) >= 4*pi'
 max_time = 10
 "#;
 
-// Hash of this file, its tape and its derivation: 79f30d6c02b4e77e
+// Hash of this file, its tape and its derivation: 290a66d89be9df02

@@ -87,22 +87,23 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let O2A = replace("O2A").unwrap_or(R::from_f64(0.2));
-        let O4B = replace("O4B").unwrap_or(R::from_f64(0.7));
-        let BC = replace("BC").unwrap_or(R::from_f64(0.6));
-        let O4O2 = replace("O4O2").unwrap_or(R::from_f64(0.3));
-        let O4G4 = replace("O4G4").unwrap_or(R::from_f64(0.4));
-        let BG5 = replace("BG5").unwrap_or(R::from_f64(0.3));
-        let yC = replace("yC").unwrap_or(R::from_f64(0.9));
-        let m3 = replace("m3").unwrap_or(R::from_f64(0.5));
-        let m4 = replace("m4").unwrap_or(R::from_f64(6.0));
-        let m5 = replace("m5").unwrap_or(R::from_f64(4.0));
-        let m6 = replace("m6").unwrap_or(R::from_f64(2.0));
-        let J2 = replace("J2").unwrap_or(R::from_f64(100.0));
-        let J4 = replace("J4").unwrap_or(R::from_f64(10.0));
-        let J5 = replace("J5").unwrap_or(R::from_f64(6.0));
-        let F6 = replace("F6").unwrap_or(R::from_f64(1000.0));
-        let w = replace("w").unwrap_or(R::from_f64(150.0) * R::pi() / R::from_f64(60.0));
+        let O2A = replace("O2A").unwrap_or(R::from_number(0.2));
+        let O4B = replace("O4B").unwrap_or(R::from_number(0.7));
+        let BC = replace("BC").unwrap_or(R::from_number(0.6));
+        let O4O2 = replace("O4O2").unwrap_or(R::from_number(0.3));
+        let O4G4 = replace("O4G4").unwrap_or(R::from_number(0.4));
+        let BG5 = replace("BG5").unwrap_or(R::from_number(0.3));
+        let yC = replace("yC").unwrap_or(R::from_number(0.9));
+        let m3 = replace("m3").unwrap_or(R::from_number(0.5));
+        let m4 = replace("m4").unwrap_or(R::from_number(6.0));
+        let m5 = replace("m5").unwrap_or(R::from_number(4.0));
+        let m6 = replace("m6").unwrap_or(R::from_number(2.0));
+        let J2 = replace("J2").unwrap_or(R::from_number(100.0));
+        let J4 = replace("J4").unwrap_or(R::from_number(10.0));
+        let J5 = replace("J5").unwrap_or(R::from_number(6.0));
+        let F6 = replace("F6").unwrap_or(R::from_number(1000.0));
+        let w = replace("w")
+            .unwrap_or(R::from_number(150.0) * R::pi() / R::from_number(60.0));
         Self {
             O2A,
             O4B,
@@ -266,12 +267,12 @@ impl<R: Scalar> Constants<R> {
         let bc_m6_plus_bg5_m5 = bc_m6 + bg5_m5;
         let j5_plus_bg5_sq_m5 = p.J5 + p.BG5 * bg5_m5;
         let bc_sq_m6 = p.BC * bc_m6;
-        let twice_o4b = p.O4B * R::from_f64(2.0);
-        let v1 = R::from_f64(3.0) * o2a_sq_o4o2_sq;
+        let twice_o4b = p.O4B * R::from_number(2.0);
+        let v1 = R::from_number(3.0) * o2a_sq_o4o2_sq;
         Self {
             o2a_sq_plus_o4o2_sq: o2a_sq + o4o2_sq,
             o2a_o4o2,
-            twice_o2a_o4o2: R::from_f64(2.0) * o2a_o4o2,
+            twice_o2a_o4o2: R::from_number(2.0) * o2a_o4o2,
             o2a_sq_o4o2_sq,
             j2_plus_o2a_sq_m3,
             j4_plus_o4b_sq_m5_plus_o4g4_sq_m4,
@@ -282,21 +283,21 @@ impl<R: Scalar> Constants<R> {
             bc_sq_m6,
             o4b_f6: p.O4B * p.F6,
             bc_f6: p.BC * p.F6,
-            half_o4b_sq_m6: R::from_f64(0.5) * o4b_sq_m6,
-            k1: j4_plus_o4b_sq_m5_plus_o4g4_sq_m4 * R::from_f64(0.5),
-            half_times_j5_plus_bg5_sq_m5: j5_plus_bg5_sq_m5 * R::from_f64(0.5),
-            half_bc_sq_m6: R::from_f64(0.5) * bc_sq_m6,
-            half_times_j2_plus_o2a_sq_m3: j2_plus_o2a_sq_m3 * R::from_f64(0.5),
+            half_o4b_sq_m6: R::from_number(0.5) * o4b_sq_m6,
+            k1: j4_plus_o4b_sq_m5_plus_o4g4_sq_m4 * R::from_number(0.5),
+            half_times_j5_plus_bg5_sq_m5: j5_plus_bg5_sq_m5 * R::from_number(0.5),
+            half_bc_sq_m6: R::from_number(0.5) * bc_sq_m6,
+            half_times_j2_plus_o2a_sq_m3: j2_plus_o2a_sq_m3 * R::from_number(0.5),
             twice_o4b,
             twice_o4b_sq_m6: p.O4B * p.m6 * twice_o4b,
-            twice_bc_sq_m6: R::from_f64(2.0) * bc_sq_m6,
+            twice_bc_sq_m6: R::from_number(2.0) * bc_sq_m6,
             twice_o4b_bg5_m5: twice_o4b * bg5_m5,
             twice_o4b_times_bc_m6_plus_bg5_m5: bc_m6_plus_bg5_m5 * twice_o4b,
             k2: v1,
             k3: o2a_o4o2 * v1,
-            twice_o2a_sq_o4o2_sq: R::from_f64(2.0) * o2a_sq_o4o2_sq,
-            twice_o2a: p.O2A * R::from_f64(2.0),
-            twice_bc: p.BC * R::from_f64(2.0),
+            twice_o2a_sq_o4o2_sq: R::from_number(2.0) * o2a_sq_o4o2_sq,
+            twice_o2a: p.O2A * R::from_number(2.0),
+            twice_bc: p.BC * R::from_number(2.0),
         }
     }
 }
@@ -384,15 +385,15 @@ pub fn com_jacobian<R: Scalar>(m: &QuickReturnDriven<R>, q: &[R; 3]) -> [[R; 3];
     let b_x = p.O4B * cos_phi4;
     let b_y = p.O4B * sin_phi4;
     [
-        [R::from_f64(1.0), R::zero(), R::zero()],
+        [R::from_number(1.0), R::zero(), R::zero()],
         [-(p.O2A * sin_phi2), R::zero(), R::zero()],
         [a_x, R::zero(), R::zero()],
         [R::zero(), -(p.O4G4 * sin_phi4), R::zero()],
         [R::zero(), p.O4G4 * cos_phi4, R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero()],
+        [R::zero(), R::from_number(1.0), R::zero()],
         [R::zero(), -b_y, -(p.BG5 * sin_phi5)],
         [R::zero(), b_x, p.BG5 * cos_phi5],
-        [R::zero(), R::zero(), R::from_f64(1.0)],
+        [R::zero(), R::zero(), R::from_number(1.0)],
         [R::zero(), -b_y, -(p.BC * sin_phi5)],
     ]
 }
@@ -521,7 +522,7 @@ pub fn constraint_jacobian<R: Scalar>(
             R::zero(),
         ],
         [R::zero(), b_x, p.BC * cos_phi5],
-        [R::from_f64(1.0), R::zero(), R::zero()],
+        [R::from_number(1.0), R::zero(), R::zero()],
     ]
 }
 
@@ -838,7 +839,7 @@ pub fn dynamics<R: Scalar>(
                 R::zero(),
             ],
             [R::zero(), b_x, p.BC * cos_phi5],
-            [R::from_f64(1.0), R::zero(), R::zero()],
+            [R::from_number(1.0), R::zero(), R::zero()],
         ],
         constraint_bias: [
             -(phi2_dot
@@ -887,7 +888,7 @@ pub fn loop_constraints<R: Scalar>(
                 R::zero(),
             ],
             [R::zero(), b_x, p.BC * cos_phi5],
-            [R::from_f64(1.0), R::zero(), R::zero()],
+            [R::from_number(1.0), R::zero(), R::zero()],
         ],
         constraint_rate: [R::zero(), R::zero(), -p.w],
     }
@@ -1027,7 +1028,7 @@ pub fn linearization<R: Scalar>(
                                 - k.twice_o2a_sq_o4o2_sq * cos_phi4_inv_root * v1))
                     + k.twice_o2a_o4o2 * (cos_phi4_inv_root * sin_phi2_phi2_dot),
                 k.twice_o2a_o4o2 * sin_phi4 * v9
-                    + R::from_f64(2.0) * phi4_dot * (cos_phi4 * root),
+                    + R::from_number(2.0) * phi4_dot * (cos_phi4 * root),
                 R::zero(),
             ],
             [
@@ -1251,7 +1252,7 @@ pub fn accelerations<R: Scalar>(
     let slot_bias = cos_phi4
         .neg_mul_add(
             phi4_dot_sq.mul_add(r, r_bias),
-            (R::from_f64(2.0) * sin_phi4 * phi4_dot)
+            (R::from_number(2.0) * sin_phi4 * phi4_dot)
                 .neg_mul_add(r_dot, a_x * phi2_dot_sq),
         );
     let phi5_dot_sq = phi5_dot * phi5_dot;
@@ -1447,7 +1448,7 @@ impl<R: Scalar> Equations<R, 3, 3> for QuickReturnDriven<R> {
 
     fn start(&self) -> Start<R, 3> {
         Start {
-            q: [R::zero(), R::from_f64(1.0), R::from_f64(2.6)],
+            q: [R::zero(), R::from_number(1.0), R::from_number(2.6)],
             given: [false, false, false],
             qd: [R::zero(), R::zero(), R::zero()],
             given_rates: [false, false, false],
@@ -1457,8 +1458,8 @@ impl<R: Scalar> Equations<R, 3, 3> for QuickReturnDriven<R> {
     fn schedule(&self) -> Schedule<R> {
         let p = &self.parameters;
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(2.0) * R::pi() / p.w,
+            step: R::from_number(0.001),
+            end_time: R::from_number(2.0) * R::pi() / p.w,
         }
     }
 
@@ -1784,4 +1785,4 @@ end_time = '2*pi/w'
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: 162e0f1ebc17c0a3
+// Hash of this file, its tape and its derivation: bd6bd75ac7e0ed6c

@@ -102,28 +102,28 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let O2A = replace("O2A").unwrap_or(R::from_f64(0.2));
-        let O4B = replace("O4B").unwrap_or(R::from_f64(0.7));
-        let BC = replace("BC").unwrap_or(R::from_f64(0.6));
-        let O4O2 = replace("O4O2").unwrap_or(R::from_f64(0.3));
-        let O4G4 = replace("O4G4").unwrap_or(R::from_f64(0.4));
-        let BG5 = replace("BG5").unwrap_or(R::from_f64(0.3));
-        let yC = replace("yC").unwrap_or(R::from_f64(0.9));
-        let m3 = replace("m3").unwrap_or(R::from_f64(0.5));
-        let m4 = replace("m4").unwrap_or(R::from_f64(6.0));
-        let m5 = replace("m5").unwrap_or(R::from_f64(4.0));
-        let m6 = replace("m6").unwrap_or(R::from_f64(2.0));
-        let J2 = replace("J2").unwrap_or(R::from_f64(100.0));
+        let O2A = replace("O2A").unwrap_or(R::from_number(0.2));
+        let O4B = replace("O4B").unwrap_or(R::from_number(0.7));
+        let BC = replace("BC").unwrap_or(R::from_number(0.6));
+        let O4O2 = replace("O4O2").unwrap_or(R::from_number(0.3));
+        let O4G4 = replace("O4G4").unwrap_or(R::from_number(0.4));
+        let BG5 = replace("BG5").unwrap_or(R::from_number(0.3));
+        let yC = replace("yC").unwrap_or(R::from_number(0.9));
+        let m3 = replace("m3").unwrap_or(R::from_number(0.5));
+        let m4 = replace("m4").unwrap_or(R::from_number(6.0));
+        let m5 = replace("m5").unwrap_or(R::from_number(4.0));
+        let m6 = replace("m6").unwrap_or(R::from_number(2.0));
+        let J2 = replace("J2").unwrap_or(R::from_number(100.0));
         let J3 = replace("J3").unwrap_or(R::zero());
-        let J4 = replace("J4").unwrap_or(R::from_f64(10.0));
-        let J5 = replace("J5").unwrap_or(R::from_f64(6.0));
-        let F6 = replace("F6").unwrap_or(R::from_f64(1000.0));
+        let J4 = replace("J4").unwrap_or(R::from_number(10.0));
+        let J5 = replace("J5").unwrap_or(R::from_number(6.0));
+        let F6 = replace("F6").unwrap_or(R::from_number(1000.0));
         let T2 = replace("T2").unwrap_or(R::zero());
         let g = replace("g").unwrap_or(R::zero());
         let k = replace("k").unwrap_or(R::zero());
         let cd = replace("cd").unwrap_or(R::zero());
         let w0 = replace("w0")
-            .unwrap_or(R::from_f64(150.0) * R::pi() / R::from_f64(60.0));
+            .unwrap_or(R::from_number(150.0) * R::pi() / R::from_number(60.0));
         let OA0 = replace("OA0").unwrap_or((O2A.powi(2) + O4O2.powi(2)).sqrt());
         let x6_0 = replace("x6_0")
             .unwrap_or(
@@ -371,12 +371,12 @@ impl<R: Scalar> Constants<R> {
         let o4b_cd = p.O4B * p.cd;
         let bc_sq_k = p.k * bc_sq;
         let bc_sq_cd = p.cd * bc_sq;
-        let twice_o4b = p.O4B * R::from_f64(2.0);
-        let v2 = R::from_f64(3.0) * o2a_sq_o4o2_sq;
+        let twice_o4b = p.O4B * R::from_number(2.0);
+        let v2 = R::from_number(3.0) * o2a_sq_o4o2_sq;
         Self {
             o2a_sq_plus_o4o2_sq: o2a_sq + o4o2_sq,
             o2a_o4o2,
-            twice_o2a_o4o2: R::from_f64(2.0) * o2a_o4o2,
+            twice_o2a_o4o2: R::from_number(2.0) * o2a_o4o2,
             o2a_sq_o4o2_sq,
             j2_plus_o2a_sq_m3,
             k1: v1,
@@ -395,40 +395,40 @@ impl<R: Scalar> Constants<R> {
             g_times_o4b_m5_plus_o4g4_m4: p.g * (o4b_m5 + o4g4_m4),
             bc_f6: p.BC * p.F6,
             bg5_m5_g: p.g * bg5_m5,
-            half_o4b_sq_m6: R::from_f64(0.5) * o4b_sq_m6,
-            k2: v1 * R::from_f64(0.5),
-            half_times_j5_plus_bg5_sq_m5: j5_plus_bg5_sq_m5 * R::from_f64(0.5),
-            half_bc_sq_m6: R::from_f64(0.5) * bc_sq_m6,
-            half_times_j2_plus_o2a_sq_m3: j2_plus_o2a_sq_m3 * R::from_f64(0.5),
+            half_o4b_sq_m6: R::from_number(0.5) * o4b_sq_m6,
+            k2: v1 * R::from_number(0.5),
+            half_times_j5_plus_bg5_sq_m5: j5_plus_bg5_sq_m5 * R::from_number(0.5),
+            half_bc_sq_m6: R::from_number(0.5) * bc_sq_m6,
+            half_times_j2_plus_o2a_sq_m3: j2_plus_o2a_sq_m3 * R::from_number(0.5),
             o4g4_m4_g: p.g * o4g4_m4,
             m5_g: p.m5 * p.g,
-            half_k: p.k * R::from_f64(0.5),
+            half_k: p.k * R::from_number(0.5),
             o4b_sq_k,
             o4b_times_f6_plus_k_x6_0: p.O4B * f6_plus_k_x6_0,
             o4b_sq_cd,
-            twice_o4b_sq_cd: R::from_f64(2.0) * o4b_sq_cd,
-            twice_o4b_sq_m6: R::from_f64(2.0) * o4b_sq_m6,
+            twice_o4b_sq_cd: R::from_number(2.0) * o4b_sq_cd,
+            twice_o4b_sq_m6: R::from_number(2.0) * o4b_sq_m6,
             o4b_k,
             o4b_bc_k: p.BC * o4b_k,
             o4b_cd,
             o4b_bc_cd: p.BC * o4b_cd,
-            twice_o4b_sq_k: R::from_f64(2.0) * o4b_sq_k,
+            twice_o4b_sq_k: R::from_number(2.0) * o4b_sq_k,
             bc_cd: p.BC * p.cd,
             bc_k: p.BC * p.k,
             bc_sq_k,
             bc_sq_cd,
-            twice_bc_sq_cd: R::from_f64(2.0) * bc_sq_cd,
-            twice_bc_sq_m6: R::from_f64(2.0) * bc_sq_m6,
-            twice_bc_sq_k: R::from_f64(2.0) * bc_sq_k,
+            twice_bc_sq_cd: R::from_number(2.0) * bc_sq_cd,
+            twice_bc_sq_m6: R::from_number(2.0) * bc_sq_m6,
+            twice_bc_sq_k: R::from_number(2.0) * bc_sq_k,
             bc_times_f6_plus_k_x6_0: p.BC * f6_plus_k_x6_0,
             twice_o4b,
             twice_o4b_times_bc_m6_plus_bg5_m5: bc_m6_plus_bg5_m5 * twice_o4b,
             twice_o4b_bg5_m5: bg5_m5 * twice_o4b,
             k3: v2,
             k4: o2a_o4o2 * v2,
-            twice_o2a_sq_o4o2_sq: R::from_f64(2.0) * o2a_sq_o4o2_sq,
-            twice_o2a: p.O2A * R::from_f64(2.0),
-            twice_bc: p.BC * R::from_f64(2.0),
+            twice_o2a_sq_o4o2_sq: R::from_number(2.0) * o2a_sq_o4o2_sq,
+            twice_o2a: p.O2A * R::from_number(2.0),
+            twice_bc: p.BC * R::from_number(2.0),
             bc_sq_m6_2: p.BC * bc_m6,
             o2a_m3_g_2: p.O2A * p.m3 * p.g,
             o4b_m5_g: o4b_m5 * p.g,
@@ -522,16 +522,16 @@ pub fn com_jacobian<R: Scalar>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [[R; 3];
     let b_x = p.O4B * cos_phi4;
     let b_y = p.O4B * sin_phi4;
     [
-        [R::from_f64(1.0), R::zero(), R::zero()],
+        [R::from_number(1.0), R::zero(), R::zero()],
         [-(p.O2A * sin_phi2), R::zero(), R::zero()],
         [a_x, R::zero(), R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero()],
+        [R::zero(), R::from_number(1.0), R::zero()],
         [R::zero(), -(p.O4G4 * sin_phi4), R::zero()],
         [R::zero(), p.O4G4 * cos_phi4, R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero()],
+        [R::zero(), R::from_number(1.0), R::zero()],
         [R::zero(), -b_y, -(p.BG5 * sin_phi5)],
         [R::zero(), b_x, p.BG5 * cos_phi5],
-        [R::zero(), R::zero(), R::from_f64(1.0)],
+        [R::zero(), R::zero(), R::from_number(1.0)],
         [R::zero(), -b_y, -(p.BC * sin_phi5)],
     ]
 }
@@ -1176,7 +1176,7 @@ pub fn linearization<R: Scalar>(
                                 - k.twice_o2a_sq_o4o2_sq * cos_phi4_inv_root * v1))
                     + cos_phi4_inv_root * v5,
                 k.twice_o2a_o4o2 * sin_phi4 * v2
-                    + R::from_f64(2.0) * root * cos_phi4_phi4_dot,
+                    + R::from_number(2.0) * root * cos_phi4_phi4_dot,
                 R::zero(),
             ],
             [
@@ -1443,7 +1443,7 @@ pub fn accelerations<R: Scalar>(
     let slot_bias = cos_phi4
         .neg_mul_add(
             phi4_dot_sq.mul_add(r, r_bias),
-            (R::from_f64(2.0) * sin_phi4 * phi4_dot)
+            (R::from_number(2.0) * sin_phi4 * phi4_dot)
                 .neg_mul_add(r_dot, a_x * phi2_dot_sq),
         );
     let phi5_dot_sq = phi5_dot * phi5_dot;
@@ -1768,7 +1768,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
         _multipliers: &[R; 2],
     ) -> Option<R> {
         let [phi2, _, _] = *q;
-        Some(phi2.abs() - R::from_f64(4.0) * R::pi())
+        Some(phi2.abs() - R::from_number(4.0) * R::pi())
     }
 
     #[inline(always)]
@@ -1817,7 +1817,7 @@ impl<R: Scalar> Equations<R, 3, 2> for QuickReturnLoaded<R> {
     fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
         Start {
-            q: [R::zero(), R::from_f64(1.0), R::from_f64(2.6)],
+            q: [R::zero(), R::from_number(1.0), R::from_number(2.6)],
             given: [true, false, false],
             qd: [p.w0, R::zero(), R::zero()],
             given_rates: [true, false, false],
@@ -1826,8 +1826,8 @@ impl<R: Scalar> Equations<R, 3, 2> for QuickReturnLoaded<R> {
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(10.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(10.0),
         }
     }
 
@@ -2284,4 +2284,4 @@ accuracy = 1e-15
 values = { phi2 = 3.49825323822800346, phi4 = 2.73737497721061442, phi5 = 2.82393197153429284, phi2_dot = 6.27791886860780935, phi4_dot = 4.46098649299046409, phi5_dot = -1.51112035765659353 }
 "#;
 
-// Hash of this file, its tape and its derivation: c6c72bcf6a7f794e
+// Hash of this file, its tape and its derivation: 4c85eca68faaf7c2

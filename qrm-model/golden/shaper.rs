@@ -104,30 +104,30 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let O2A = replace("O2A").unwrap_or(R::from_f64(0.2));
-        let O4B = replace("O4B").unwrap_or(R::from_f64(0.7));
-        let BC = replace("BC").unwrap_or(R::from_f64(0.6));
-        let O4O2 = replace("O4O2").unwrap_or(R::from_f64(0.3));
-        let O4G4 = replace("O4G4").unwrap_or(R::from_f64(0.4));
-        let BG5 = replace("BG5").unwrap_or(R::from_f64(0.3));
-        let yC = replace("yC").unwrap_or(R::from_f64(0.9));
-        let m3 = replace("m3").unwrap_or(R::from_f64(0.5));
-        let m4 = replace("m4").unwrap_or(R::from_f64(6.0));
-        let m5 = replace("m5").unwrap_or(R::from_f64(4.0));
-        let m6 = replace("m6").unwrap_or(R::from_f64(2.0));
-        let J2 = replace("J2").unwrap_or(R::from_f64(40.0));
-        let J4 = replace("J4").unwrap_or(R::from_f64(1.0));
-        let J5 = replace("J5").unwrap_or(R::from_f64(0.5));
-        let g = replace("g").unwrap_or(R::from_f64(9.81));
-        let v0 = replace("v0").unwrap_or(R::from_f64(0.02));
-        let mu = replace("mu").unwrap_or(R::from_f64(0.1));
-        let c2 = replace("c2").unwrap_or(R::from_f64(2.0));
-        let k = replace("k").unwrap_or(R::from_f64(400.0));
-        let k3 = replace("k3").unwrap_or(R::from_f64(2000.0));
-        let s0 = replace("s0").unwrap_or(R::from_f64(0.4));
-        let xs = replace("xs").unwrap_or(-R::from_f64(0.92));
-        let ks = replace("ks").unwrap_or(R::from_f64(100000.0));
-        let w0 = replace("w0").unwrap_or(R::from_f64(7.5));
+        let O2A = replace("O2A").unwrap_or(R::from_number(0.2));
+        let O4B = replace("O4B").unwrap_or(R::from_number(0.7));
+        let BC = replace("BC").unwrap_or(R::from_number(0.6));
+        let O4O2 = replace("O4O2").unwrap_or(R::from_number(0.3));
+        let O4G4 = replace("O4G4").unwrap_or(R::from_number(0.4));
+        let BG5 = replace("BG5").unwrap_or(R::from_number(0.3));
+        let yC = replace("yC").unwrap_or(R::from_number(0.9));
+        let m3 = replace("m3").unwrap_or(R::from_number(0.5));
+        let m4 = replace("m4").unwrap_or(R::from_number(6.0));
+        let m5 = replace("m5").unwrap_or(R::from_number(4.0));
+        let m6 = replace("m6").unwrap_or(R::from_number(2.0));
+        let J2 = replace("J2").unwrap_or(R::from_number(40.0));
+        let J4 = replace("J4").unwrap_or(R::from_number(1.0));
+        let J5 = replace("J5").unwrap_or(R::from_number(0.5));
+        let g = replace("g").unwrap_or(R::from_number(9.81));
+        let v0 = replace("v0").unwrap_or(R::from_number(0.02));
+        let mu = replace("mu").unwrap_or(R::from_number(0.1));
+        let c2 = replace("c2").unwrap_or(R::from_number(2.0));
+        let k = replace("k").unwrap_or(R::from_number(400.0));
+        let k3 = replace("k3").unwrap_or(R::from_number(2000.0));
+        let s0 = replace("s0").unwrap_or(R::from_number(0.4));
+        let xs = replace("xs").unwrap_or(-R::from_number(0.92));
+        let ks = replace("ks").unwrap_or(R::from_number(100000.0));
+        let w0 = replace("w0").unwrap_or(R::from_number(7.5));
         Self {
             O2A,
             O4B,
@@ -407,7 +407,7 @@ impl<R: Scalar> Constants<R> {
         let g_mu = p.g * p.mu;
         let o4b_m6 = p.O4B * p.m6;
         let inv_v0 = p.v0.recip();
-        let half_sq = R::from_f64(0.5) * R::from_f64(0.5);
+        let half_sq = R::from_number(0.5) * R::from_number(0.5);
         let half_sq_ks = p.ks * half_sq;
         let o4b_m5 = p.O4B * p.m5;
         let bc_m6_g_mu = bc_m6 * g_mu;
@@ -416,12 +416,12 @@ impl<R: Scalar> Constants<R> {
         let half_sq_o4b_sq = half_sq * o4b_sq;
         let half_sq_o4b_bc = p.O4B * half_sq_bc;
         let half_sq_bc_sq = p.BC * half_sq_bc;
-        let twice_o4b = p.O4B * R::from_f64(2.0);
-        let v1 = R::from_f64(3.0) * o2a_sq_o4o2_sq;
+        let twice_o4b = p.O4B * R::from_number(2.0);
+        let v1 = R::from_number(3.0) * o2a_sq_o4o2_sq;
         Self {
             o2a_sq_plus_o4o2_sq: o2a_sq + o4o2_sq,
             o2a_o4o2,
-            twice_o2a_o4o2: R::from_f64(2.0) * o2a_o4o2,
+            twice_o2a_o4o2: R::from_number(2.0) * o2a_o4o2,
             o2a_sq_o4o2_sq,
             j2_plus_o2a_sq_m3,
             o4b_sq_m5,
@@ -445,35 +445,35 @@ impl<R: Scalar> Constants<R> {
             half_sq_o4b: p.O4B * half_sq,
             o4b_m5,
             g_times_o4b_m5_plus_o4g4_m4: p.g * (o4b_m5 + o4g4_m4),
-            k2: R::from_f64(0.52) + o4b_sq,
-            k3: p.O4B * R::from_f64(1.2),
-            k4: p.O4B * R::from_f64(0.8),
-            k5: p.O4B * R::from_f64(0.4),
-            k6: p.O4B * R::from_f64(0.6),
+            k2: R::from_number(0.52) + o4b_sq,
+            k3: p.O4B * R::from_number(1.2),
+            k4: p.O4B * R::from_number(0.8),
+            k5: p.O4B * R::from_number(0.4),
+            k6: p.O4B * R::from_number(0.6),
             bc_m6_g_mu,
             half_sq_bc,
             half_sq_bc_ks: p.ks * half_sq_bc,
             bg5_m5_g: p.g * bg5_m5,
-            half_o4b_sq_m6: R::from_f64(0.5) * o4b_sq_m6,
-            k7: j4_plus_o4b_sq_m5_plus_o4g4_sq_m4 * R::from_f64(0.5),
-            half_times_j5_plus_bg5_sq_m5: j5_plus_bg5_sq_m5 * R::from_f64(0.5),
-            half_bc_sq_m6: R::from_f64(0.5) * bc_sq_m6,
-            half_times_j2_plus_o2a_sq_m3: j2_plus_o2a_sq_m3 * R::from_f64(0.5),
-            half_k: R::from_f64(0.5) * p.k,
-            k8: p.k3 * R::from_f64(0.25),
+            half_o4b_sq_m6: R::from_number(0.5) * o4b_sq_m6,
+            k7: j4_plus_o4b_sq_m5_plus_o4g4_sq_m4 * R::from_number(0.5),
+            half_times_j5_plus_bg5_sq_m5: j5_plus_bg5_sq_m5 * R::from_number(0.5),
+            half_bc_sq_m6: R::from_number(0.5) * bc_sq_m6,
+            half_times_j2_plus_o2a_sq_m3: j2_plus_o2a_sq_m3 * R::from_number(0.5),
+            half_k: R::from_number(0.5) * p.k,
+            k8: p.k3 * R::from_number(0.25),
             o4g4_m4_g: p.g * o4g4_m4,
             m5_g: p.m5 * p.g,
-            half_pow3_ks: R::from_f64(0.5) * half_sq_ks,
+            half_pow3_ks: R::from_number(0.5) * half_sq_ks,
             m6_g_mu: p.m6 * g_mu,
             k9: o4b_sq_m6 * inv_v0_g_mu,
             half_sq_o4b_sq,
             k10: inv_v0 * half_sq_o4b_sq,
-            twice_o4b_sq_m6: R::from_f64(2.0) * o4b_sq_m6,
+            twice_o4b_sq_m6: R::from_number(2.0) * o4b_sq_m6,
             o4b_sq_times_m5_plus_m6: (p.m5 + p.m6) * o4b_sq,
             half_sq_o4b_sq_ks: o4b_sq * half_sq_ks,
-            k11: p.O4B * R::from_f64(1.8),
-            half_k3: R::from_f64(0.5) * p.k3,
-            half_s0: R::from_f64(0.5) * p.s0,
+            k11: p.O4B * R::from_number(1.8),
+            half_k3: R::from_number(0.5) * p.k3,
+            half_s0: R::from_number(0.5) * p.s0,
             half_sq_o4b_bc,
             half_sq_o4b_bc_ks: p.ks * half_sq_o4b_bc,
             k12: p.O4B * inv_v0 * bc_m6_g_mu,
@@ -481,7 +481,7 @@ impl<R: Scalar> Constants<R> {
             k14: bc_sq_m6 * inv_v0_g_mu,
             half_sq_bc_sq,
             k15: inv_v0 * half_sq_bc_sq,
-            twice_bc_sq_m6: R::from_f64(2.0) * bc_sq_m6,
+            twice_bc_sq_m6: R::from_number(2.0) * bc_sq_m6,
             bg5_sq_m5_plus_bc_sq_m6: bg5_sq_m5 + bc_sq_m6,
             half_sq_bc_sq_ks: p.ks * half_sq_bc_sq,
             twice_o4b,
@@ -489,9 +489,9 @@ impl<R: Scalar> Constants<R> {
             twice_o4b_bg5_m5: bg5_m5 * twice_o4b,
             k16: v1,
             k17: o2a_o4o2 * v1,
-            twice_o2a_sq_o4o2_sq: R::from_f64(2.0) * o2a_sq_o4o2_sq,
-            twice_o2a: p.O2A * R::from_f64(2.0),
-            twice_bc: p.BC * R::from_f64(2.0),
+            twice_o2a_sq_o4o2_sq: R::from_number(2.0) * o2a_sq_o4o2_sq,
+            twice_o2a: p.O2A * R::from_number(2.0),
+            twice_bc: p.BC * R::from_number(2.0),
             m6_g_mu_2: p.m6 * p.g * p.mu,
             o2a_m3_g_2: p.O2A * p.m3 * p.g,
             o4b_m5_g: o4b_m5 * p.g,
@@ -582,15 +582,15 @@ pub fn com_jacobian<R: Scalar>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 10] {
     let b_x = p.O4B * cos_phi4;
     let b_y = p.O4B * sin_phi4;
     [
-        [R::from_f64(1.0), R::zero(), R::zero()],
+        [R::from_number(1.0), R::zero(), R::zero()],
         [-(p.O2A * sin_phi2), R::zero(), R::zero()],
         [a_x, R::zero(), R::zero()],
         [R::zero(), -(p.O4G4 * sin_phi4), R::zero()],
         [R::zero(), p.O4G4 * cos_phi4, R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero()],
+        [R::zero(), R::from_number(1.0), R::zero()],
         [R::zero(), -b_y, -(p.BG5 * sin_phi5)],
         [R::zero(), b_x, p.BG5 * cos_phi5],
-        [R::zero(), R::zero(), R::from_f64(1.0)],
+        [R::zero(), R::zero(), R::from_number(1.0)],
         [R::zero(), -b_y, -(p.BC * sin_phi5)],
     ]
 }
@@ -825,34 +825,35 @@ pub fn generalized_forces<R: Scalar>(
     let v2 = phi4_dot_sq * b_y + phi5_dot_sq * (p.BG5 * sin_phi5);
     let v3 = o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq;
     let v4 = phi2_dot.sign();
-    let v5 = phi2_dot - R::from_f64(4.0);
+    let v5 = phi2_dot - R::from_number(4.0);
     let v6 = v5.sign();
-    let v7 = phi2_dot - R::from_f64(7.0);
+    let v7 = phi2_dot - R::from_number(7.0);
     let v8 = v7.sign();
     let v9 = (-(k.k1 * (p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot))))
         .tanh();
     let v10 = c_x - p.xs;
-    let v11 = R::from_f64(1.0) + (-v10).sign();
+    let v11 = R::from_number(1.0) + (-v10).sign();
     let v10_v11_sq = v10 * (v11 * v11);
-    let v12 = c_x + R::from_f64(0.8);
-    let v13 = (c_x + R::from_f64(0.78)).sign();
-    let v14 = c_x + R::from_f64(0.2);
+    let v12 = c_x + R::from_number(0.8);
+    let v13 = (c_x + R::from_number(0.78)).sign();
+    let v14 = c_x + R::from_number(0.2);
     let v15 = v14.sign();
-    let v16 = (R::from_f64(1.0) - v9)
-        * (v12 * (R::from_f64(99999.99999999991) * (v12.sign() - v13))
-            + R::from_f64(2000.0) * (v13 - v15)
-            + (v15 - (c_x + R::from_f64(0.18)).sign())
-                * (R::from_f64(2000.0) - R::from_f64(99999.99999999991) * v14));
+    let v16 = (R::from_number(1.0) - v9)
+        * (v12 * (R::from_number(99999.99999999991) * (v12.sign() - v13))
+            + R::from_number(2000.0) * (v13 - v15)
+            + (v15 - (c_x + R::from_number(0.18)).sign())
+                * (R::from_number(2000.0) - R::from_number(99999.99999999991) * v14));
     let root = (k.k2 - k.k3 * cos_phi4 - k.k4 * sin_phi4).sqrt();
     let v17 = p.s0 - root;
     [
-        R::from_f64(0.5)
-            * (R::from_f64(900.0) * (R::from_f64(1.0) - v4)
-                + (v4 - v6) * (R::from_f64(900.0) - R::from_f64(25.0) * phi2_dot)
-                + (v6 - v8) * (R::from_f64(800.0) - R::from_f64(66.66666666666667) * v5)
-                + (v8 - (phi2_dot - R::from_f64(9.0)).sign())
-                    * (R::from_f64(600.0) - R::from_f64(300.0) * v7)) - p.c2 * phi2_dot
-            - k.o2a_m3_g * cos_phi2,
+        R::from_number(0.5)
+            * (R::from_number(900.0) * (R::from_number(1.0) - v4)
+                + (v4 - v6) * (R::from_number(900.0) - R::from_number(25.0) * phi2_dot)
+                + (v6 - v8)
+                    * (R::from_number(800.0) - R::from_number(66.66666666666667) * v5)
+                + (v8 - (phi2_dot - R::from_number(9.0)).sign())
+                    * (R::from_number(600.0) - R::from_number(300.0) * v7))
+            - p.c2 * phi2_dot - k.o2a_m3_g * cos_phi2,
         -(sin_phi4
             * (-(k.o4b_m6_g_mu * v9 + k.half_sq_o4b_ks * v10_v11_sq
                 - (k.half_sq_o4b * v16 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
@@ -892,7 +893,7 @@ pub fn energy<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let b_y = p.O4B * sin_phi4;
     let c_x = b_x + p.BC * cos_phi5;
     let v1 = c_x - p.xs;
-    let v2 = R::from_f64(1.0) + (-v1).sign();
+    let v2 = R::from_number(1.0) + (-v1).sign();
     let v3 = p.s0 - (k.k2 - k.k3 * cos_phi4 - k.k4 * sin_phi4).sqrt();
     let v3_sq = v3 * v3;
     [
@@ -929,32 +930,34 @@ pub fn power<R: Scalar>(m: &Shaper<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
     let b_x = p.O4B * cos_phi4;
     let c_x = b_x + p.BC * cos_phi5;
     let v1 = phi2_dot.sign();
-    let v2 = phi2_dot - R::from_f64(4.0);
+    let v2 = phi2_dot - R::from_number(4.0);
     let v3 = v2.sign();
-    let v4 = phi2_dot - R::from_f64(7.0);
+    let v4 = phi2_dot - R::from_number(7.0);
     let v5 = v4.sign();
     let v6 = p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot);
     let v7 = (-(k.k1 * v6)).tanh();
-    let v8 = c_x + R::from_f64(0.8);
-    let v9 = (c_x + R::from_f64(0.78)).sign();
-    let v10 = c_x + R::from_f64(0.2);
+    let v8 = c_x + R::from_number(0.8);
+    let v9 = (c_x + R::from_number(0.78)).sign();
+    let v10 = c_x + R::from_number(0.2);
     let v11 = v10.sign();
     phi2_dot
-        * (R::from_f64(0.5)
-            * (R::from_f64(900.0) * (R::from_f64(1.0) - v1)
-                + (v1 - v3) * (R::from_f64(900.0) - R::from_f64(25.0) * phi2_dot)
-                + (v3 - v5) * (R::from_f64(800.0) - R::from_f64(66.66666666666667) * v2)
-                + (v5 - (phi2_dot - R::from_f64(9.0)).sign())
-                    * (R::from_f64(600.0) - R::from_f64(300.0) * v4)) - p.c2 * phi2_dot)
+        * (R::from_number(0.5)
+            * (R::from_number(900.0) * (R::from_number(1.0) - v1)
+                + (v1 - v3) * (R::from_number(900.0) - R::from_number(25.0) * phi2_dot)
+                + (v3 - v5)
+                    * (R::from_number(800.0) - R::from_number(66.66666666666667) * v2)
+                + (v5 - (phi2_dot - R::from_number(9.0)).sign())
+                    * (R::from_number(600.0) - R::from_number(300.0) * v4))
+            - p.c2 * phi2_dot)
         + v6
             * (k.m6_g_mu * v7
                 - k.half_sq
-                    * ((R::from_f64(1.0) - v7)
-                        * (v8 * (R::from_f64(99999.99999999991) * (v8.sign() - v9))
-                            + R::from_f64(2000.0) * (v9 - v11)
-                            + (v11 - (c_x + R::from_f64(0.18)).sign())
-                                * (R::from_f64(2000.0)
-                                    - R::from_f64(99999.99999999991) * v10))))
+                    * ((R::from_number(1.0) - v7)
+                        * (v8 * (R::from_number(99999.99999999991) * (v8.sign() - v9))
+                            + R::from_number(2000.0) * (v9 - v11)
+                            + (v11 - (c_x + R::from_number(0.18)).sign())
+                                * (R::from_number(2000.0)
+                                    - R::from_number(99999.99999999991) * v10))))
 }
 
 /// What the scene asks for: `x6` (m), `x6_dot` (m/s), `P_motor` (W), `P_cutting` (W), `P_friction` (W), `P_balance` (W), `P_buffer` (W), `N3` (N).
@@ -997,17 +1000,17 @@ pub fn outputs<R: Scalar>(
     let b_x = p.O4B * cos_phi4;
     let c_x = b_x + p.BC * cos_phi5;
     let v1 = phi2_dot.sign();
-    let v2 = phi2_dot - R::from_f64(4.0);
+    let v2 = phi2_dot - R::from_number(4.0);
     let v3 = v2.sign();
-    let v4 = phi2_dot - R::from_f64(7.0);
+    let v4 = phi2_dot - R::from_number(7.0);
     let v5 = v4.sign();
     let v6 = p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot);
     let v7 = (-(k.k1 * v6)).tanh();
     let v8 = c_x - p.xs;
-    let v9 = R::from_f64(1.0) + (-v8).sign();
-    let v10 = c_x + R::from_f64(0.8);
-    let v11 = (c_x + R::from_f64(0.78)).sign();
-    let v12 = c_x + R::from_f64(0.2);
+    let v9 = R::from_number(1.0) + (-v8).sign();
+    let v10 = c_x + R::from_number(0.8);
+    let v11 = (c_x + R::from_number(0.78)).sign();
+    let v12 = c_x + R::from_number(0.2);
     let v13 = v12.sign();
     let root = (k.k2 - k.k3 * cos_phi4 - k.k4 * sin_phi4).sqrt();
     let v14 = p.s0 - root;
@@ -1015,21 +1018,23 @@ pub fn outputs<R: Scalar>(
         c_x,
         -v6,
         phi2_dot
-            * (R::from_f64(0.5)
-                * (R::from_f64(900.0) * (R::from_f64(1.0) - v1)
-                    + (v1 - v3) * (R::from_f64(900.0) - R::from_f64(25.0) * phi2_dot)
+            * (R::from_number(0.5)
+                * (R::from_number(900.0) * (R::from_number(1.0) - v1)
+                    + (v1 - v3)
+                        * (R::from_number(900.0) - R::from_number(25.0) * phi2_dot)
                     + (v3 - v5)
-                        * (R::from_f64(800.0) - R::from_f64(66.66666666666667) * v2)
-                    + (v5 - (phi2_dot - R::from_f64(9.0)).sign())
-                        * (R::from_f64(600.0) - R::from_f64(300.0) * v4))),
+                        * (R::from_number(800.0)
+                            - R::from_number(66.66666666666667) * v2)
+                    + (v5 - (phi2_dot - R::from_number(9.0)).sign())
+                        * (R::from_number(600.0) - R::from_number(300.0) * v4))),
         -(v6
             * (k.half_sq
-                * ((R::from_f64(1.0) - v7)
-                    * (v10 * (R::from_f64(99999.99999999991) * (v10.sign() - v11))
-                        + R::from_f64(2000.0) * (v11 - v13)
-                        + (v13 - (c_x + R::from_f64(0.18)).sign())
-                            * (R::from_f64(2000.0)
-                                - R::from_f64(99999.99999999991) * v12))))),
+                * ((R::from_number(1.0) - v7)
+                    * (v10 * (R::from_number(99999.99999999991) * (v10.sign() - v11))
+                        + R::from_number(2000.0) * (v11 - v13)
+                        + (v13 - (c_x + R::from_number(0.18)).sign())
+                            * (R::from_number(2000.0)
+                                - R::from_number(99999.99999999991) * v12))))),
         v6 * (k.m6_g_mu * v7),
         -(phi4_dot
             * (v14 * (p.k + p.k3 * (v14 * v14))
@@ -1084,24 +1089,24 @@ pub fn dynamics<R: Scalar>(
     let v4 = cos_phi5 * (k.o4b_bg5_m5 * cos_phi4)
         + sin_phi4 * (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi5);
     let v5 = phi2_dot.sign();
-    let v6 = phi2_dot - R::from_f64(4.0);
+    let v6 = phi2_dot - R::from_number(4.0);
     let v7 = v6.sign();
-    let v8 = phi2_dot - R::from_f64(7.0);
+    let v8 = phi2_dot - R::from_number(7.0);
     let v9 = v8.sign();
     let v10 = (-(k.k1 * (p.O4B * sin_phi4_phi4_dot + p.BC * (sin_phi5 * phi5_dot))))
         .tanh();
     let v11 = c_x - p.xs;
-    let v12 = R::from_f64(1.0) + (-v11).sign();
+    let v12 = R::from_number(1.0) + (-v11).sign();
     let v11_v12_sq = v11 * (v12 * v12);
-    let v13 = c_x + R::from_f64(0.8);
-    let v14 = (c_x + R::from_f64(0.78)).sign();
-    let v15 = c_x + R::from_f64(0.2);
+    let v13 = c_x + R::from_number(0.8);
+    let v14 = (c_x + R::from_number(0.78)).sign();
+    let v15 = c_x + R::from_number(0.2);
     let v16 = v15.sign();
-    let v17 = (R::from_f64(1.0) - v10)
-        * (v13 * (R::from_f64(99999.99999999991) * (v13.sign() - v14))
-            + R::from_f64(2000.0) * (v14 - v16)
-            + (v16 - (c_x + R::from_f64(0.18)).sign())
-                * (R::from_f64(2000.0) - R::from_f64(99999.99999999991) * v15));
+    let v17 = (R::from_number(1.0) - v10)
+        * (v13 * (R::from_number(99999.99999999991) * (v13.sign() - v14))
+            + R::from_number(2000.0) * (v14 - v16)
+            + (v16 - (c_x + R::from_number(0.18)).sign())
+                * (R::from_number(2000.0) - R::from_number(99999.99999999991) * v15));
     let root_2 = (k.k2 - k.k3 * cos_phi4 - k.k4 * sin_phi4).sqrt();
     let v18 = p.s0 - root_2;
     Dynamics {
@@ -1115,13 +1120,15 @@ pub fn dynamics<R: Scalar>(
             [R::zero(), v4, k.j5_plus_bg5_sq_m5 + k.bc_sq_m6 * (sin_phi5 * sin_phi5)],
         ],
         generalized_forces: [
-            R::from_f64(0.5)
-                * (R::from_f64(900.0) * (R::from_f64(1.0) - v5)
-                    + (v5 - v7) * (R::from_f64(900.0) - R::from_f64(25.0) * phi2_dot)
+            R::from_number(0.5)
+                * (R::from_number(900.0) * (R::from_number(1.0) - v5)
+                    + (v5 - v7)
+                        * (R::from_number(900.0) - R::from_number(25.0) * phi2_dot)
                     + (v7 - v9)
-                        * (R::from_f64(800.0) - R::from_f64(66.66666666666667) * v6)
-                    + (v9 - (phi2_dot - R::from_f64(9.0)).sign())
-                        * (R::from_f64(600.0) - R::from_f64(300.0) * v8))
+                        * (R::from_number(800.0)
+                            - R::from_number(66.66666666666667) * v6)
+                    + (v9 - (phi2_dot - R::from_number(9.0)).sign())
+                        * (R::from_number(600.0) - R::from_number(300.0) * v8))
                 - p.c2 * phi2_dot - k.o2a_m3_g * cos_phi2,
             -(sin_phi4
                 * (-(k.o4b_m6_g_mu * v10 + k.half_sq_o4b_ks * v11_v12_sq
@@ -1238,24 +1245,24 @@ pub fn linearization<R: Scalar>(
     let sin_phi4_phi4_dot = sin_phi4 * phi4_dot;
     let o2a_o4o2_sin_phi2 = k.o2a_o4o2 * sin_phi2;
     let o4b_bg5_m5_cos_phi4 = k.o4b_bg5_m5 * cos_phi4;
-    let v5 = (phi2_dot - R::from_f64(4.0)).sign();
-    let v6 = (phi2_dot - R::from_f64(7.0)).sign();
+    let v5 = (phi2_dot - R::from_number(4.0)).sign();
+    let v6 = (phi2_dot - R::from_number(7.0)).sign();
     let sin_phi5_phi5_dot = sin_phi5 * phi5_dot;
     let v7 = -(k.k1 * (p.O4B * sin_phi4_phi4_dot + p.BC * sin_phi5_phi5_dot));
     let v8 = v7.tanh();
     let v9 = c_x - p.xs;
-    let v10 = R::from_f64(1.0) + (-v9).sign();
+    let v10 = R::from_number(1.0) + (-v9).sign();
     let v10_sq = v10 * v10;
     let v9_v10_sq = v9 * v10_sq;
-    let v11 = R::from_f64(1.0) - v8;
-    let v12 = c_x + R::from_f64(0.8);
-    let v13 = (c_x + R::from_f64(0.78)).sign();
-    let v14 = R::from_f64(99999.99999999991) * (v12.sign() - v13);
-    let v15 = c_x + R::from_f64(0.2);
+    let v11 = R::from_number(1.0) - v8;
+    let v12 = c_x + R::from_number(0.8);
+    let v13 = (c_x + R::from_number(0.78)).sign();
+    let v14 = R::from_number(99999.99999999991) * (v12.sign() - v13);
+    let v15 = c_x + R::from_number(0.2);
     let v16 = v15.sign();
-    let v17 = v16 - (c_x + R::from_f64(0.18)).sign();
-    let v18 = v12 * v14 + R::from_f64(2000.0) * (v13 - v16)
-        + v17 * (R::from_f64(2000.0) - R::from_f64(99999.99999999991) * v15);
+    let v17 = v16 - (c_x + R::from_number(0.18)).sign();
+    let v18 = v12 * v14 + R::from_number(2000.0) * (v13 - v16)
+        + v17 * (R::from_number(2000.0) - R::from_number(99999.99999999991) * v15);
     let v11_v18 = v11 * v18;
     let k3_cos_phi4 = k.k3 * cos_phi4;
     let root_2 = (k.k2 - k3_cos_phi4 - k.k4 * sin_phi4).sqrt();
@@ -1272,7 +1279,7 @@ pub fn linearization<R: Scalar>(
     let v23 = v7.cosh().recip();
     let v23_sq = v23 * v23;
     let v24 = (k.k9 + k.k10 * v18) * v23_sq;
-    let v25 = v11 * (v14 - R::from_f64(99999.99999999991) * v17);
+    let v25 = v11 * (v14 - R::from_number(99999.99999999991) * v17);
     let sin_phi4_cos_phi5 = sin_phi4 * cos_phi5;
     let v26 = cos_phi4 * (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi5)
         - k.o4b_bg5_m5 * sin_phi4_cos_phi5;
@@ -1313,7 +1320,7 @@ pub fn linearization<R: Scalar>(
                                 * ((k3_cos_phi4 - k.k11 * sin_phi4) * k3_v19_sq + p.k * v20)
                                 + inv_root_2 * inv_root_2
                                     * (k.half_k3 * v19 * v19_sq
-                                        + p.k * (k.half_s0 - R::from_f64(0.5) * root_2))
+                                        + p.k * (k.half_s0 - R::from_number(0.5) * root_2))
                                     * (k.k4 * cos_phi4 - k.k3 * sin_phi4))
                             - (k.k6 * cos_phi4 + k.k5 * sin_phi4)
                                 * (v19 * (p.k + k3_v19_sq))) + phi5_ddot * v26,
@@ -1344,11 +1351,11 @@ pub fn linearization<R: Scalar>(
         damping: [
             [
                 p.c2
-                    + R::from_f64(0.5)
-                        * (R::from_f64(25.0) * (phi2_dot.sign() - v5)
-                            + R::from_f64(66.66666666666667) * (v5 - v6)
-                            + R::from_f64(300.0)
-                                * (v6 - (phi2_dot - R::from_f64(9.0)).sign())),
+                    + R::from_number(0.5)
+                        * (R::from_number(25.0) * (phi2_dot.sign() - v5)
+                            + R::from_number(66.66666666666667) * (v5 - v6)
+                            + R::from_number(300.0)
+                                * (v6 - (phi2_dot - R::from_number(9.0)).sign())),
                 R::zero(),
                 R::zero(),
             ],
@@ -1407,7 +1414,7 @@ pub fn linearization<R: Scalar>(
                                 - cos_phi4_inv_root * twice_o2a_sq_o4o2_sq_v4))
                     + cos_phi4_inv_root * v31,
                 twice_o2a_o4o2_phi2_dot * v22
-                    + R::from_f64(2.0) * root * cos_phi4_phi4_dot,
+                    + R::from_number(2.0) * root * cos_phi4_phi4_dot,
                 R::zero(),
             ],
             [
@@ -1532,17 +1539,17 @@ pub fn position<R: Scalar>(
     let inv_inertia_phi2 = inertia_phi2.recip();
     let c_x = guide_phi4 + guide_phi5;
     let v5 = c_x - p.xs;
-    let v6 = R::from_f64(1.0) + (-v5).sign();
-    let v7 = R::from_f64(0.8) + c_x;
-    let v8 = (R::from_f64(0.78) + c_x).sign();
-    let v9 = R::from_f64(0.2) + c_x;
+    let v6 = R::from_number(1.0) + (-v5).sign();
+    let v7 = R::from_number(0.8) + c_x;
+    let v8 = (R::from_number(0.78) + c_x).sign();
+    let v9 = R::from_number(0.2) + c_x;
     let v10 = v9.sign();
-    let v11 = R::from_f64(99999.99999999991)
-        .neg_mul_add(v9, R::from_f64(2000.0))
+    let v11 = R::from_number(99999.99999999991)
+        .neg_mul_add(v9, R::from_number(2000.0))
         .mul_add(
-            v10 - (R::from_f64(0.18) + c_x).sign(),
-            (R::from_f64(99999.99999999991) * v7)
-                .mul_add(v7.sign() - v8, R::from_f64(2000.0) * (v8 - v10)),
+            v10 - (R::from_number(0.18) + c_x).sign(),
+            (R::from_number(99999.99999999991) * v7)
+                .mul_add(v7.sign() - v8, R::from_number(2000.0) * (v8 - v10)),
         );
     let half_sq_ks_v5_v6_sq = k.half_sq_ks * v5 * v6 * v6;
     let v12 = k.o2a_m3_g_2 * cos_phi2;
@@ -1710,7 +1717,7 @@ pub fn accelerations<R: Scalar>(
     let slot_bias = cos_phi4
         .neg_mul_add(
             phi4_dot_sq.mul_add(r1, r1_bias),
-            (R::from_f64(2.0) * sin_phi4 * phi4_dot)
+            (R::from_number(2.0) * sin_phi4 * phi4_dot)
                 .neg_mul_add(r1_dot, a_x * phi2_dot_sq),
         );
     let phi5_dot_sq = phi5_dot * phi5_dot;
@@ -1718,7 +1725,7 @@ pub fn accelerations<R: Scalar>(
 
     // The reduced forces fbar.
     let v1_2 = (-(k.k1 * phi5_dot.mul_add(v2, phi4_dot * b_y))).tanh();
-    let load_ram_x = (k.half_sq * (R::from_f64(1.0) - v1_2))
+    let load_ram_x = (k.half_sq * (R::from_number(1.0) - v1_2))
         .neg_mul_add(
             v11,
             k
@@ -1734,29 +1741,29 @@ pub fn accelerations<R: Scalar>(
                 ),
         );
     let v2_2 = phi2_dot.sign();
-    let v3 = phi2_dot - R::from_f64(4.0);
+    let v3 = phi2_dot - R::from_number(4.0);
     let v4_2 = v3.sign();
-    let v5_2 = phi2_dot - R::from_f64(7.0);
+    let v5_2 = phi2_dot - R::from_number(7.0);
     let v6_2 = v5_2.sign();
     let force_phi2 = v12
         - p
             .c2
             .neg_mul_add(
                 phi2_dot,
-                R::from_f64(0.5)
-                    * R::from_f64(300.0)
-                        .neg_mul_add(v5_2, R::from_f64(600.0))
+                R::from_number(0.5)
+                    * R::from_number(300.0)
+                        .neg_mul_add(v5_2, R::from_number(600.0))
                         .mul_add(
-                            v6_2 - (phi2_dot - R::from_f64(9.0)).sign(),
-                            R::from_f64(66.66666666666667)
-                                .neg_mul_add(v3, R::from_f64(800.0))
+                            v6_2 - (phi2_dot - R::from_number(9.0)).sign(),
+                            R::from_number(66.66666666666667)
+                                .neg_mul_add(v3, R::from_number(800.0))
                                 .mul_add(
                                     v4_2 - v6_2,
-                                    R::from_f64(25.0)
-                                        .neg_mul_add(phi2_dot, R::from_f64(900.0))
+                                    R::from_number(25.0)
+                                        .neg_mul_add(phi2_dot, R::from_number(900.0))
                                         .mul_add(
                                             v2_2 - v4_2,
-                                            R::from_f64(900.0) * (R::from_f64(1.0) - v2_2),
+                                            R::from_number(900.0) * (R::from_number(1.0) - v2_2),
                                         ),
                                 ),
                         ),
@@ -1835,33 +1842,33 @@ pub fn outputs_at<R: Scalar>(
     let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     let [lambda_slot, _] = *multipliers;
     let v1_2 = phi2_dot.sign();
-    let v2_2 = phi2_dot - R::from_f64(4.0);
+    let v2_2 = phi2_dot - R::from_number(4.0);
     let v3 = v2_2.sign();
-    let v4_2 = phi2_dot - R::from_f64(7.0);
+    let v4_2 = phi2_dot - R::from_number(7.0);
     let v5_2 = v4_2.sign();
     let v6_2 = v2.mul_add(phi5_dot, b_y * phi4_dot);
     let v7 = (-(k.k1 * v6_2)).tanh();
     [
         c_x,
         -v6_2,
-        R::from_f64(0.5) * phi2_dot
-            * R::from_f64(300.0)
-                .neg_mul_add(v4_2, R::from_f64(600.0))
+        R::from_number(0.5) * phi2_dot
+            * R::from_number(300.0)
+                .neg_mul_add(v4_2, R::from_number(600.0))
                 .mul_add(
-                    v5_2 - (phi2_dot - R::from_f64(9.0)).sign(),
-                    R::from_f64(66.66666666666667)
-                        .neg_mul_add(v2_2, R::from_f64(800.0))
+                    v5_2 - (phi2_dot - R::from_number(9.0)).sign(),
+                    R::from_number(66.66666666666667)
+                        .neg_mul_add(v2_2, R::from_number(800.0))
                         .mul_add(
                             v3 - v5_2,
-                            R::from_f64(25.0)
-                                .neg_mul_add(phi2_dot, R::from_f64(900.0))
+                            R::from_number(25.0)
+                                .neg_mul_add(phi2_dot, R::from_number(900.0))
                                 .mul_add(
                                     v1_2 - v3,
-                                    R::from_f64(900.0) * (R::from_f64(1.0) - v1_2),
+                                    R::from_number(900.0) * (R::from_number(1.0) - v1_2),
                                 ),
                         ),
                 ),
-        -(k.half_sq * v6_2 * (R::from_f64(1.0) - v7) * v11),
+        -(k.half_sq * v6_2 * (R::from_number(1.0) - v7) * v11),
         k.m6_g_mu_2 * v6_2 * v7,
         -(phi4_dot * v1 * inv_r2 * v15 * v16),
         k.half_sq_ks * v6_2 * v5 * v6 * v6,
@@ -1963,7 +1970,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
         _multipliers: &[R; 2],
     ) -> Option<R> {
         let [phi2, _, _] = *q;
-        Some(phi2 - R::from_f64(6.0) * R::pi())
+        Some(phi2 - R::from_number(6.0) * R::pi())
     }
 
     #[inline(always)]
@@ -2013,7 +2020,7 @@ impl<R: Scalar> Equations<R, 3, 2> for Shaper<R> {
     fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
         Start {
-            q: [R::zero(), R::from_f64(1.0), R::from_f64(2.6)],
+            q: [R::zero(), R::from_number(1.0), R::from_number(2.6)],
             given: [true, false, false],
             qd: [p.w0, R::zero(), R::zero()],
             given_rates: [true, false, false],
@@ -2022,8 +2029,8 @@ impl<R: Scalar> Equations<R, 3, 2> for Shaper<R> {
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.0005),
-            end_time: R::from_f64(20.0),
+            step: R::from_number(0.0005),
+            end_time: R::from_number(20.0),
         }
     }
 
@@ -2431,4 +2438,4 @@ max_time = 20
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: ebfda2f2ce055510
+// Hash of this file, its tape and its derivation: f4544e4df6f26c5e

@@ -72,14 +72,14 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let a = replace("a").unwrap_or(R::from_f64(0.5));
-        let J1 = replace("J1").unwrap_or(R::from_f64(1.0));
-        let m2 = replace("m2").unwrap_or(R::from_f64(1.0));
-        let J2 = replace("J2").unwrap_or(R::from_f64(2.0));
-        let k = replace("k").unwrap_or(R::from_f64(1.0));
-        let c = replace("c").unwrap_or(R::from_f64(1.0));
-        let l0 = replace("l0").unwrap_or(R::from_f64(1.0));
-        let F = replace("F").unwrap_or(R::from_f64(1.0));
+        let a = replace("a").unwrap_or(R::from_number(0.5));
+        let J1 = replace("J1").unwrap_or(R::from_number(1.0));
+        let m2 = replace("m2").unwrap_or(R::from_number(1.0));
+        let J2 = replace("J2").unwrap_or(R::from_number(2.0));
+        let k = replace("k").unwrap_or(R::from_number(1.0));
+        let c = replace("c").unwrap_or(R::from_number(1.0));
+        let l0 = replace("l0").unwrap_or(R::from_number(1.0));
+        let F = replace("F").unwrap_or(R::from_number(1.0));
         Self { a, J1, m2, J2, k, c, l0, F }
     }
 }
@@ -183,23 +183,23 @@ pub struct Constants<R = f64> {
 impl<R: Scalar> Constants<R> {
     #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
-        let v1 = p.a * R::from_f64(0.25);
+        let v1 = p.a * R::from_number(0.25);
         let a_c = p.a * p.c;
         Self {
             k1: v1,
-            half_a: p.a * R::from_f64(0.5),
-            half_j1: p.J1 * R::from_f64(0.5),
-            half_j2: p.J2 * R::from_f64(0.5),
-            half_m2: p.m2 * R::from_f64(0.5),
-            half_k: R::from_f64(0.5) * p.k,
+            half_a: p.a * R::from_number(0.5),
+            half_j1: p.J1 * R::from_number(0.5),
+            half_j2: p.J2 * R::from_number(0.5),
+            half_m2: p.m2 * R::from_number(0.5),
+            half_k: R::from_number(0.5) * p.k,
             a_k: p.a * p.k,
-            k2: p.a * R::from_f64(0.125),
+            k2: p.a * R::from_number(0.125),
             k3: p.a * v1,
-            half_c: R::from_f64(0.5) * p.c,
-            half_l0: R::from_f64(0.5) * p.l0,
+            half_c: R::from_number(0.5) * p.c,
+            half_l0: R::from_number(0.5) * p.l0,
             a_c,
             a_sq_c: p.a * a_c,
-            twice_a: p.a * R::from_f64(2.0),
+            twice_a: p.a * R::from_number(2.0),
         }
     }
 }
@@ -242,9 +242,9 @@ pub fn com_positions<R: Scalar>(_m: &SliderCrank<R>, q: &[R; 3]) -> [R; 3] {
 #[inline]
 pub fn com_jacobian<R: Scalar>(_m: &SliderCrank<R>, _q: &[R; 3]) -> [[R; 3]; 3] {
     [
-        [R::from_f64(1.0), R::zero(), R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero()],
-        [R::zero(), R::zero(), R::from_f64(1.0)],
+        [R::from_number(1.0), R::zero(), R::zero()],
+        [R::zero(), R::from_number(1.0), R::zero()],
+        [R::zero(), R::zero(), R::from_number(1.0)],
     ]
 }
 
@@ -312,7 +312,7 @@ pub fn constraint_jacobian<R: Scalar>(m: &SliderCrank<R>, q: &[R; 3]) -> [[R; 3]
     let (sin_p_, cos_p_) = p_.sin_cos();
     let a_x = p.a * cos_q_;
     let a_y = p.a * sin_q_;
-    [[a_y, R::from_f64(1.0), sin_p_], [-a_x, R::zero(), -cos_p_]]
+    [[a_y, R::from_number(1.0), sin_p_], [-a_x, R::zero(), -cos_p_]]
 }
 
 /// `(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`, in the unit of each constraint per s^2.
@@ -402,13 +402,13 @@ pub fn generalized_forces<R: Scalar>(
     let [q_dot, x_dot, p_dot] = *qd;
     let (sin_q_, cos_q_) = q_.sin_cos();
     let (sin_p_, cos_p_) = p_.sin_cos();
-    let v1 = k.k1 * sin_q_ + R::from_f64(0.25) * sin_p_;
-    let v2 = R::from_f64(0.5) * x - k.k1 * cos_q_ - R::from_f64(0.25) * cos_p_;
+    let v1 = k.k1 * sin_q_ + R::from_number(0.25) * sin_p_;
+    let v2 = R::from_number(0.5) * x - k.k1 * cos_q_ - R::from_number(0.25) * cos_p_;
     let v3 = p.a * (cos_q_ * v1 + sin_q_ * v2);
     let g1_y = k.half_a * sin_q_;
-    let v4 = g1_y + R::from_f64(0.5) * sin_p_;
+    let v4 = g1_y + R::from_number(0.5) * sin_p_;
     let g1_x = k.half_a * cos_q_;
-    let g2_x = x - R::from_f64(0.5) * cos_p_;
+    let g2_x = x - R::from_number(0.5) * cos_p_;
     let v5 = g2_x - g1_x;
     let root = (v4 * v4 + v5 * v5).sqrt();
     let inv_root = root.recip();
@@ -440,9 +440,9 @@ pub fn energy<R: Scalar>(m: &SliderCrank<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] 
     let (sin_q_, cos_q_) = q_.sin_cos();
     let (sin_p_, cos_p_) = p_.sin_cos();
     let g1_y = k.half_a * sin_q_;
-    let v1 = g1_y + R::from_f64(0.5) * sin_p_;
+    let v1 = g1_y + R::from_number(0.5) * sin_p_;
     let g1_x = k.half_a * cos_q_;
-    let g2_x = x - R::from_f64(0.5) * cos_p_;
+    let g2_x = x - R::from_number(0.5) * cos_p_;
     let v2 = g2_x - g1_x;
     let v3 = (v1 * v1 + v2 * v2).sqrt() - p.l0;
     let e_x = x + cos_p_;
@@ -471,12 +471,12 @@ pub fn power<R: Scalar>(m: &SliderCrank<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R
     let [q_dot, x_dot, p_dot] = *qd;
     let (sin_q_, cos_q_) = q_.sin_cos();
     let (sin_p_, cos_p_) = p_.sin_cos();
-    let v1 = k.k1 * sin_q_ + R::from_f64(0.25) * sin_p_;
-    let v2 = R::from_f64(0.5) * x - k.k1 * cos_q_ - R::from_f64(0.25) * cos_p_;
+    let v1 = k.k1 * sin_q_ + R::from_number(0.25) * sin_p_;
+    let v2 = R::from_number(0.5) * x - k.k1 * cos_q_ - R::from_number(0.25) * cos_p_;
     let g1_y = k.half_a * sin_q_;
-    let v3 = g1_y + R::from_f64(0.5) * sin_p_;
+    let v3 = g1_y + R::from_number(0.5) * sin_p_;
     let g1_x = k.half_a * cos_q_;
-    let g2_x = x - R::from_f64(0.5) * cos_p_;
+    let g2_x = x - R::from_number(0.5) * cos_p_;
     let v4 = g2_x - g1_x;
     let inv_root = (v3 * v3 + v4 * v4).sqrt().recip();
     let v5 = p_dot * (cos_p_ * v1 + sin_p_ * v2)
@@ -510,9 +510,9 @@ pub fn outputs<R: Scalar>(
     let (sin_q_, cos_q_) = q_.sin_cos();
     let (sin_p_, cos_p_) = p_.sin_cos();
     let g1_y = k.half_a * sin_q_;
-    let v1 = g1_y + R::from_f64(0.5) * sin_p_;
+    let v1 = g1_y + R::from_number(0.5) * sin_p_;
     let g1_x = k.half_a * cos_q_;
-    let g2_x = x - R::from_f64(0.5) * cos_p_;
+    let g2_x = x - R::from_number(0.5) * cos_p_;
     let v2 = g2_x - g1_x;
     [
         (v1 * v1 + v2 * v2).sqrt(),
@@ -543,13 +543,13 @@ pub fn dynamics<R: Scalar>(
     let a_x = p.a * cos_q_;
     let a_y = p.a * sin_q_;
     let q_dot_sq = q_dot * q_dot;
-    let v1 = k.k1 * sin_q_ + R::from_f64(0.25) * sin_p_;
-    let v2 = R::from_f64(0.5) * x - k.k1 * cos_q_ - R::from_f64(0.25) * cos_p_;
+    let v1 = k.k1 * sin_q_ + R::from_number(0.25) * sin_p_;
+    let v2 = R::from_number(0.5) * x - k.k1 * cos_q_ - R::from_number(0.25) * cos_p_;
     let v3 = p.a * (cos_q_ * v1 + sin_q_ * v2);
     let g1_y = k.half_a * sin_q_;
-    let v4 = g1_y + R::from_f64(0.5) * sin_p_;
+    let v4 = g1_y + R::from_number(0.5) * sin_p_;
     let g1_x = k.half_a * cos_q_;
-    let g2_x = x - R::from_f64(0.5) * cos_p_;
+    let g2_x = x - R::from_number(0.5) * cos_p_;
     let v5 = g2_x - g1_x;
     let root = (v4 * v4 + v5 * v5).sqrt();
     let inv_root = root.recip();
@@ -565,7 +565,7 @@ pub fn dynamics<R: Scalar>(
         ],
         generalized_forces: [-(v3 * v7), p.F - v5 * v7, -(p.F * sin_p_ + v6 * v7)],
         constraint_jacobian: [
-            [a_y, R::from_f64(1.0), sin_p_],
+            [a_y, R::from_number(1.0), sin_p_],
             [-a_x, R::zero(), -cos_p_],
         ],
         constraint_bias: [
@@ -594,7 +594,7 @@ pub fn loop_constraints<R: Scalar>(
     LoopConstraints {
         residuals: [x - cos_p_ - a_x, -(sin_p_ + a_y)],
         constraint_jacobian: [
-            [a_y, R::from_f64(1.0), sin_p_],
+            [a_y, R::from_number(1.0), sin_p_],
             [-a_x, R::zero(), -cos_p_],
         ],
         constraint_rate: [R::zero(), R::zero()],
@@ -628,17 +628,17 @@ pub fn linearization<R: Scalar>(
     let a_y = p.a * sin_q_;
     let q_dot_sq = q_dot * q_dot;
     let sin_p__p_dot = sin_p_ * p_dot;
-    let v1 = R::from_f64(0.25) * sin_p_;
+    let v1 = R::from_number(0.25) * sin_p_;
     let v2 = k.k1 * sin_q_ + v1;
-    let v3 = R::from_f64(0.25) * cos_p_;
-    let v4 = R::from_f64(0.5) * x - k.k1 * cos_q_ - v3;
+    let v3 = R::from_number(0.25) * cos_p_;
+    let v4 = R::from_number(0.5) * x - k.k1 * cos_q_ - v3;
     let v5 = cos_q_ * v2 + sin_q_ * v4;
     let a_v5 = p.a * v5;
     let g1_y = k.half_a * sin_q_;
-    let v6 = R::from_f64(0.5) * sin_p_;
+    let v6 = R::from_number(0.5) * sin_p_;
     let v7 = g1_y + v6;
     let g1_x = k.half_a * cos_q_;
-    let g2_x = x - R::from_f64(0.5) * cos_p_;
+    let g2_x = x - R::from_number(0.5) * cos_p_;
     let v8 = g2_x - g1_x;
     let v9 = v7 * v7 + v8 * v8;
     let root = v9.sqrt();
@@ -651,8 +651,8 @@ pub fn linearization<R: Scalar>(
     let c_inv_root = p.c * inv_root;
     let v14 = p.k * v10 + v13 * c_inv_root;
     let inv_root_sq = inv_root * inv_root;
-    let v15 = k.k2 * sin_q_ + R::from_f64(0.125) * sin_p_;
-    let v16 = R::from_f64(0.25) * x - k.k2 * cos_q_ - R::from_f64(0.125) * cos_p_;
+    let v15 = k.k2 * sin_q_ + R::from_number(0.125) * sin_p_;
+    let v16 = R::from_number(0.25) * x - k.k2 * cos_q_ - R::from_number(0.125) * cos_p_;
     let v17 = p_dot * (cos_p_ * v15 + sin_p_ * v16);
     let v18 = p.a * q_dot * (cos_q_ * v15 + sin_q_ * v16) + v17;
     let v19 = p.a * (cos_q_ * v7 + sin_q_ * v8);
@@ -675,7 +675,7 @@ pub fn linearization<R: Scalar>(
         - ((v11 * v12 + v25 * v17) * inv_root_sq - x_dot * v6 - q_dot * v21
             - p_dot * v26) * c_inv_root;
     let v14_v21 = v14 * v21;
-    let v28 = p.k * (k.half_l0 - R::from_f64(0.5) * root)
+    let v28 = p.k * (k.half_l0 - R::from_number(0.5) * root)
         - (v4 * x_dot + v18) * c_inv_root;
     let v28_inv_root_sq = v28 * inv_root_sq;
     let v29 = v22 + v19 * v28_inv_root_sq;
@@ -727,8 +727,8 @@ pub fn linearization<R: Scalar>(
             ],
         ],
         constraint_damping: [
-            [cos_q_ * twice_a_q_dot, R::zero(), R::from_f64(2.0) * cos_p_ * p_dot],
-            [sin_q_ * twice_a_q_dot, R::zero(), R::from_f64(2.0) * sin_p__p_dot],
+            [cos_q_ * twice_a_q_dot, R::zero(), R::from_number(2.0) * cos_p_ * p_dot],
+            [sin_q_ * twice_a_q_dot, R::zero(), R::from_number(2.0) * sin_p__p_dot],
         ],
         forcing: [R::zero(), R::zero(), R::zero()],
         constraint_forcing: [R::zero(), R::zero()],
@@ -776,8 +776,8 @@ pub fn position<R: Scalar>(
     let [cos_q_, _, cos_p_] = angles.cos;
 
     // Lengths, and their derivatives.
-    let v1 = R::from_f64(0.5).mul_add(sin_p_, k.half_a * sin_q_);
-    let v2 = R::from_f64(0.5).neg_mul_add(cos_p_, k.half_a.neg_mul_add(cos_q_, x));
+    let v1 = R::from_number(0.5).mul_add(sin_p_, k.half_a * sin_q_);
+    let v2 = R::from_number(0.5).neg_mul_add(cos_p_, k.half_a.neg_mul_add(cos_q_, x));
     let r_sq = v2.mul_add(v2, v1 * v1);
     let r = r_sq.sqrt();
     let inv_r = r_sq.recip() * r;
@@ -785,7 +785,7 @@ pub fn position<R: Scalar>(
     let v4 = k.k1 * cos_p_;
     let r_q = sin_q_.mul_add(k.half_a.mul_add(x, -v4), sin_p_ * v3) * inv_r;
     let r_x = v2 * inv_r;
-    let r_p = sin_p_.mul_add(R::from_f64(0.5).mul_add(x, -v3), sin_q_ * v4) * inv_r;
+    let r_p = sin_p_.mul_add(R::from_number(0.5).mul_add(x, -v3), sin_q_ * v4) * inv_r;
 
     // The residuals of the constraints: C.
     let a_x = p.a * cos_q_;
@@ -1112,7 +1112,11 @@ impl<R: Scalar> Equations<R, 3, 2> for SliderCrank<R> {
 
     fn start(&self) -> Start<R, 3> {
         Start {
-            q: [R::pi() / R::from_f64(2.0), R::from_f64(0.87), -R::from_f64(0.52)],
+            q: [
+                R::pi() / R::from_number(2.0),
+                R::from_number(0.87),
+                -R::from_number(0.52),
+            ],
             given: [true, false, false],
             qd: [R::zero(), R::zero(), R::zero()],
             given_rates: [true, false, false],
@@ -1121,8 +1125,8 @@ impl<R: Scalar> Equations<R, 3, 2> for SliderCrank<R> {
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.01),
-            end_time: R::from_f64(10.0),
+            step: R::from_number(0.01),
+            end_time: R::from_number(10.0),
         }
     }
 
@@ -1365,4 +1369,4 @@ end_time = 10
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: a80022a8e8df94e8
+// Hash of this file, its tape and its derivation: 0b301991a7394bea

@@ -59,11 +59,11 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let l = replace("l").unwrap_or(R::from_f64(1.2));
-        let m = replace("m").unwrap_or(R::from_f64(0.8));
-        let J = replace("J").unwrap_or(m * l.powi(2) / R::from_f64(12.0));
-        let g = replace("g").unwrap_or(R::from_f64(9.81));
-        let w = replace("w").unwrap_or(R::from_f64(10.0));
+        let l = replace("l").unwrap_or(R::from_number(1.2));
+        let m = replace("m").unwrap_or(R::from_number(0.8));
+        let J = replace("J").unwrap_or(m * l.powi(2) / R::from_number(12.0));
+        let g = replace("g").unwrap_or(R::from_number(9.81));
+        let w = replace("w").unwrap_or(R::from_number(10.0));
         Self { l, m, J, g, w }
     }
 }
@@ -148,18 +148,18 @@ impl<R: Scalar> Constants<R> {
     #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let l_m = p.l * p.m;
-        let half_l_m = R::from_f64(0.5) * l_m;
+        let half_l_m = R::from_number(0.5) * l_m;
         let l_sq_m = p.l * l_m;
         Self {
-            half_l: R::from_f64(0.5) * p.l,
+            half_l: R::from_number(0.5) * p.l,
             half_l_m,
-            k1: p.J + R::from_f64(0.25) * l_sq_m,
+            k1: p.J + R::from_number(0.25) * l_sq_m,
             m_g: p.m * p.g,
             half_l_m_g: p.g * half_l_m,
-            k2: R::from_f64(0.5) * p.J + R::from_f64(0.125) * l_sq_m,
-            half_m: R::from_f64(0.5) * p.m,
+            k2: R::from_number(0.5) * p.J + R::from_number(0.125) * l_sq_m,
+            half_m: R::from_number(0.5) * p.m,
             k3: p.m.recip(),
-            k4: p.J + p.l * R::from_f64(0.25) * l_m,
+            k4: p.J + p.l * R::from_number(0.25) * l_m,
         }
     }
 }
@@ -211,9 +211,9 @@ pub fn com_jacobian<R: Scalar>(m: &ThrownStick<R>, q: &[R; 3]) -> [[R; 3]; 3] {
     let [_, _, a] = *q;
     let (sin_a, cos_a) = a.sin_cos();
     [
-        [R::from_f64(1.0), R::zero(), -(k.half_l * sin_a)],
-        [R::zero(), R::from_f64(1.0), k.half_l * cos_a],
-        [R::zero(), R::zero(), R::from_f64(1.0)],
+        [R::from_number(1.0), R::zero(), -(k.half_l * sin_a)],
+        [R::zero(), R::from_number(1.0), k.half_l * cos_a],
+        [R::zero(), R::zero(), R::from_number(1.0)],
     ]
 }
 
@@ -688,15 +688,15 @@ impl<R: Scalar> Equations<R, 3, 0> for ThrownStick<R> {
         Start {
             q: [R::zero(), R::zero(), R::zero()],
             given: [true, true, true],
-            qd: [R::from_f64(3.0), R::from_f64(5.0), p.w],
+            qd: [R::from_number(3.0), R::from_number(5.0), p.w],
             given_rates: [true, true, true],
         }
     }
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(2.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(2.0),
         }
     }
 
@@ -879,4 +879,4 @@ step = 1e-3
 end_time = 2
 "#;
 
-// Hash of this file, its tape and its derivation: 0654694507986c57
+// Hash of this file, its tape and its derivation: e1167623fe0918c6

@@ -5,7 +5,7 @@ mod scalar;
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::math;
+use crate::{Scalar, math};
 
 /// A number of about 32 digits: the sum of a double and a second one of at most half a unit in its last place.
 ///
@@ -44,7 +44,7 @@ impl DoubleDouble {
     pub fn fraction(value: f64) -> Option<Self> {
         let (mut rest, [mut p, mut q]) = (value, [[1.0, 0.0], [0.0, 1.0]]);
         loop {
-            let whole = rest.floor();
+            let whole = Scalar::floor(rest);
             p = [math::mul_add(whole, p[0], p[1]), p[0]];
             q = [math::mul_add(whole, q[0], q[1]), q[0]];
             if !((p[0] * q[0]).abs() < 1e14) {

@@ -263,10 +263,10 @@ fn changed_text_is_found() {
     let text = rust::text(&Code { path: "pendulum.toml", scene: &scene, source: SCENE, tape: &tape });
     assert_eq!(rust::check(&tape, &text), Ok(()));
     for (right, wrong) in [
-        ("q: [R::from_f64(1.0), R::from_f64(1.0)]", "q: [R::from_f64(1.0), R::from_f64(1.5)]"),
-        ("step: R::from_f64(0.001)", "step: R::from_f64(0.01)"),
-        ("unwrap_or(R::from_f64(100.0))", "unwrap_or(R::from_f64(10.0))"),
-        ("phi - (R::from_f64(2.0) + t)", "phi - R::from_f64(2.0) + t"),
+        ("q: [R::from_number(1.0), R::from_number(1.0)]", "q: [R::from_number(1.0), R::from_number(1.5)]"),
+        ("step: R::from_number(0.001)", "step: R::from_number(0.01)"),
+        ("unwrap_or(R::from_number(100.0))", "unwrap_or(R::from_number(10.0))"),
+        ("phi - (R::from_number(2.0) + t)", "phi - R::from_number(2.0) + t"),
     ] {
         assert!(text.contains(right), "{right} is not in\n{text}");
         assert!(rust::check(&tape, &text.replace(right, wrong)).is_err(), "{wrong}");

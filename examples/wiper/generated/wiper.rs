@@ -79,18 +79,18 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let a = replace("a").unwrap_or(R::from_f64(0.04));
-        let b = replace("b").unwrap_or(R::from_f64(0.22));
-        let c = replace("c").unwrap_or(R::from_f64(0.06));
-        let d = replace("d").unwrap_or(R::from_f64(0.22));
-        let J = replace("J").unwrap_or(R::from_f64(0.006));
-        let m = replace("m").unwrap_or(R::from_f64(0.15));
-        let Jr = replace("Jr").unwrap_or(R::from_f64(0.0006));
-        let Ja = replace("Ja").unwrap_or(R::from_f64(0.03));
-        let stall = replace("stall").unwrap_or(R::from_f64(6.0));
-        let idle = replace("idle").unwrap_or(R::from_f64(7.0));
-        let friction = replace("friction").unwrap_or(R::from_f64(1.0));
-        let slip = replace("slip").unwrap_or(R::from_f64(0.1));
+        let a = replace("a").unwrap_or(R::from_number(0.04));
+        let b = replace("b").unwrap_or(R::from_number(0.22));
+        let c = replace("c").unwrap_or(R::from_number(0.06));
+        let d = replace("d").unwrap_or(R::from_number(0.22));
+        let J = replace("J").unwrap_or(R::from_number(0.006));
+        let m = replace("m").unwrap_or(R::from_number(0.15));
+        let Jr = replace("Jr").unwrap_or(R::from_number(0.0006));
+        let Ja = replace("Ja").unwrap_or(R::from_number(0.03));
+        let stall = replace("stall").unwrap_or(R::from_number(6.0));
+        let idle = replace("idle").unwrap_or(R::from_number(7.0));
+        let friction = replace("friction").unwrap_or(R::from_number(1.0));
+        let slip = replace("slip").unwrap_or(R::from_number(0.1));
         Self {
             a,
             b,
@@ -212,20 +212,20 @@ impl<R: Scalar> Constants<R> {
         let inv_idle = p.idle.recip();
         let a_m = p.a * p.m;
         Self {
-            half_b: R::from_f64(0.5) * p.b,
+            half_b: R::from_number(0.5) * p.b,
             j_plus_a_sq_m,
-            half_a_b_m: p.a * R::from_f64(0.5) * b_m,
-            k1: p.Jr + R::from_f64(0.25) * b_sq_m,
+            half_a_b_m: p.a * R::from_number(0.5) * b_m,
+            k1: p.Jr + R::from_number(0.25) * b_sq_m,
             k2: inv_idle,
             k3: p.stall * inv_idle,
             k4: p.slip.recip(),
-            half_times_j_plus_a_sq_m: R::from_f64(0.5) * j_plus_a_sq_m,
-            k5: R::from_f64(0.5) * p.Jr + R::from_f64(0.125) * b_sq_m,
-            half_ja: R::from_f64(0.5) * p.Ja,
-            k6: R::from_f64(180.0) / R::pi(),
-            half_a_b_m_2: R::from_f64(0.5) * p.b * a_m,
+            half_times_j_plus_a_sq_m: R::from_number(0.5) * j_plus_a_sq_m,
+            k5: R::from_number(0.5) * p.Jr + R::from_number(0.125) * b_sq_m,
+            half_ja: R::from_number(0.5) * p.Ja,
+            k6: R::from_number(180.0) / R::pi(),
+            half_a_b_m_2: R::from_number(0.5) * p.b * a_m,
             j_plus_a_sq_m_2: p.J + p.a * a_m,
-            k7: p.Jr + p.b * p.b * p.m * R::from_f64(0.25),
+            k7: p.Jr + p.b * p.b * p.m * R::from_number(0.25),
         }
     }
 }
@@ -289,11 +289,11 @@ pub fn com_jacobian<R: Scalar>(m: &Wiper<R>, q: &[R; 3]) -> [[R; 3]; 5] {
     let a_x = p.a * cos_crank;
     let a_y = p.a * sin_crank;
     [
-        [R::from_f64(1.0), R::zero(), R::zero()],
+        [R::from_number(1.0), R::zero(), R::zero()],
         [-a_y, -(k.half_b * sin_rod), R::zero()],
         [a_x, k.half_b * cos_rod, R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero()],
-        [R::zero(), R::zero(), R::from_f64(1.0)],
+        [R::zero(), R::from_number(1.0), R::zero()],
+        [R::zero(), R::zero(), R::from_number(1.0)],
     ]
 }
 
@@ -531,7 +531,7 @@ pub fn power<R: Scalar>(m: &Wiper<R>, _t: R, _q: &[R; 3], qd: &[R; 3]) -> R {
     let p = &m.parameters;
     let k = &m.constants;
     let [crank_dot, _, arm_dot] = *qd;
-    p.stall * crank_dot * (R::from_f64(1.0) - k.k2 * crank_dot)
+    p.stall * crank_dot * (R::from_number(1.0) - k.k2 * crank_dot)
         - arm_dot * (p.friction * (k.k4 * arm_dot).tanh())
 }
 
@@ -1039,7 +1039,7 @@ impl<R: Scalar> Equations<R, 3, 2> for Wiper<R> {
 
     fn start(&self) -> Start<R, 3> {
         Start {
-            q: [R::zero(), R::from_f64(0.25), R::from_f64(1.6)],
+            q: [R::zero(), R::from_number(0.25), R::from_number(1.6)],
             given: [true, false, false],
             qd: [R::zero(), R::zero(), R::zero()],
             given_rates: [true, false, false],
@@ -1048,8 +1048,8 @@ impl<R: Scalar> Equations<R, 3, 2> for Wiper<R> {
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(2.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(2.0),
         }
     }
 
@@ -1291,4 +1291,4 @@ step = 1e-3
 end_time = 2
 "#;
 
-// Hash of this file, its tape and its derivation: ee3821d993b09a7e
+// Hash of this file, its tape and its derivation: 6b818d6d2f9e4b9a

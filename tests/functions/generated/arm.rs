@@ -56,10 +56,10 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let l = replace("l").unwrap_or(R::from_f64(0.4));
-        let m = replace("m").unwrap_or(R::from_f64(1.5));
-        let g = replace("g").unwrap_or(R::from_f64(9.81));
-        let k = replace("k").unwrap_or(R::from_f64(200.0));
+        let l = replace("l").unwrap_or(R::from_number(0.4));
+        let m = replace("m").unwrap_or(R::from_number(1.5));
+        let g = replace("g").unwrap_or(R::from_number(9.81));
+        let k = replace("k").unwrap_or(R::from_number(200.0));
         Self { l, m, g, k }
     }
 }
@@ -168,22 +168,22 @@ impl<R: Scalar> Constants<R> {
         let l_sq_m = p.l * l_m;
         let l_m_g = p.g * l_m;
         Self {
-            twice_l: p.l * R::from_f64(2.0),
+            twice_l: p.l * R::from_number(2.0),
             k1: R::zero() * p.l,
             l_sq: p.l * p.l,
             l_m,
             l_sq_m,
-            k2: R::from_f64(3.0) * l_sq_m,
-            twice_l_sq_m: R::from_f64(2.0) * l_sq_m,
-            k3: R::from_f64(4.0) * l_sq_m,
+            k2: R::from_number(3.0) * l_sq_m,
+            twice_l_sq_m: R::from_number(2.0) * l_sq_m,
+            k3: R::from_number(4.0) * l_sq_m,
             m_g: p.m * p.g,
             l_m_g,
-            k4: R::from_f64(3.0) * l_m_g,
-            twice_l_m_g: R::from_f64(2.0) * l_m_g,
-            half_k: p.k * R::from_f64(0.5),
-            half_m: p.m * R::from_f64(0.5),
-            half_l_sq_m: R::from_f64(0.5) * l_sq_m,
-            k5: p.k * R::from_f64(0.125),
+            k4: R::from_number(3.0) * l_m_g,
+            twice_l_m_g: R::from_number(2.0) * l_m_g,
+            half_k: p.k * R::from_number(0.5),
+            half_m: p.m * R::from_number(0.5),
+            half_l_sq_m: R::from_number(0.5) * l_sq_m,
+            k5: p.k * R::from_number(0.125),
         }
     }
 }
@@ -448,7 +448,7 @@ pub fn mass_matrix<R: Scalar>(m: &Arm<R>, q: &[R; 4]) -> [[R; 4]; 4] {
     let l_sq_v11 = k.l_sq * v11;
     let l_sq_v13 = k.l_sq * v13;
     let v18 = cos_v1 * cos_v4 + sin_v1 * sin_v4;
-    let v19 = k.l_sq_m * (R::from_f64(1.0) + v18)
+    let v19 = k.l_sq_m * (R::from_number(1.0) + v18)
         + p.m * (v12 * l_sq_v11 + v14 * l_sq_v13);
     let v20 = p.m * (v11 * l_sq_sin_argument + v13 * l_sq_cos_argument);
     let v21 = p.m * (v12 * l_sq_sin_argument + v14 * l_sq_cos_argument);
@@ -611,7 +611,7 @@ pub fn energy<R: Scalar>(m: &Arm<R>, q: &[R; 4], qd: &[R; 4]) -> [R; 2] {
             * (v8 * v8 + p3_y_dot * p3_y_dot + v10 * v10 + v11 * v11 + v12 * v12
                 + v13 * v13)
             + k.half_l_sq_m * (cos_q0 * cos_q0 + sin_q0 * sin_q0) * (q0_dot * q0_dot),
-        k.k5 - k.half_k * r * (R::from_f64(1.0) - r) + k.k4 * sin_q0
+        k.k5 - k.half_k * r * (R::from_number(1.0) - r) + k.k4 * sin_q0
             + k.twice_l_m_g * sin_v1 + k.l_m_g * sin_v2 + k.l_m_g * (sin_argument + v6),
     ]
 }
@@ -714,7 +714,7 @@ pub fn dynamics<R: Scalar>(
     let l_sq_v11 = k.l_sq * v11;
     let l_sq_v13 = k.l_sq * v13;
     let v19 = cos_v1 * cos_v4 + sin_v1 * sin_v4;
-    let v20 = k.l_sq_m * (R::from_f64(1.0) + v19)
+    let v20 = k.l_sq_m * (R::from_number(1.0) + v19)
         + p.m * (v12 * l_sq_v11 + v14 * l_sq_v13);
     let v21 = p.m * (v11 * l_sq_sin_argument + v13 * l_sq_cos_argument);
     let v22 = p.m * (v12 * l_sq_sin_argument + v14 * l_sq_cos_argument);
@@ -967,7 +967,7 @@ pub fn position<R: Scalar>(
         .m
         .mul_add(
             p3_y_q1.mul_add(p3_y_q2, p3_x_q1 * p3_x_q2),
-            k.l_sq_m * (R::from_f64(1.0) + v7),
+            k.l_sq_m * (R::from_number(1.0) + v7),
         );
     let mass_q2_q2 = p.m.mul_add(p3_y_q2.mul_add(p3_y_q2, p3_x_q2 * p3_x_q2), k.l_sq_m);
     let mass_q0_q3 = p.m * p3_x_q3.mul_add(p3_x_q0, p3_y_q3 * p3_x);
@@ -1007,7 +1007,7 @@ pub fn position<R: Scalar>(
     let loss_q3 = mass_q3_q3 * inv_inertia_q3;
     let k1_sin_argument = k.k1 * sin_argument;
     let k1_cos_argument = k.k1 * cos_argument;
-    let v8 = p.k * (R::from_f64(0.5) - r);
+    let v8 = p.k * (R::from_number(0.5) - r);
     let v9 = k.l_m_g * cos_q0;
     let v10 = sin_q0.neg_mul_add(cos_q0_plus_q1, cos_q0 * sin_q0_plus_q1);
     let l_sq_m_v10 = k.l_sq_m * v10;
@@ -1429,7 +1429,12 @@ impl<R: Scalar> Equations<R, 4, 0> for Arm<R> {
 
     fn start(&self) -> Start<R, 4> {
         Start {
-            q: [-R::from_f64(1.0), R::from_f64(0.4), R::from_f64(0.4), R::from_f64(0.4)],
+            q: [
+                -R::from_number(1.0),
+                R::from_number(0.4),
+                R::from_number(0.4),
+                R::from_number(0.4),
+            ],
             given: [true, true, true, true],
             qd: [R::zero(), R::zero(), R::zero(), R::zero()],
             given_rates: [true, true, true, true],
@@ -1438,8 +1443,8 @@ impl<R: Scalar> Equations<R, 4, 0> for Arm<R> {
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(1.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(1.0),
         }
     }
 
@@ -1604,4 +1609,4 @@ step = 1e-3
 end_time = 1
 "#;
 
-// Hash of this file, its tape and its derivation: 739cc206bcfeb8e3
+// Hash of this file, its tape and its derivation: f66665693f7813c6

@@ -60,9 +60,9 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let w = replace("w").unwrap_or(R::from_f64(2.0));
-        let r0 = replace("r0").unwrap_or(R::from_f64(0.1));
-        let m = replace("m").unwrap_or(R::from_f64(3.0));
+        let w = replace("w").unwrap_or(R::from_number(2.0));
+        let r0 = replace("r0").unwrap_or(R::from_number(0.1));
+        let m = replace("m").unwrap_or(R::from_number(3.0));
         Self { w, r0, m }
     }
 }
@@ -138,10 +138,10 @@ impl<R: Scalar> Constants<R> {
         let w_sq = p.w * p.w;
         Self {
             w_sq,
-            twice_w: p.w * R::from_f64(2.0),
-            half_m: p.m * R::from_f64(0.5),
+            twice_w: p.w * R::from_number(2.0),
+            half_m: p.m * R::from_number(0.5),
             w_pow3: p.w * w_sq,
-            twice_w_sq: R::from_f64(2.0) * w_sq,
+            twice_w_sq: R::from_number(2.0) * w_sq,
         }
     }
 }
@@ -181,7 +181,7 @@ pub fn com_positions<R: Scalar>(_m: &Bead<R>, q: &[R; 2]) -> [R; 2] {
 #[doc(alias = "x_q")]
 #[inline]
 pub fn com_jacobian<R: Scalar>(_m: &Bead<R>, _q: &[R; 2]) -> [[R; 2]; 2] {
-    [[R::from_f64(1.0), R::zero()], [R::zero(), R::from_f64(1.0)]]
+    [[R::from_number(1.0), R::zero()], [R::zero(), R::from_number(1.0)]]
 }
 
 /// Convective accelerations `(T qd)_q qd`: `xdd = T qdd + bias`, in m/s^2 and rad/s^2.
@@ -782,8 +782,8 @@ impl<R: Scalar> Equations<R, 2, 1> for Bead<R> {
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(1.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(1.0),
         }
     }
 
@@ -946,4 +946,4 @@ end_time = 1
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: 48a4acea566517b9
+// Hash of this file, its tape and its derivation: b34b3b6e7f6fde99

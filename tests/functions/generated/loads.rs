@@ -53,7 +53,7 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let k = replace("k").unwrap_or((R::from_f64(2.0) * R::pi()).powi(2));
+        let k = replace("k").unwrap_or((R::from_number(2.0) * R::pi()).powi(2));
         Self { k }
     }
 }
@@ -124,11 +124,11 @@ pub struct Constants<R = f64> {
 impl<R: Scalar> Constants<R> {
     #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
-        let half_sq_k = R::from_f64(0.5) * (p.k * R::from_f64(0.5));
+        let half_sq_k = R::from_number(0.5) * (p.k * R::from_number(0.5));
         Self {
             half_sq_k,
-            half_pow3_k: R::from_f64(0.5) * half_sq_k,
-            half_sq_k_2: p.k * R::from_f64(0.5) * R::from_f64(0.5),
+            half_pow3_k: R::from_number(0.5) * half_sq_k,
+            half_sq_k_2: p.k * R::from_number(0.5) * R::from_number(0.5),
         }
     }
 }
@@ -171,9 +171,9 @@ pub fn com_positions<R: Scalar>(_m: &Loads<R>, q: &[R; 3]) -> [R; 3] {
 #[inline]
 pub fn com_jacobian<R: Scalar>(_m: &Loads<R>, _q: &[R; 3]) -> [[R; 3]; 3] {
     [
-        [R::from_f64(1.0), R::zero(), R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero()],
-        [R::zero(), R::zero(), R::from_f64(1.0)],
+        [R::from_number(1.0), R::zero(), R::zero()],
+        [R::zero(), R::from_number(1.0), R::zero()],
+        [R::zero(), R::zero(), R::from_number(1.0)],
     ]
 }
 
@@ -211,9 +211,9 @@ pub fn com_bias<R: Scalar>(_m: &Loads<R>, _q: &[R; 3], _qd: &[R; 3]) -> [R; 3] {
 #[inline]
 pub fn mass_matrix<R: Scalar>(_m: &Loads<R>, _q: &[R; 3]) -> [[R; 3]; 3] {
     [
-        [R::from_f64(1.0), R::zero(), R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero()],
-        [R::zero(), R::zero(), R::from_f64(1.0)],
+        [R::from_number(1.0), R::zero(), R::zero()],
+        [R::zero(), R::from_number(1.0), R::zero()],
+        [R::zero(), R::zero(), R::from_number(1.0)],
     ]
 }
 
@@ -241,16 +241,16 @@ pub fn generalized_forces<R: Scalar>(
     let k = &m.constants;
     let [_, y, _] = *q;
     let [x_dot, _, _] = *qd;
-    let v1 = R::from_f64(1.0) + (-y).sign();
-    let v2 = R::from_f64(1.0) - t;
+    let v1 = R::from_number(1.0) + (-y).sign();
+    let v2 = R::from_number(1.0) - t;
     let v3 = (-v2).sign();
     [
-        -(R::from_f64(2.0) * (R::from_f64(2.0) * x_dot).tanh()),
+        -(R::from_number(2.0) * (R::from_number(2.0) * x_dot).tanh()),
         -(y * (k.half_sq_k * (v1 * v1))),
-        R::from_f64(0.5)
-            * (t * (R::from_f64(4.0) * (t.sign() - v3))
-                + (v3 - (-(R::from_f64(2.0) - t)).sign())
-                    * (R::from_f64(4.0) + R::from_f64(4.0) * v2)),
+        R::from_number(0.5)
+            * (t * (R::from_number(4.0) * (t.sign() - v3))
+                + (v3 - (-(R::from_number(2.0) - t)).sign())
+                    * (R::from_number(4.0) + R::from_number(4.0) * v2)),
     ]
 }
 
@@ -270,9 +270,9 @@ pub fn energy<R: Scalar>(m: &Loads<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let k = &m.constants;
     let [_, y, _] = *q;
     let [x_dot, y_dot, z_dot] = *qd;
-    let v1 = R::from_f64(1.0) + (-y).sign();
+    let v1 = R::from_number(1.0) + (-y).sign();
     [
-        R::from_f64(0.5) * (x_dot * x_dot + y_dot * y_dot + z_dot * z_dot),
+        R::from_number(0.5) * (x_dot * x_dot + y_dot * y_dot + z_dot * z_dot),
         k.half_pow3_k * y * y * (v1 * v1),
     ]
 }
@@ -289,15 +289,15 @@ pub fn energy<R: Scalar>(m: &Loads<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
 #[inline(always)]
 pub fn power<R: Scalar>(_m: &Loads<R>, t: R, _q: &[R; 3], qd: &[R; 3]) -> R {
     let [x_dot, _, z_dot] = *qd;
-    let v1 = R::from_f64(2.0) * x_dot;
-    let v2 = R::from_f64(1.0) - t;
+    let v1 = R::from_number(2.0) * x_dot;
+    let v2 = R::from_number(1.0) - t;
     let v3 = (-v2).sign();
     -(v1.tanh() * v1
         - z_dot
-            * (R::from_f64(0.5)
-                * (t * (R::from_f64(4.0) * (t.sign() - v3))
-                    + (v3 - (-(R::from_f64(2.0) - t)).sign())
-                        * (R::from_f64(4.0) + R::from_f64(4.0) * v2))))
+            * (R::from_number(0.5)
+                * (t * (R::from_number(4.0) * (t.sign() - v3))
+                    + (v3 - (-(R::from_number(2.0) - t)).sign())
+                        * (R::from_number(4.0) + R::from_number(4.0) * v2))))
 }
 
 /// What the scene asks for: `P_friction` (W).
@@ -319,7 +319,7 @@ pub fn outputs<R: Scalar>(
     _multipliers: &[R; 0],
 ) -> [R; 1] {
     let [x_dot, _, _] = *qd;
-    let v1 = R::from_f64(2.0) * x_dot;
+    let v1 = R::from_number(2.0) * x_dot;
     [-(v1.tanh() * v1)]
 }
 
@@ -339,22 +339,22 @@ pub fn dynamics<R: Scalar>(
     let k = &m.constants;
     let [_, y, _] = *q;
     let [x_dot, _, _] = *qd;
-    let v1 = R::from_f64(1.0) + (-y).sign();
-    let v2 = R::from_f64(1.0) - t;
+    let v1 = R::from_number(1.0) + (-y).sign();
+    let v2 = R::from_number(1.0) - t;
     let v3 = (-v2).sign();
     Dynamics {
         mass_matrix: [
-            [R::from_f64(1.0), R::zero(), R::zero()],
-            [R::zero(), R::from_f64(1.0), R::zero()],
-            [R::zero(), R::zero(), R::from_f64(1.0)],
+            [R::from_number(1.0), R::zero(), R::zero()],
+            [R::zero(), R::from_number(1.0), R::zero()],
+            [R::zero(), R::zero(), R::from_number(1.0)],
         ],
         generalized_forces: [
-            -(R::from_f64(2.0) * (R::from_f64(2.0) * x_dot).tanh()),
+            -(R::from_number(2.0) * (R::from_number(2.0) * x_dot).tanh()),
             -(y * (k.half_sq_k * (v1 * v1))),
-            R::from_f64(0.5)
-                * (t * (R::from_f64(4.0) * (t.sign() - v3))
-                    + (v3 - (-(R::from_f64(2.0) - t)).sign())
-                        * (R::from_f64(4.0) + R::from_f64(4.0) * v2)),
+            R::from_number(0.5)
+                * (t * (R::from_number(4.0) * (t.sign() - v3))
+                    + (v3 - (-(R::from_number(2.0) - t)).sign())
+                        * (R::from_number(4.0) + R::from_number(4.0) * v2)),
         ],
         constraint_jacobian: [],
         constraint_bias: [],
@@ -397,9 +397,9 @@ pub fn linearization<R: Scalar>(
     let k = &m.constants;
     let [_, y, _] = *q;
     let [x_dot, _, _] = *qd;
-    let v1 = R::from_f64(1.0) + (-y).sign();
-    let v2 = (-(R::from_f64(1.0) - t)).sign();
-    let v3 = (R::from_f64(2.0) * x_dot).cosh().recip();
+    let v1 = R::from_number(1.0) + (-y).sign();
+    let v2 = (-(R::from_number(1.0) - t)).sign();
+    let v3 = (R::from_number(2.0) * x_dot).cosh().recip();
     Linearization {
         stiffness: [
             [R::zero(), R::zero(), R::zero()],
@@ -407,7 +407,7 @@ pub fn linearization<R: Scalar>(
             [R::zero(), R::zero(), R::zero()],
         ],
         damping: [
-            [R::from_f64(4.0) * v3 * v3, R::zero(), R::zero()],
+            [R::from_number(4.0) * v3 * v3, R::zero(), R::zero()],
             [R::zero(), R::zero(), R::zero()],
             [R::zero(), R::zero(), R::zero()],
         ],
@@ -416,9 +416,9 @@ pub fn linearization<R: Scalar>(
         forcing: [
             R::zero(),
             R::zero(),
-            R::from_f64(0.5)
-                * (R::from_f64(4.0) * (t.sign() - v2)
-                    - R::from_f64(4.0) * (v2 - (-(R::from_f64(2.0) - t)).sign())),
+            R::from_number(0.5)
+                * (R::from_number(4.0) * (t.sign() - v2)
+                    - R::from_number(4.0) * (v2 - (-(R::from_number(2.0) - t)).sign())),
         ],
         constraint_forcing: [],
     }
@@ -442,7 +442,7 @@ pub fn position<R: Scalar>(
 ) -> Position<R> {
     let k = &m.constants;
     let [_, y, _] = *q;
-    let v1 = R::from_f64(1.0) + (-y).sign();
+    let v1 = R::from_number(1.0) + (-y).sign();
     let half_sq_k_2_y_v1_sq = k.half_sq_k_2 * y * v1 * v1;
     Position { half_sq_k_2_y_v1_sq }
 }
@@ -495,15 +495,15 @@ pub fn accelerations<R: Scalar>(
     let [x_dot, _, _] = *qd;
 
     // The reduced forces fbar.
-    let force_x = R::from_f64(2.0) * (R::from_f64(2.0) * x_dot).tanh();
-    let v1 = R::from_f64(1.0) - t;
+    let force_x = R::from_number(2.0) * (R::from_number(2.0) * x_dot).tanh();
+    let v1 = R::from_number(1.0) - t;
     let v2 = (-v1).sign();
-    let force_z = R::from_f64(0.5)
-        * (R::from_f64(4.0) * t)
+    let force_z = R::from_number(0.5)
+        * (R::from_number(4.0) * t)
             .mul_add(
                 t.sign() - v2,
-                R::from_f64(4.0).mul_add(v1, R::from_f64(4.0))
-                    * (v2 - (-(R::from_f64(2.0) - t)).sign()),
+                R::from_number(4.0).mul_add(v1, R::from_number(4.0))
+                    * (v2 - (-(R::from_number(2.0) - t)).sign()),
             );
     ([-force_x, -half_sq_k_2_y_v1_sq, force_z], [])
 }
@@ -524,7 +524,7 @@ pub fn outputs_at<R: Scalar>(
     _angles: &Angles<R, 3>,
 ) -> [R; 1] {
     let [x_dot, _, _] = *qd;
-    let v1 = R::from_f64(2.0) * x_dot;
+    let v1 = R::from_number(2.0) * x_dot;
     [-(v1 * v1.tanh())]
 }
 
@@ -643,17 +643,17 @@ impl<R: Scalar> Equations<R, 3, 0> for Loads<R> {
 
     fn start(&self) -> Start<R, 3> {
         Start {
-            q: [R::zero(), R::from_f64(1.0), R::zero()],
+            q: [R::zero(), R::from_number(1.0), R::zero()],
             given: [true, true, true],
-            qd: [R::from_f64(1.5), -R::from_f64(1.0), R::zero()],
+            qd: [R::from_number(1.5), -R::from_number(1.0), R::zero()],
             given_rates: [true, true, true],
         }
     }
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(2.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(2.0),
         }
     }
 
@@ -802,4 +802,4 @@ end_time = 2
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: 627ff04b877208d0
+// Hash of this file, its tape and its derivation: 687024106b784a70

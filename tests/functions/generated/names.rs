@@ -71,13 +71,13 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace_: impl Fn(&str) -> Option<R>) -> Self {
-        let replace = replace_("replace").unwrap_or(R::from_f64(0.5));
-        let parameters = replace_("parameters").unwrap_or(R::from_f64(0.4));
-        let DBL_MIN = replace_("DBL_MIN").unwrap_or(R::from_f64(2.0));
-        let r#typeof = replace_("typeof").unwrap_or(R::from_f64(1.5));
-        let NAMES_H = replace_("NAMES_H").unwrap_or(R::from_f64(9.81));
-        let NAMES_OUTPUTS = replace_("NAMES_OUTPUTS").unwrap_or(R::from_f64(0.1));
-        let FLT_RADIX = replace_("FLT_RADIX").unwrap_or(R::from_f64(3.0));
+        let replace = replace_("replace").unwrap_or(R::from_number(0.5));
+        let parameters = replace_("parameters").unwrap_or(R::from_number(0.4));
+        let DBL_MIN = replace_("DBL_MIN").unwrap_or(R::from_number(2.0));
+        let r#typeof = replace_("typeof").unwrap_or(R::from_number(1.5));
+        let NAMES_H = replace_("NAMES_H").unwrap_or(R::from_number(9.81));
+        let NAMES_OUTPUTS = replace_("NAMES_OUTPUTS").unwrap_or(R::from_number(0.1));
+        let FLT_RADIX = replace_("FLT_RADIX").unwrap_or(R::from_number(3.0));
         let unknown = replace_("unknown").unwrap_or(replace + parameters);
         Self {
             replace,
@@ -199,7 +199,7 @@ impl<R: Scalar> Constants<R> {
         let flt_radix_unknown = p.FLT_RADIX * p.unknown;
         let replace_names_h = p.replace * p.NAMES_H;
         Self {
-            k1: R::from_f64(0.1) + v1,
+            k1: R::from_number(0.1) + v1,
             replace_parameters_typeof: p.replace * parameters_typeof,
             parameters_sq_typeof,
             k2: p.NAMES_H * replace_times_dbl_min_plus_typeof,
@@ -207,11 +207,12 @@ impl<R: Scalar> Constants<R> {
             replace_flt_radix_unknown: p.replace * flt_radix_unknown,
             parameters_typeof_names_h: p.NAMES_H * parameters_typeof,
             parameters_flt_radix_unknown: p.parameters * flt_radix_unknown,
-            k3: R::from_f64(0.05) + R::from_f64(0.5) * v1,
-            half_parameters_sq_typeof: R::from_f64(0.5) * parameters_sq_typeof,
+            k3: R::from_number(0.05) + R::from_number(0.5) * v1,
+            half_parameters_sq_typeof: R::from_number(0.5) * parameters_sq_typeof,
             replace_dbl_min_names_h: p.replace * p.DBL_MIN * p.NAMES_H,
             typeof_names_h: p.r#typeof * p.NAMES_H,
-            k4: (R::from_f64(0.1) + p.replace * p.replace * dbl_min_plus_typeof).recip(),
+            k4: (R::from_number(0.1) + p.replace * p.replace * dbl_min_plus_typeof)
+                .recip(),
             replace_dbl_min_names_h_2: p.DBL_MIN * replace_names_h,
             replace_typeof_names_h: p.r#typeof * replace_names_h,
         }
@@ -277,7 +278,7 @@ pub fn com_jacobian<R: Scalar>(m: &Names<R>, q: &[R; 4]) -> [[R; 4]; 5] {
     [
         [-a_y, R::zero(), R::zero(), R::zero()],
         [a_x, R::zero(), R::zero(), R::zero()],
-        [R::from_f64(1.0), R::zero(), R::zero(), R::zero()],
+        [R::from_number(1.0), R::zero(), R::zero(), R::zero()],
         [-a_y, -(p.parameters * sin_position_), R::zero(), R::zero()],
         [a_x, p.parameters * cos_position_, R::zero(), R::zero()],
     ]
@@ -373,8 +374,8 @@ pub fn constraint_jacobian<R: Scalar>(m: &Names<R>, q: &[R; 4]) -> [[R; 4]; 2] {
     let a_x = p.replace * cos_angles_;
     let a_y = p.replace * sin_angles_;
     [
-        [a_y, p.parameters * sin_position_, R::zero(), R::from_f64(1.0)],
-        [-a_x, -(p.parameters * cos_position_), R::from_f64(1.0), R::zero()],
+        [a_y, p.parameters * sin_position_, R::zero(), R::from_number(1.0)],
+        [-a_x, -(p.parameters * cos_position_), R::from_number(1.0), R::zero()],
     ]
 }
 
@@ -604,8 +605,8 @@ pub fn dynamics<R: Scalar>(
             R::zero(),
         ],
         constraint_jacobian: [
-            [a_y, parameters_sin_position_, R::zero(), R::from_f64(1.0)],
-            [-a_x, -parameters_cos_position_, R::from_f64(1.0), R::zero()],
+            [a_y, parameters_sin_position_, R::zero(), R::from_number(1.0)],
+            [-a_x, -parameters_cos_position_, R::from_number(1.0), R::zero()],
         ],
         constraint_bias: [
             angles_dot_sq * a_x + position_dot_sq * parameters_cos_position_,
@@ -637,8 +638,8 @@ pub fn loop_constraints<R: Scalar>(
     LoopConstraints {
         residuals: [-(b_x - FP_NAN), -(b_y - residuals_)],
         constraint_jacobian: [
-            [a_y, parameters_sin_position_, R::zero(), R::from_f64(1.0)],
-            [-a_x, -parameters_cos_position_, R::from_f64(1.0), R::zero()],
+            [a_y, parameters_sin_position_, R::zero(), R::from_number(1.0)],
+            [-a_x, -parameters_cos_position_, R::from_number(1.0), R::zero()],
         ],
         constraint_rate: [R::zero(), R::zero()],
     }
@@ -959,17 +960,22 @@ impl<R: Scalar> Equations<R, 4, 2> for Names<R> {
 
     fn start(&self) -> Start<R, 4> {
         Start {
-            q: [R::from_f64(0.3), -R::from_f64(0.4), R::zero(), R::from_f64(0.8)],
+            q: [
+                R::from_number(0.3),
+                -R::from_number(0.4),
+                R::zero(),
+                R::from_number(0.8),
+            ],
             given: [true, true, false, false],
-            qd: [R::from_f64(1.0), R::zero(), R::zero(), R::zero()],
+            qd: [R::from_number(1.0), R::zero(), R::zero(), R::zero()],
             given_rates: [true, true, false, false],
         }
     }
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(1.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(1.0),
         }
     }
 
@@ -1180,4 +1186,4 @@ step = 1e-3
 end_time = 1
 "#;
 
-// Hash of this file, its tape and its derivation: 8210687391a07553
+// Hash of this file, its tape and its derivation: 24ca021cd57a1cb0

@@ -74,16 +74,16 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let a = replace("a").unwrap_or(R::from_f64(0.1));
-        let l = replace("l").unwrap_or(R::from_f64(0.3));
-        let J = replace("J").unwrap_or(R::from_f64(0.02));
-        let m = replace("m").unwrap_or(R::from_f64(1.0));
-        let Jr = replace("Jr").unwrap_or(R::from_f64(0.01));
-        let F = replace("F").unwrap_or(R::from_f64(40000.0));
-        let tb = replace("tb").unwrap_or(R::from_f64(0.50037));
-        let wb = replace("wb").unwrap_or(R::from_f64(0.0001));
+        let a = replace("a").unwrap_or(R::from_number(0.1));
+        let l = replace("l").unwrap_or(R::from_number(0.3));
+        let J = replace("J").unwrap_or(R::from_number(0.02));
+        let m = replace("m").unwrap_or(R::from_number(1.0));
+        let Jr = replace("Jr").unwrap_or(R::from_number(0.01));
+        let F = replace("F").unwrap_or(R::from_number(40000.0));
+        let tb = replace("tb").unwrap_or(R::from_number(0.50037));
+        let wb = replace("wb").unwrap_or(R::from_number(0.0001));
         let Fs = replace("Fs").unwrap_or(R::zero());
-        let fs = replace("fs").unwrap_or(R::from_f64(1000.0));
+        let fs = replace("fs").unwrap_or(R::from_number(1000.0));
         Self {
             a,
             l,
@@ -201,15 +201,15 @@ impl<R: Scalar> Constants<R> {
             a_l_m: p.l * a_m,
             jr_plus_l_sq_m,
             a_fs: p.a * p.Fs,
-            twice_fs_pi: R::from_f64(2.0) * p.fs * R::pi(),
+            twice_fs_pi: R::from_number(2.0) * p.fs * R::pi(),
             a_f: p.a * p.F,
             k1: inv_wb_sq,
             k2: p.tb * tb_inv_wb_sq,
-            k3: R::from_f64(2.0) * tb_inv_wb_sq,
+            k3: R::from_number(2.0) * tb_inv_wb_sq,
             l_fs: p.l * p.Fs,
             l_f: p.l * p.F,
-            half_times_j_plus_a_sq_m: j_plus_a_sq_m * R::from_f64(0.5),
-            half_times_jr_plus_l_sq_m: jr_plus_l_sq_m * R::from_f64(0.5),
+            half_times_j_plus_a_sq_m: j_plus_a_sq_m * R::from_number(0.5),
+            half_times_jr_plus_l_sq_m: jr_plus_l_sq_m * R::from_number(0.5),
         }
     }
 }
@@ -269,8 +269,8 @@ pub fn com_jacobian<R: Scalar>(m: &Pulse<R>, q: &[R; 2]) -> [[R; 2]; 4] {
     let a_x = p.a * cos_q_;
     let a_y = p.a * sin_q_;
     [
-        [R::from_f64(1.0), R::zero()],
-        [R::zero(), R::from_f64(1.0)],
+        [R::from_number(1.0), R::zero()],
+        [R::zero(), R::from_number(1.0)],
         [-a_y, -(p.l * sin_p_)],
         [a_x, p.l * cos_p_],
     ]
@@ -915,17 +915,17 @@ impl<R: Scalar> Equations<R, 2, 1> for Pulse<R> {
 
     fn start(&self) -> Start<R, 2> {
         Start {
-            q: [R::from_f64(1.0), -R::from_f64(0.3)],
+            q: [R::from_number(1.0), -R::from_number(0.3)],
             given: [true, false],
-            qd: [R::from_f64(5.0), R::zero()],
+            qd: [R::from_number(5.0), R::zero()],
             given_rates: [true, false],
         }
     }
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(1.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(1.0),
         }
     }
 
@@ -1126,4 +1126,4 @@ step = 1e-3
 end_time = 1
 "#;
 
-// Hash of this file, its tape and its derivation: 41a009aab377d24f
+// Hash of this file, its tape and its derivation: ef7205d3ff2b28d1

@@ -69,13 +69,13 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let r = replace("r").unwrap_or(R::from_f64(0.5));
-        let d = replace("d").unwrap_or(R::from_f64(0.4));
-        let m = replace("m").unwrap_or(R::from_f64(3.0));
-        let mb = replace("mb").unwrap_or(R::from_f64(10.0));
-        let g = replace("g").unwrap_or(R::from_f64(9.81));
-        let a0 = replace("a0").unwrap_or(-R::from_f64(0.5));
-        let w0 = replace("w0").unwrap_or(R::from_f64(0.001));
+        let r = replace("r").unwrap_or(R::from_number(0.5));
+        let d = replace("d").unwrap_or(R::from_number(0.4));
+        let m = replace("m").unwrap_or(R::from_number(3.0));
+        let mb = replace("mb").unwrap_or(R::from_number(10.0));
+        let g = replace("g").unwrap_or(R::from_number(9.81));
+        let a0 = replace("a0").unwrap_or(-R::from_number(0.5));
+        let w0 = replace("w0").unwrap_or(R::from_number(0.001));
         Self { r, d, m, mb, g, a0, w0 }
     }
 }
@@ -207,10 +207,10 @@ pub struct Constants<R = f64> {
 impl<R: Scalar> Constants<R> {
     #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
-        let half_r = R::from_f64(0.5) * p.r;
+        let half_r = R::from_number(0.5) * p.r;
         let r_sq = p.r * p.r;
         let r_d = p.r * p.d;
-        let twice_r_d = R::from_f64(2.0) * r_d;
+        let twice_r_d = R::from_number(2.0) * r_d;
         let d_sq = p.d * p.d;
         let d_sq_mb = p.mb * d_sq;
         let mb_g = p.mb * p.g;
@@ -218,35 +218,35 @@ impl<R: Scalar> Constants<R> {
         Self {
             half_r,
             r_sq,
-            twice_d: p.d * R::from_f64(2.0),
-            k1: p.d * R::from_f64(3.0),
+            twice_d: p.d * R::from_number(2.0),
+            k1: p.d * R::from_number(3.0),
             twice_r_d,
-            twice_d_sq: R::from_f64(2.0) * d_sq,
-            k2: R::from_f64(4.0) * r_d,
-            k3: R::from_f64(8.0) * d_sq,
-            k4: R::from_f64(6.0) * r_d,
-            k5: R::from_f64(18.0) * d_sq,
-            k6: R::from_f64(8.0) * r_d,
-            k7: R::from_f64(12.0) * r_d,
-            k8: (p.mb + R::from_f64(0.3333333333333333) * p.m) * r_sq,
+            twice_d_sq: R::from_number(2.0) * d_sq,
+            k2: R::from_number(4.0) * r_d,
+            k3: R::from_number(8.0) * d_sq,
+            k4: R::from_number(6.0) * r_d,
+            k5: R::from_number(18.0) * d_sq,
+            k6: R::from_number(8.0) * r_d,
+            k7: R::from_number(12.0) * r_d,
+            k8: (p.mb + R::from_number(0.3333333333333333) * p.m) * r_sq,
             r_d_mb: p.mb * r_d,
-            k9: R::from_f64(1.75) * d_sq_mb,
-            r_g_times_mb_plus_half_m: r_g * (p.mb + R::from_f64(0.5) * p.m),
+            k9: R::from_number(1.75) * d_sq_mb,
+            r_g_times_mb_plus_half_m: r_g * (p.mb + R::from_number(0.5) * p.m),
             mb_g,
             d_mb_g: p.d * mb_g,
-            k10: (p.m * R::from_f64(0.16666666666666666) + R::from_f64(0.5) * p.mb)
+            k10: (p.m * R::from_number(0.16666666666666666) + R::from_number(0.5) * p.mb)
                 * r_sq,
-            k11: R::from_f64(0.875) * d_sq_mb,
+            k11: R::from_number(0.875) * d_sq_mb,
             half_r_m_g: p.m * p.g * half_r,
-            twice_r: p.r * R::from_f64(2.0),
+            twice_r: p.r * R::from_number(2.0),
             twice_r_d_mb: p.mb * twice_r_d,
-            k12: R::from_f64(4.0) * d_sq,
-            k13: R::from_f64(16.0) * d_sq,
-            k14: R::from_f64(36.0) * d_sq,
-            half_r_m_g_2: R::from_f64(0.5) * p.m * r_g,
+            k12: R::from_number(4.0) * d_sq,
+            k13: R::from_number(16.0) * d_sq,
+            k14: R::from_number(36.0) * d_sq,
+            half_r_m_g_2: R::from_number(0.5) * p.m * r_g,
             r_mb_g: p.mb * r_g,
             d_mb_g_2: p.d * p.mb * p.g,
-            k15: p.mb * R::from_f64(1.75) * d_sq,
+            k15: p.mb * R::from_number(1.75) * d_sq,
         }
     }
 }
@@ -314,10 +314,10 @@ pub fn com_jacobian<R: Scalar>(m: &Redundant<R>, q: &[R; 2]) -> [[R; 2]; 6] {
     [
         [-(k.half_r * sin_a), R::zero()],
         [k.half_r * cos_a, R::zero()],
-        [R::from_f64(1.0), R::zero()],
+        [R::from_number(1.0), R::zero()],
         [-a_y, -(p.d * sin_b)],
         [a_x, p.d * cos_b],
-        [R::zero(), R::from_f64(1.0)],
+        [R::zero(), R::from_number(1.0)],
     ]
 }
 
@@ -383,7 +383,7 @@ pub fn constraints<R: Scalar>(m: &Redundant<R>, q: &[R; 2]) -> [R; 3] {
     let a_x = p.r * cos_a;
     let a_y = p.r * sin_a;
     let b2_y = a_y + p.d * sin_b;
-    let v1 = R::from_f64(1.0) - cos_b;
+    let v1 = R::from_number(1.0) - cos_b;
     let v2 = a_x - p.d * v1;
     let b3_y = a_y + k.twice_d * sin_b;
     let v3 = a_x - k.twice_d * v1;
@@ -419,7 +419,7 @@ pub fn constraint_jacobian<R: Scalar>(m: &Redundant<R>, q: &[R; 2]) -> [[R; 2]; 
     let [a, b] = *q;
     let (sin_a, cos_a) = a.sin_cos();
     let (sin_b, cos_b) = b.sin_cos();
-    let v1 = sin_a * (R::from_f64(1.0) - cos_b) + cos_a * sin_b;
+    let v1 = sin_a * (R::from_number(1.0) - cos_b) + cos_a * sin_b;
     let sin_a_cos_b = sin_a * cos_b;
     [
         [
@@ -602,7 +602,7 @@ pub fn outputs<R: Scalar>(
     [
         -(lambda_rod2
             * (k.twice_r
-                + k.twice_d * (sin_a * sin_b - cos_a * (R::from_f64(1.0) - cos_b)))),
+                + k.twice_d * (sin_a * sin_b - cos_a * (R::from_number(1.0) - cos_b)))),
         b3_y,
     ]
 }
@@ -627,7 +627,7 @@ pub fn dynamics<R: Scalar>(
     let (sin_b, cos_b) = b.sin_cos();
     let b_dot_sq = b_dot * b_dot;
     let cos_a_sin_b = cos_a * sin_b;
-    let v1 = sin_a * (R::from_f64(1.0) - cos_b) + cos_a_sin_b;
+    let v1 = sin_a * (R::from_number(1.0) - cos_b) + cos_a_sin_b;
     let v2 = k.twice_d_sq - k.twice_r_d * cos_a;
     let sin_a_cos_b = sin_a * cos_b;
     let v3 = k.k3 - k.k2 * cos_a;
@@ -684,7 +684,7 @@ pub fn loop_constraints<R: Scalar>(
     let a_x = p.r * cos_a;
     let a_y = p.r * sin_a;
     let b2_y = a_y + p.d * sin_b;
-    let v1 = R::from_f64(1.0) - cos_b;
+    let v1 = R::from_number(1.0) - cos_b;
     let v2 = a_x - p.d * v1;
     let b3_y = a_y + k.twice_d * sin_b;
     let v3 = a_x - k.twice_d * v1;
@@ -753,7 +753,7 @@ pub fn linearization<R: Scalar>(
     let r_d_mb_v7 = k.r_d_mb * v7;
     let r_d_mb_b_dot_sq = k.r_d_mb * b_dot_sq;
     let r_d_mb_a_dot_sq = k.r_d_mb * a_dot_sq;
-    let v8 = sin_a_sin_b - cos_a * (R::from_f64(1.0) - cos_b);
+    let v8 = sin_a_sin_b - cos_a * (R::from_number(1.0) - cos_b);
     let v9 = cos_a_sin_b - sin_a_cos_b;
     let r_d_mb_v9 = k.r_d_mb * v9;
     let b_ddot_r_d_mb_v9 = b_ddot * r_d_mb_v9;
@@ -875,7 +875,7 @@ pub fn position<R: Scalar>(
     let a_x = p.r * cos_a;
     let a_y = p.r * sin_a;
     let b2_y = p.d.mul_add(sin_b, a_y);
-    let v1 = R::from_f64(1.0) - cos_b;
+    let v1 = R::from_number(1.0) - cos_b;
     let v2 = p.d.neg_mul_add(v1, a_x);
     let rod2_residual = v2.neg_mul_add(v2, b2_y.neg_mul_add(b2_y, k.r_sq));
     let b3_y = k.twice_d.mul_add(sin_b, a_y);
@@ -1094,7 +1094,7 @@ pub fn outputs_at<R: Scalar>(
 /// Operations: no operations.
 #[inline(always)]
 pub fn growth_factor<R: Scalar>(_m: &Redundant<R>, _position: &Position<R>) -> R {
-    R::from_f64(f64::INFINITY)
+    R::from_number(f64::INFINITY)
 }
 
 impl<R: Scalar> Kernel<R, 2, 3> for Redundant<R> {
@@ -1213,7 +1213,7 @@ impl<R: Scalar> Equations<R, 2, 3> for Redundant<R> {
     fn start(&self) -> Start<R, 2> {
         let p = &self.parameters;
         Start {
-            q: [p.a0, R::from_f64(0.01)],
+            q: [p.a0, R::from_number(0.01)],
             given: [true, false],
             qd: [p.w0, R::zero()],
             given_rates: [true, false],
@@ -1222,8 +1222,8 @@ impl<R: Scalar> Equations<R, 2, 3> for Redundant<R> {
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(3.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(3.0),
         }
     }
 
@@ -1437,4 +1437,4 @@ end_time = 3
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: 8c43745b0214171c
+// Hash of this file, its tape and its derivation: d53c65715022f277

@@ -59,8 +59,8 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let mu = replace("mu").unwrap_or(R::from_f64(0.1));
-        let slip = replace("slip").unwrap_or(R::from_f64(0.02));
+        let mu = replace("mu").unwrap_or(R::from_number(0.1));
+        let slip = replace("slip").unwrap_or(R::from_number(0.02));
         Self { mu, slip }
     }
 }
@@ -178,22 +178,22 @@ pub struct Constants<R = f64> {
 impl<R: Scalar> Constants<R> {
     #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
-        let v1 = R::from_f64(0.1) * R::from_f64(0.15941666666666665);
-        let v2 = R::from_f64(0.35) * R::from_f64(0.15941666666666665);
-        let v3 = R::from_f64(0.1) * p.mu;
+        let v1 = R::from_number(0.1) * R::from_number(0.15941666666666665);
+        let v2 = R::from_number(0.35) * R::from_number(0.15941666666666665);
+        let v3 = R::from_number(0.1) * p.mu;
         let inv_slip = p.slip.recip();
-        let v4 = R::from_f64(180.0) / R::pi();
-        let v5 = R::from_f64(360.0).recip();
-        let v6 = R::from_f64(0.02) * p.mu;
-        let v7 = R::from_f64(0.35) * p.mu;
+        let v4 = R::from_number(180.0) / R::pi();
+        let v5 = R::from_number(360.0).recip();
+        let v6 = R::from_number(0.02) * p.mu;
+        let v7 = R::from_number(0.35) * p.mu;
         Self {
             k1: v1,
-            k2: R::from_f64(0.1) * v1,
-            k3: R::from_f64(0.1) * R::from_f64(0.1),
-            k4: R::from_f64(0.35) * R::from_f64(0.35),
-            k5: R::from_f64(0.35) * v1,
+            k2: R::from_number(0.1) * v1,
+            k3: R::from_number(0.1) * R::from_number(0.1),
+            k4: R::from_number(0.35) * R::from_number(0.35),
+            k5: R::from_number(0.35) * v1,
             k6: v2,
-            k7: R::from_f64(0.35) * v2,
+            k7: R::from_number(0.35) * v2,
             k8: v3,
             k9: R::zero() * v3,
             k10: inv_slip,
@@ -202,11 +202,11 @@ impl<R: Scalar> Constants<R> {
             k13: v5 * v4,
             k14: v6,
             k15: R::zero() * v6,
-            k16: R::from_f64(0.02) * inv_slip,
+            k16: R::from_number(0.02) * inv_slip,
             k17: v7,
             k18: R::zero() * v7,
-            k19: R::from_f64(0.35) * v6,
-            k20: R::from_f64(0.1) * v6,
+            k19: R::from_number(0.35) * v6,
+            k20: R::from_number(0.1) * v6,
         }
     }
 }
@@ -235,16 +235,16 @@ pub fn com_positions<R: Scalar>(_m: &Rubbing<R>, q: &[R; 2]) -> [R; 8] {
     let [phi_crank, phi_rod] = *q;
     let (sin_phi_crank, cos_phi_crank) = phi_crank.sin_cos();
     let (sin_phi_rod, cos_phi_rod) = phi_rod.sin_cos();
-    let a_x = R::from_f64(0.1) * cos_phi_crank;
-    let a_y = R::from_f64(0.1) * sin_phi_crank;
-    let b_x = a_x + R::from_f64(0.35) * cos_phi_rod;
-    let b_y = a_y + R::from_f64(0.35) * sin_phi_rod;
+    let a_x = R::from_number(0.1) * cos_phi_crank;
+    let a_y = R::from_number(0.1) * sin_phi_crank;
+    let b_x = a_x + R::from_number(0.35) * cos_phi_rod;
+    let b_y = a_y + R::from_number(0.35) * sin_phi_rod;
     [
-        R::from_f64(0.05) * cos_phi_crank,
-        R::from_f64(0.05) * sin_phi_crank,
+        R::from_number(0.05) * cos_phi_crank,
+        R::from_number(0.05) * sin_phi_crank,
         phi_crank,
-        a_x + R::from_f64(0.175) * cos_phi_rod,
-        R::from_f64(0.175) * sin_phi_rod + a_y,
+        a_x + R::from_number(0.175) * cos_phi_rod,
+        R::from_number(0.175) * sin_phi_rod + a_y,
         phi_rod,
         b_x,
         b_y,
@@ -280,17 +280,17 @@ pub fn com_jacobian<R: Scalar>(_m: &Rubbing<R>, q: &[R; 2]) -> [[R; 2]; 8] {
     let [phi_crank, phi_rod] = *q;
     let (sin_phi_crank, cos_phi_crank) = phi_crank.sin_cos();
     let (sin_phi_rod, cos_phi_rod) = phi_rod.sin_cos();
-    let a_x = R::from_f64(0.1) * cos_phi_crank;
-    let a_y = R::from_f64(0.1) * sin_phi_crank;
+    let a_x = R::from_number(0.1) * cos_phi_crank;
+    let a_y = R::from_number(0.1) * sin_phi_crank;
     [
-        [-(R::from_f64(0.05) * sin_phi_crank), R::zero()],
-        [R::from_f64(0.05) * cos_phi_crank, R::zero()],
-        [R::from_f64(1.0), R::zero()],
-        [-a_y, -(R::from_f64(0.175) * sin_phi_rod)],
-        [a_x, R::from_f64(0.175) * cos_phi_rod],
-        [R::zero(), R::from_f64(1.0)],
-        [-a_y, -(R::from_f64(0.35) * sin_phi_rod)],
-        [a_x, R::from_f64(0.35) * cos_phi_rod],
+        [-(R::from_number(0.05) * sin_phi_crank), R::zero()],
+        [R::from_number(0.05) * cos_phi_crank, R::zero()],
+        [R::from_number(1.0), R::zero()],
+        [-a_y, -(R::from_number(0.175) * sin_phi_rod)],
+        [a_x, R::from_number(0.175) * cos_phi_rod],
+        [R::zero(), R::from_number(1.0)],
+        [-a_y, -(R::from_number(0.35) * sin_phi_rod)],
+        [a_x, R::from_number(0.35) * cos_phi_rod],
     ]
 }
 
@@ -318,20 +318,20 @@ pub fn com_bias<R: Scalar>(_m: &Rubbing<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 8] {
     let [phi_crank_dot, phi_rod_dot] = *qd;
     let (sin_phi_crank, cos_phi_crank) = phi_crank.sin_cos();
     let (sin_phi_rod, cos_phi_rod) = phi_rod.sin_cos();
-    let a_x = R::from_f64(0.1) * cos_phi_crank;
+    let a_x = R::from_number(0.1) * cos_phi_crank;
     let phi_crank_dot_sq = phi_crank_dot * phi_crank_dot;
     let phi_rod_dot_sq = phi_rod_dot * phi_rod_dot;
     let phi_crank_dot_sq_a_x = phi_crank_dot_sq * a_x;
-    let v1 = R::from_f64(0.1) * (sin_phi_crank * phi_crank_dot_sq);
+    let v1 = R::from_number(0.1) * (sin_phi_crank * phi_crank_dot_sq);
     [
-        -(phi_crank_dot_sq * (R::from_f64(0.05) * cos_phi_crank)),
-        -(phi_crank_dot_sq * (R::from_f64(0.05) * sin_phi_crank)),
+        -(phi_crank_dot_sq * (R::from_number(0.05) * cos_phi_crank)),
+        -(phi_crank_dot_sq * (R::from_number(0.05) * sin_phi_crank)),
         R::zero(),
-        -(phi_rod_dot_sq * (R::from_f64(0.175) * cos_phi_rod) + phi_crank_dot_sq_a_x),
-        -(v1 + phi_rod_dot_sq * (R::from_f64(0.175) * sin_phi_rod)),
+        -(phi_rod_dot_sq * (R::from_number(0.175) * cos_phi_rod) + phi_crank_dot_sq_a_x),
+        -(v1 + phi_rod_dot_sq * (R::from_number(0.175) * sin_phi_rod)),
         R::zero(),
-        -(phi_crank_dot_sq_a_x + phi_rod_dot_sq * (R::from_f64(0.35) * cos_phi_rod)),
-        -(v1 + R::from_f64(0.35) * (sin_phi_rod * phi_rod_dot_sq)),
+        -(phi_crank_dot_sq_a_x + phi_rod_dot_sq * (R::from_number(0.35) * cos_phi_rod)),
+        -(v1 + R::from_number(0.35) * (sin_phi_rod * phi_rod_dot_sq)),
     ]
 }
 
@@ -352,8 +352,8 @@ pub fn constraints<R: Scalar>(_m: &Rubbing<R>, q: &[R; 2]) -> [R; 1] {
     let [phi_crank, phi_rod] = *q;
     let sin_phi_crank = phi_crank.sin();
     let sin_phi_rod = phi_rod.sin();
-    let a_y = R::from_f64(0.1) * sin_phi_crank;
-    let b_y = a_y + R::from_f64(0.35) * sin_phi_rod;
+    let a_y = R::from_number(0.1) * sin_phi_crank;
+    let b_y = a_y + R::from_number(0.35) * sin_phi_rod;
     [b_y]
 }
 
@@ -375,8 +375,8 @@ pub fn constraint_jacobian<R: Scalar>(_m: &Rubbing<R>, q: &[R; 2]) -> [[R; 2]; 1
     let [phi_crank, phi_rod] = *q;
     let cos_phi_crank = phi_crank.cos();
     let cos_phi_rod = phi_rod.cos();
-    let a_x = R::from_f64(0.1) * cos_phi_crank;
-    [[a_x, R::from_f64(0.35) * cos_phi_rod]]
+    let a_x = R::from_number(0.1) * cos_phi_crank;
+    [[a_x, R::from_number(0.35) * cos_phi_rod]]
 }
 
 /// `(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`, in the unit of each constraint per s^2.
@@ -399,8 +399,8 @@ pub fn constraint_bias<R: Scalar>(_m: &Rubbing<R>, q: &[R; 2], qd: &[R; 2]) -> [
     let sin_phi_crank = phi_crank.sin();
     let sin_phi_rod = phi_rod.sin();
     [
-        -(R::from_f64(0.1) * (sin_phi_crank * (phi_crank_dot * phi_crank_dot))
-            + R::from_f64(0.35) * (sin_phi_rod * (phi_rod_dot * phi_rod_dot))),
+        -(R::from_number(0.1) * (sin_phi_crank * (phi_crank_dot * phi_crank_dot))
+            + R::from_number(0.35) * (sin_phi_rod * (phi_rod_dot * phi_rod_dot))),
     ]
 }
 
@@ -425,11 +425,11 @@ pub fn mass_matrix<R: Scalar>(_m: &Rubbing<R>, q: &[R; 2]) -> [[R; 2]; 2] {
     let [phi_crank, phi_rod] = *q;
     let (sin_phi_crank, cos_phi_crank) = phi_crank.sin_cos();
     let (sin_phi_rod, cos_phi_rod) = phi_rod.sin_cos();
-    let mass_phi_crank_phi_rod = R::from_f64(0.0315)
+    let mass_phi_crank_phi_rod = R::from_number(0.0315)
         * (cos_phi_crank * cos_phi_rod + sin_phi_crank * sin_phi_rod);
     [
-        [R::from_f64(0.0655), mass_phi_crank_phi_rod],
-        [mass_phi_crank_phi_rod, R::from_f64(0.09391666666666666)],
+        [R::from_number(0.0655), mass_phi_crank_phi_rod],
+        [mass_phi_crank_phi_rod, R::from_number(0.09391666666666666)],
     ]
 }
 
@@ -459,32 +459,32 @@ pub fn generalized_forces<R: Scalar>(
     let [phi_crank_dot, phi_rod_dot] = *qd;
     let (sin_phi_crank, cos_phi_crank) = phi_crank.sin_cos();
     let (sin_phi_rod, cos_phi_rod) = phi_rod.sin_cos();
-    let v1 = R::from_f64(0.05) * cos_phi_crank;
-    let v2 = R::from_f64(0.05) * sin_phi_crank;
-    let a_x = R::from_f64(0.1) * cos_phi_crank;
-    let v3 = R::from_f64(0.175) * cos_phi_rod;
-    let v4 = R::from_f64(0.175) * sin_phi_rod;
-    let a_y = R::from_f64(0.1) * sin_phi_crank;
-    let g_phi_rod = R::from_f64(0.35) * cos_phi_rod;
+    let v1 = R::from_number(0.05) * cos_phi_crank;
+    let v2 = R::from_number(0.05) * sin_phi_crank;
+    let a_x = R::from_number(0.1) * cos_phi_crank;
+    let v3 = R::from_number(0.175) * cos_phi_rod;
+    let v4 = R::from_number(0.175) * sin_phi_rod;
+    let a_y = R::from_number(0.1) * sin_phi_crank;
+    let g_phi_rod = R::from_number(0.35) * cos_phi_rod;
     let phi_crank_dot_sq = phi_crank_dot * phi_crank_dot;
     let phi_rod_dot_sq = phi_rod_dot * phi_rod_dot;
     let v5 = sin_phi_crank * phi_crank_dot_sq;
     let v6 = sin_phi_rod * phi_rod_dot_sq;
-    let v7 = R::from_f64(0.1) * v5 + R::from_f64(0.35) * v6;
-    let v8 = cos_phi_crank * (R::from_f64(1.7658) - R::from_f64(0.0315) * v6);
+    let v7 = R::from_number(0.1) * v5 + R::from_number(0.35) * v6;
+    let v8 = cos_phi_crank * (R::from_number(1.7658) - R::from_number(0.0315) * v6);
     let v9 = (k.k3 * cos_phi_crank * cos_phi_crank + k.k4 * cos_phi_rod * cos_phi_rod)
         .recip();
     let cos_phi_crank_v9 = cos_phi_crank * v9;
-    let inv_pivot_phi_crank = (R::from_f64(0.0655)
+    let inv_pivot_phi_crank = (R::from_number(0.0655)
         + k.k2 * cos_phi_crank * cos_phi_crank_v9)
         .recip();
-    let rest_phi_crank_phi_rod = R::from_f64(0.0315)
+    let rest_phi_crank_phi_rod = R::from_number(0.0315)
         * (cos_phi_crank * cos_phi_rod + sin_phi_crank * sin_phi_rod)
         + k.k5 * cos_phi_rod * cos_phi_crank_v9;
     let share_phi_crank_phi_rod = rest_phi_crank_phi_rod * inv_pivot_phi_crank;
     let by_g_phi_rod_down = g_phi_rod - share_phi_crank_phi_rod * a_x;
     let cos_phi_rod_v9 = cos_phi_rod * v9;
-    let inv_pivot_phi_rod = (R::from_f64(0.09391666666666666)
+    let inv_pivot_phi_rod = (R::from_number(0.09391666666666666)
         + k.k7 * cos_phi_rod * cos_phi_rod_v9
         - rest_phi_crank_phi_rod * share_phi_crank_phi_rod)
         .recip();
@@ -493,53 +493,54 @@ pub fn generalized_forces<R: Scalar>(
     let by_g_phi_rod = inv_pivot_phi_rod * by_g_phi_rod_down;
     let inv_pivot_g = (by_g_phi_crank * a_x + by_g_phi_rod * g_phi_rod).recip();
     let v11 = (-(k.k10
-        * (phi_crank_dot * a_y + phi_rod_dot * (R::from_f64(0.35) * sin_phi_rod))))
+        * (phi_crank_dot * a_y + phi_rod_dot * (R::from_number(0.35) * sin_phi_rod))))
         .tanh();
-    let v12 = k.k11 * phi_crank - R::from_f64(360.0) * (k.k13 * phi_crank).floor();
-    let v13 = (k.k12 * (v12 - R::from_f64(60.0))).floor();
-    let v14 = (k.k12 * (v12 - R::from_f64(120.0))).floor();
+    let v12 = k.k11 * phi_crank - R::from_number(360.0) * (k.k13 * phi_crank).floor();
+    let v13 = (k.k12 * (v12 - R::from_number(60.0))).floor();
+    let v14 = (k.k12 * (v12 - R::from_number(120.0))).floor();
     let v15 = v13 - v14;
-    let v16 = (-(k.k12 * (R::from_f64(180.0) - v12))).floor();
+    let v16 = (-(k.k12 * (R::from_number(180.0) - v12))).floor();
     let v17 = v14 - v16;
-    let v18 = (k.k12 * (v12 - R::from_f64(240.0))).floor();
+    let v18 = (k.k12 * (v12 - R::from_number(240.0))).floor();
     let v19 = v16 - v18;
-    let v20 = (k.k12 * (v12 - R::from_f64(300.0))).floor();
+    let v20 = (k.k12 * (v12 - R::from_number(300.0))).floor();
     let v21 = v18 - v20;
-    let v22 = R::from_f64(1.0) + v20;
+    let v22 = R::from_number(1.0) + v20;
     let v23 = v12
-        - (R::from_f64(60.0) * v15 + R::from_f64(120.0) * v17 + R::from_f64(180.0) * v19
-            + R::from_f64(240.0) * v21 + R::from_f64(300.0) * v22);
+        - (R::from_number(60.0) * v15 + R::from_number(120.0) * v17
+            + R::from_number(180.0) * v19 + R::from_number(240.0) * v21
+            + R::from_number(300.0) * v22);
     let v24 = v23
         * (v23
             * (v23
-                * (R::from_f64(1.8518518518518545e-5) * v13
-                    + R::from_f64(8.796296296296296e-5) * v15
-                    - R::from_f64(0.00012500000000000003) * v17
-                    + R::from_f64(6.481481481481482e-5) * v19
-                    - R::from_f64(4.1666666666666665e-5) * v21
-                    + R::from_f64(3.24074074074074e-5) * v22)
-                - (R::from_f64(0.000833333333333334) * v13
-                    + R::from_f64(0.002500000000000001) * v15
-                    - R::from_f64(0.013333333333333334) * v17
-                    + R::from_f64(0.009166666666666667) * v19
-                    - R::from_f64(0.0025000000000000005) * v21
-                    + R::from_f64(0.005) * v22))
-            + (R::from_f64(0.3166666666666667) * v13
-                - R::from_f64(0.41666666666666663) * v15
-                + R::from_f64(0.2333333333333333) * v17
-                + R::from_f64(0.4833333333333334) * v19
-                + R::from_f64(0.08333333333333331) * v21
-                - R::from_f64(0.06666666666666665) * v22))
-        - (R::from_f64(20.0) * v15 + R::from_f64(35.0) * v17 - R::from_f64(10.0) * v21
-            - R::from_f64(15.0) * v22);
-    let v25 = R::from_f64(0.0315) * (cos_phi_rod * phi_rod_dot_sq)
-        - R::from_f64(0.1) * v24;
+                * (R::from_number(1.8518518518518545e-5) * v13
+                    + R::from_number(8.796296296296296e-5) * v15
+                    - R::from_number(0.00012500000000000003) * v17
+                    + R::from_number(6.481481481481482e-5) * v19
+                    - R::from_number(4.1666666666666665e-5) * v21
+                    + R::from_number(3.24074074074074e-5) * v22)
+                - (R::from_number(0.000833333333333334) * v13
+                    + R::from_number(0.002500000000000001) * v15
+                    - R::from_number(0.013333333333333334) * v17
+                    + R::from_number(0.009166666666666667) * v19
+                    - R::from_number(0.0025000000000000005) * v21
+                    + R::from_number(0.005) * v22))
+            + (R::from_number(0.3166666666666667) * v13
+                - R::from_number(0.41666666666666663) * v15
+                + R::from_number(0.2333333333333333) * v17
+                + R::from_number(0.4833333333333334) * v19
+                + R::from_number(0.08333333333333331) * v21
+                - R::from_number(0.06666666666666665) * v22))
+        - (R::from_number(20.0) * v15 + R::from_number(35.0) * v17
+            - R::from_number(10.0) * v21 - R::from_number(15.0) * v22);
+    let v25 = R::from_number(0.0315) * (cos_phi_rod * phi_rod_dot_sq)
+        - R::from_number(0.1) * v24;
     let v26 = (k.k16 * phi_crank_dot).tanh();
     let freely_phi_crank_down = sin_phi_crank * (v25 - k.k9 * v11) + v8 + k.k15 * v26
         - k.k1 * v7 * cos_phi_crank_v9;
-    let v27 = R::from_f64(0.0315) * (cos_phi_crank * phi_crank_dot_sq)
-        - R::from_f64(0.35) * v24;
-    let v28 = cos_phi_rod * (R::from_f64(3.09015) - R::from_f64(0.0315) * v5);
+    let v27 = R::from_number(0.0315) * (cos_phi_crank * phi_crank_dot_sq)
+        - R::from_number(0.35) * v24;
+    let v28 = cos_phi_rod * (R::from_number(3.09015) - R::from_number(0.0315) * v5);
     let v29 = (-(k.k16 * phi_rod_dot)).tanh();
     let freely_phi_rod_down = sin_phi_rod * (v27 - k.k18 * v11) + v28 - k.k15 * v29
         - k.k6 * v7 * cos_phi_rod_v9 - freely_phi_crank_down * share_phi_crank_phi_rod;
@@ -555,26 +556,28 @@ pub fn generalized_forces<R: Scalar>(
     let lambda_g_2 = inv_pivot_g
         * (freely_phi_crank_2 * a_x - v26 * v10 * k19_cos_phi_rod);
     let phi_crank_ddot_2 = freely_phi_crank_2 - by_g_phi_crank * lambda_g_2;
-    let v30 = R::from_f64(0.18) * sin_phi_crank;
+    let v30 = R::from_number(0.18) * sin_phi_crank;
     let phi_rod_ddot_2 = v10 * freely_phi_crank_down_2 + lambda_g_2 * by_g_phi_rod;
-    let v31 = R::from_f64(0.315) * sin_phi_rod;
+    let v31 = R::from_number(0.315) * sin_phi_rod;
     let n_o_by_0 = phi_crank_ddot_2 * v30 - phi_rod_ddot_2 * v31;
-    let v32 = R::from_f64(0.18) * cos_phi_crank;
-    let v33 = R::from_f64(0.315) * cos_phi_rod;
+    let v32 = R::from_number(0.18) * cos_phi_crank;
+    let v33 = R::from_number(0.315) * cos_phi_rod;
     let phi_crank_ddot_3 = freely_phi_crank - by_g_phi_crank * lambda_g;
     let phi_rod_ddot_3 = freely_phi_rod - lambda_g * by_g_phi_rod;
     let n_o_rest = v24 - phi_crank_dot_sq * v32 - phi_rod_dot_sq * v33
         + (phi_crank_ddot_3 * v30 + phi_rod_ddot_3 * v31);
     let n_o_y_rest = lambda_g
-        - (R::from_f64(22.563) - R::from_f64(0.18) * v5 - R::from_f64(0.315) * v6)
+        - (R::from_number(22.563) - R::from_number(0.18) * v5
+            - R::from_number(0.315) * v6)
         + (phi_crank_ddot_3 * v32 + phi_rod_ddot_3 * v33);
-    let inv_root = (n_o_rest * n_o_rest + n_o_y_rest * n_o_y_rest + R::from_f64(1e-300))
+    let inv_root = (n_o_rest * n_o_rest + n_o_y_rest * n_o_y_rest
+        + R::from_number(1e-300))
         .sqrt()
         .recip();
     let n_o_rest_inv_root = n_o_rest * inv_root;
     let n_o_y_by_0 = lambda_g_2 + (phi_crank_ddot_2 * v32 - phi_rod_ddot_2 * v33);
     let n_o_y_rest_inv_root = n_o_y_rest * inv_root;
-    let over_pivot = (R::from_f64(1.0)
+    let over_pivot = (R::from_number(1.0)
         - (n_o_by_0 * n_o_rest_inv_root + n_o_y_by_0 * n_o_y_rest_inv_root))
         .recip();
     let v34 = n_o_rest * n_o_rest_inv_root + n_o_y_rest * n_o_y_rest_inv_root;
@@ -592,9 +595,9 @@ pub fn generalized_forces<R: Scalar>(
     let n_b_rest = phi_crank_dot_sq * v1 + phi_rod_dot_sq * v3
         - (phi_crank_ddot_3 * v2 + phi_rod_ddot_3 * v4);
     let n_b_y_rest = lambda_g
-        - (R::from_f64(4.905) - phi_crank_dot_sq * v2 - phi_rod_dot_sq * v4)
+        - (R::from_number(4.905) - phi_crank_dot_sq * v2 - phi_rod_dot_sq * v4)
         + (phi_crank_ddot_3 * v1 + phi_rod_ddot_3 * v3);
-    let inv_root_2 = (R::from_f64(1e-300)
+    let inv_root_2 = (R::from_number(1e-300)
         + (n_b_rest * n_b_rest + n_b_y_rest * n_b_y_rest))
         .sqrt()
         .recip();
@@ -605,7 +608,7 @@ pub fn generalized_forces<R: Scalar>(
     let n_b_y_by_0 = lambda_g_2 + (phi_crank_ddot_2 * v1 - phi_rod_ddot_2 * v3);
     let multiple = (n_b_by_0 * n_b_rest_inv_root_2 - n_b_y_by_0 * n_b_y_rest_inv_root_2)
         * over_pivot;
-    let over_pivot_2 = (R::from_f64(1.0)
+    let over_pivot_2 = (R::from_number(1.0)
         + (n_b_by_1 * n_b_rest_inv_root_2 - n_b_y_by_1 * n_b_y_rest_inv_root_2)
         + v35 * multiple)
         .recip();
@@ -635,17 +638,17 @@ pub fn generalized_forces<R: Scalar>(
     let multiple_2 = v39 * (over_pivot * lambda_g_2);
     let multiple_3 = (v39 * lambda_g_3 + v35 * multiple_2) * over_pivot_2;
     let n_g_size = (v39 * lambda_g + v34 * multiple_2 + v36 * multiple_3)
-        / (R::from_f64(1.0) + v39 * lambda_g_4 - v37 * multiple_2 + v38 * multiple_3);
+        / (R::from_number(1.0) + v39 * lambda_g_4 - v37 * multiple_2 + v38 * multiple_3);
     let n_b_size = over_pivot_2 * (v36 - v38 * n_g_size);
     let n_o_size = over_pivot * (v34 + v35 * n_b_size + v37 * n_g_size);
     let v40 = n_o_rest
         + (n_o_by_0 * n_o_size + n_o_by_1 * n_b_size + n_o_by_2 * n_g_size);
     let v41 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size + n_o_y_by_1 * n_b_size - n_o_y_by_2 * n_g_size);
-    let inv_root_3 = (R::from_f64(1e-300) + (v40 * v40 + v41 * v41)).sqrt().recip();
+    let inv_root_3 = (R::from_number(1e-300) + (v40 * v40 + v41 * v41)).sqrt().recip();
     let v40_inv_root_3 = v40 * inv_root_3;
     let v41_inv_root_3 = v41 * inv_root_3;
-    let over_pivot_3 = (R::from_f64(1.0)
+    let over_pivot_3 = (R::from_number(1.0)
         - (n_o_by_0 * v40_inv_root_3 + n_o_y_by_0 * v41_inv_root_3))
         .recip();
     let v42 = n_o_rest * v40_inv_root_3 + n_o_y_rest * v41_inv_root_3;
@@ -654,12 +657,12 @@ pub fn generalized_forces<R: Scalar>(
         - (n_b_by_0 * n_o_size + n_b_by_1 * n_b_size + n_b_by_2 * n_g_size);
     let v45 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size + n_b_y_by_1 * n_b_size - n_b_y_by_2 * n_g_size);
-    let inv_root_4 = (R::from_f64(1e-300) + (v44 * v44 + v45 * v45)).sqrt().recip();
+    let inv_root_4 = (R::from_number(1e-300) + (v44 * v44 + v45 * v45)).sqrt().recip();
     let v44_inv_root_4 = v44 * inv_root_4;
     let v45_inv_root_4 = v45 * inv_root_4;
     let multiple_4 = (n_b_by_0 * v44_inv_root_4 - n_b_y_by_0 * v45_inv_root_4)
         * over_pivot_3;
-    let over_pivot_4 = (R::from_f64(1.0)
+    let over_pivot_4 = (R::from_number(1.0)
         + (n_b_by_1 * v44_inv_root_4 - n_b_y_by_1 * v45_inv_root_4) + v43 * multiple_4)
         .recip();
     let v46 = n_b_rest * v44_inv_root_4 + n_b_y_rest * v45_inv_root_4 - v42 * multiple_4;
@@ -671,17 +674,17 @@ pub fn generalized_forces<R: Scalar>(
     let multiple_5 = v49 * (over_pivot_3 * lambda_g_2);
     let multiple_6 = (v49 * lambda_g_3 + v43 * multiple_5) * over_pivot_4;
     let n_g_size_2 = (v49 * lambda_g + v42 * multiple_5 + v46 * multiple_6)
-        / (R::from_f64(1.0) + v49 * lambda_g_4 - v47 * multiple_5 + v48 * multiple_6);
+        / (R::from_number(1.0) + v49 * lambda_g_4 - v47 * multiple_5 + v48 * multiple_6);
     let n_b_size_2 = over_pivot_4 * (v46 - v48 * n_g_size_2);
     let n_o_size_2 = over_pivot_3 * (v42 + v43 * n_b_size_2 + v47 * n_g_size_2);
     let v50 = n_o_rest
         + (n_o_by_0 * n_o_size_2 + n_o_by_1 * n_b_size_2 + n_o_by_2 * n_g_size_2);
     let v51 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_2 + n_o_y_by_1 * n_b_size_2 - n_o_y_by_2 * n_g_size_2);
-    let inv_root_5 = (R::from_f64(1e-300) + (v50 * v50 + v51 * v51)).sqrt().recip();
+    let inv_root_5 = (R::from_number(1e-300) + (v50 * v50 + v51 * v51)).sqrt().recip();
     let v50_inv_root_5 = v50 * inv_root_5;
     let v51_inv_root_5 = v51 * inv_root_5;
-    let over_pivot_5 = (R::from_f64(1.0)
+    let over_pivot_5 = (R::from_number(1.0)
         - (n_o_by_0 * v50_inv_root_5 + n_o_y_by_0 * v51_inv_root_5))
         .recip();
     let v52 = n_o_rest * v50_inv_root_5 + n_o_y_rest * v51_inv_root_5;
@@ -690,12 +693,12 @@ pub fn generalized_forces<R: Scalar>(
         - (n_b_by_0 * n_o_size_2 + n_b_by_1 * n_b_size_2 + n_b_by_2 * n_g_size_2);
     let v55 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_2 + n_b_y_by_1 * n_b_size_2 - n_b_y_by_2 * n_g_size_2);
-    let inv_root_6 = (R::from_f64(1e-300) + (v54 * v54 + v55 * v55)).sqrt().recip();
+    let inv_root_6 = (R::from_number(1e-300) + (v54 * v54 + v55 * v55)).sqrt().recip();
     let v54_inv_root_6 = v54 * inv_root_6;
     let v55_inv_root_6 = v55 * inv_root_6;
     let multiple_7 = (n_b_by_0 * v54_inv_root_6 - n_b_y_by_0 * v55_inv_root_6)
         * over_pivot_5;
-    let over_pivot_6 = (R::from_f64(1.0)
+    let over_pivot_6 = (R::from_number(1.0)
         + (n_b_by_1 * v54_inv_root_6 - n_b_y_by_1 * v55_inv_root_6) + v53 * multiple_7)
         .recip();
     let v56 = n_b_rest * v54_inv_root_6 + n_b_y_rest * v55_inv_root_6 - v52 * multiple_7;
@@ -707,17 +710,17 @@ pub fn generalized_forces<R: Scalar>(
     let multiple_8 = v59 * (over_pivot_5 * lambda_g_2);
     let multiple_9 = (v59 * lambda_g_3 + v53 * multiple_8) * over_pivot_6;
     let n_g_size_3 = (v59 * lambda_g + v52 * multiple_8 + v56 * multiple_9)
-        / (R::from_f64(1.0) + v59 * lambda_g_4 - v57 * multiple_8 + v58 * multiple_9);
+        / (R::from_number(1.0) + v59 * lambda_g_4 - v57 * multiple_8 + v58 * multiple_9);
     let n_b_size_3 = over_pivot_6 * (v56 - v58 * n_g_size_3);
     let n_o_size_3 = over_pivot_5 * (v52 + v53 * n_b_size_3 + v57 * n_g_size_3);
     let v60 = n_o_rest
         + (n_o_by_0 * n_o_size_3 + n_o_by_1 * n_b_size_3 + n_o_by_2 * n_g_size_3);
     let v61 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_3 + n_o_y_by_1 * n_b_size_3 - n_o_y_by_2 * n_g_size_3);
-    let inv_root_7 = (R::from_f64(1e-300) + (v60 * v60 + v61 * v61)).sqrt().recip();
+    let inv_root_7 = (R::from_number(1e-300) + (v60 * v60 + v61 * v61)).sqrt().recip();
     let v60_inv_root_7 = v60 * inv_root_7;
     let v61_inv_root_7 = v61 * inv_root_7;
-    let over_pivot_7 = (R::from_f64(1.0)
+    let over_pivot_7 = (R::from_number(1.0)
         - (n_o_by_0 * v60_inv_root_7 + n_o_y_by_0 * v61_inv_root_7))
         .recip();
     let v62 = n_o_rest * v60_inv_root_7 + n_o_y_rest * v61_inv_root_7;
@@ -726,12 +729,12 @@ pub fn generalized_forces<R: Scalar>(
         - (n_b_by_0 * n_o_size_3 + n_b_by_1 * n_b_size_3 + n_b_by_2 * n_g_size_3);
     let v65 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_3 + n_b_y_by_1 * n_b_size_3 - n_b_y_by_2 * n_g_size_3);
-    let inv_root_8 = (R::from_f64(1e-300) + (v64 * v64 + v65 * v65)).sqrt().recip();
+    let inv_root_8 = (R::from_number(1e-300) + (v64 * v64 + v65 * v65)).sqrt().recip();
     let v64_inv_root_8 = v64 * inv_root_8;
     let v65_inv_root_8 = v65 * inv_root_8;
     let multiple_10 = (n_b_by_0 * v64_inv_root_8 - n_b_y_by_0 * v65_inv_root_8)
         * over_pivot_7;
-    let over_pivot_8 = (R::from_f64(1.0)
+    let over_pivot_8 = (R::from_number(1.0)
         + (n_b_by_1 * v64_inv_root_8 - n_b_y_by_1 * v65_inv_root_8) + v63 * multiple_10)
         .recip();
     let v66 = n_b_rest * v64_inv_root_8 + n_b_y_rest * v65_inv_root_8
@@ -745,17 +748,18 @@ pub fn generalized_forces<R: Scalar>(
     let multiple_11 = v69 * (over_pivot_7 * lambda_g_2);
     let multiple_12 = (v69 * lambda_g_3 + v63 * multiple_11) * over_pivot_8;
     let n_g_size_4 = (v69 * lambda_g + v62 * multiple_11 + v66 * multiple_12)
-        / (R::from_f64(1.0) + v69 * lambda_g_4 - v67 * multiple_11 + v68 * multiple_12);
+        / (R::from_number(1.0) + v69 * lambda_g_4 - v67 * multiple_11
+            + v68 * multiple_12);
     let n_b_size_4 = over_pivot_8 * (v66 - v68 * n_g_size_4);
     let n_o_size_4 = over_pivot_7 * (v62 + v63 * n_b_size_4 + v67 * n_g_size_4);
     let v70 = n_o_rest
         + (n_o_by_0 * n_o_size_4 + n_o_by_1 * n_b_size_4 + n_o_by_2 * n_g_size_4);
     let v71 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_4 + n_o_y_by_1 * n_b_size_4 - n_o_y_by_2 * n_g_size_4);
-    let inv_root_9 = (R::from_f64(1e-300) + (v70 * v70 + v71 * v71)).sqrt().recip();
+    let inv_root_9 = (R::from_number(1e-300) + (v70 * v70 + v71 * v71)).sqrt().recip();
     let v70_inv_root_9 = v70 * inv_root_9;
     let v71_inv_root_9 = v71 * inv_root_9;
-    let over_pivot_9 = (R::from_f64(1.0)
+    let over_pivot_9 = (R::from_number(1.0)
         - (n_o_by_0 * v70_inv_root_9 + n_o_y_by_0 * v71_inv_root_9))
         .recip();
     let v72 = n_o_rest * v70_inv_root_9 + n_o_y_rest * v71_inv_root_9;
@@ -764,12 +768,12 @@ pub fn generalized_forces<R: Scalar>(
         - (n_b_by_0 * n_o_size_4 + n_b_by_1 * n_b_size_4 + n_b_by_2 * n_g_size_4);
     let v75 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_4 + n_b_y_by_1 * n_b_size_4 - n_b_y_by_2 * n_g_size_4);
-    let inv_root_10 = (R::from_f64(1e-300) + (v74 * v74 + v75 * v75)).sqrt().recip();
+    let inv_root_10 = (R::from_number(1e-300) + (v74 * v74 + v75 * v75)).sqrt().recip();
     let v74_inv_root_10 = v74 * inv_root_10;
     let v75_inv_root_10 = v75 * inv_root_10;
     let multiple_13 = (n_b_by_0 * v74_inv_root_10 - n_b_y_by_0 * v75_inv_root_10)
         * over_pivot_9;
-    let over_pivot_10 = (R::from_f64(1.0)
+    let over_pivot_10 = (R::from_number(1.0)
         + (n_b_by_1 * v74_inv_root_10 - n_b_y_by_1 * v75_inv_root_10)
         + v73 * multiple_13)
         .recip();
@@ -784,17 +788,18 @@ pub fn generalized_forces<R: Scalar>(
     let multiple_14 = v79 * (over_pivot_9 * lambda_g_2);
     let multiple_15 = (v79 * lambda_g_3 + v73 * multiple_14) * over_pivot_10;
     let n_g_size_5 = (v79 * lambda_g + v72 * multiple_14 + v76 * multiple_15)
-        / (R::from_f64(1.0) + v79 * lambda_g_4 - v77 * multiple_14 + v78 * multiple_15);
+        / (R::from_number(1.0) + v79 * lambda_g_4 - v77 * multiple_14
+            + v78 * multiple_15);
     let n_b_size_5 = over_pivot_10 * (v76 - v78 * n_g_size_5);
     let n_o_size_5 = over_pivot_9 * (v72 + v73 * n_b_size_5 + v77 * n_g_size_5);
     let v80 = n_o_rest
         + (n_o_by_0 * n_o_size_5 + n_o_by_1 * n_b_size_5 + n_o_by_2 * n_g_size_5);
     let v81 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_5 + n_o_y_by_1 * n_b_size_5 - n_o_y_by_2 * n_g_size_5);
-    let inv_root_11 = (R::from_f64(1e-300) + (v80 * v80 + v81 * v81)).sqrt().recip();
+    let inv_root_11 = (R::from_number(1e-300) + (v80 * v80 + v81 * v81)).sqrt().recip();
     let v80_inv_root_11 = v80 * inv_root_11;
     let v81_inv_root_11 = v81 * inv_root_11;
-    let over_pivot_11 = (R::from_f64(1.0)
+    let over_pivot_11 = (R::from_number(1.0)
         - (n_o_by_0 * v80_inv_root_11 + n_o_y_by_0 * v81_inv_root_11))
         .recip();
     let v82 = n_o_rest * v80_inv_root_11 + n_o_y_rest * v81_inv_root_11;
@@ -803,12 +808,12 @@ pub fn generalized_forces<R: Scalar>(
         - (n_b_by_0 * n_o_size_5 + n_b_by_1 * n_b_size_5 + n_b_by_2 * n_g_size_5);
     let v85 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_5 + n_b_y_by_1 * n_b_size_5 - n_b_y_by_2 * n_g_size_5);
-    let inv_root_12 = (R::from_f64(1e-300) + (v84 * v84 + v85 * v85)).sqrt().recip();
+    let inv_root_12 = (R::from_number(1e-300) + (v84 * v84 + v85 * v85)).sqrt().recip();
     let v84_inv_root_12 = v84 * inv_root_12;
     let v85_inv_root_12 = v85 * inv_root_12;
     let multiple_16 = (n_b_by_0 * v84_inv_root_12 - n_b_y_by_0 * v85_inv_root_12)
         * over_pivot_11;
-    let over_pivot_12 = (R::from_f64(1.0)
+    let over_pivot_12 = (R::from_number(1.0)
         + (n_b_by_1 * v84_inv_root_12 - n_b_y_by_1 * v85_inv_root_12)
         + v83 * multiple_16)
         .recip();
@@ -823,17 +828,18 @@ pub fn generalized_forces<R: Scalar>(
     let multiple_17 = v89 * (over_pivot_11 * lambda_g_2);
     let multiple_18 = (v89 * lambda_g_3 + v83 * multiple_17) * over_pivot_12;
     let n_g_size_6 = (v89 * lambda_g + v82 * multiple_17 + v86 * multiple_18)
-        / (R::from_f64(1.0) + v89 * lambda_g_4 - v87 * multiple_17 + v88 * multiple_18);
+        / (R::from_number(1.0) + v89 * lambda_g_4 - v87 * multiple_17
+            + v88 * multiple_18);
     let n_b_size_6 = over_pivot_12 * (v86 - v88 * n_g_size_6);
     let n_o_size_6 = over_pivot_11 * (v82 + v83 * n_b_size_6 + v87 * n_g_size_6);
     let v90 = n_o_rest
         + (n_o_by_0 * n_o_size_6 + n_o_by_1 * n_b_size_6 + n_o_by_2 * n_g_size_6);
     let v91 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_6 + n_o_y_by_1 * n_b_size_6 - n_o_y_by_2 * n_g_size_6);
-    let inv_root_13 = (R::from_f64(1e-300) + (v90 * v90 + v91 * v91)).sqrt().recip();
+    let inv_root_13 = (R::from_number(1e-300) + (v90 * v90 + v91 * v91)).sqrt().recip();
     let v90_inv_root_13 = v90 * inv_root_13;
     let v91_inv_root_13 = v91 * inv_root_13;
-    let over_pivot_13 = (R::from_f64(1.0)
+    let over_pivot_13 = (R::from_number(1.0)
         - (n_o_by_0 * v90_inv_root_13 + n_o_y_by_0 * v91_inv_root_13))
         .recip();
     let v92 = n_o_rest * v90_inv_root_13 + n_o_y_rest * v91_inv_root_13;
@@ -842,12 +848,12 @@ pub fn generalized_forces<R: Scalar>(
         - (n_b_by_0 * n_o_size_6 + n_b_by_1 * n_b_size_6 + n_b_by_2 * n_g_size_6);
     let v95 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_6 + n_b_y_by_1 * n_b_size_6 - n_b_y_by_2 * n_g_size_6);
-    let inv_root_14 = (R::from_f64(1e-300) + (v94 * v94 + v95 * v95)).sqrt().recip();
+    let inv_root_14 = (R::from_number(1e-300) + (v94 * v94 + v95 * v95)).sqrt().recip();
     let v94_inv_root_14 = v94 * inv_root_14;
     let v95_inv_root_14 = v95 * inv_root_14;
     let multiple_19 = (n_b_by_0 * v94_inv_root_14 - n_b_y_by_0 * v95_inv_root_14)
         * over_pivot_13;
-    let over_pivot_14 = (R::from_f64(1.0)
+    let over_pivot_14 = (R::from_number(1.0)
         + (n_b_by_1 * v94_inv_root_14 - n_b_y_by_1 * v95_inv_root_14)
         + v93 * multiple_19)
         .recip();
@@ -862,7 +868,8 @@ pub fn generalized_forces<R: Scalar>(
     let multiple_20 = v99 * (over_pivot_13 * lambda_g_2);
     let multiple_21 = (v99 * lambda_g_3 + v93 * multiple_20) * over_pivot_14;
     let n_g_size_7 = (v99 * lambda_g + v92 * multiple_20 + v96 * multiple_21)
-        / (R::from_f64(1.0) + v99 * lambda_g_4 - v97 * multiple_20 + v98 * multiple_21);
+        / (R::from_number(1.0) + v99 * lambda_g_4 - v97 * multiple_20
+            + v98 * multiple_21);
     let n_b_size_7 = over_pivot_14 * (v96 - v98 * n_g_size_7);
     let n_o_size_7 = over_pivot_13 * (v92 + v93 * n_b_size_7 + v97 * n_g_size_7);
     let v100 = (lambda_g
@@ -872,11 +879,13 @@ pub fn generalized_forces<R: Scalar>(
         + (n_o_by_0 * n_o_size_7 + n_o_by_1 * n_b_size_7 + n_o_by_2 * n_g_size_7);
     let v102 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_7 + n_o_y_by_1 * n_b_size_7 - n_o_y_by_2 * n_g_size_7);
-    let inv_root_15 = (R::from_f64(1e-300) + (v101 * v101 + v102 * v102)).sqrt().recip();
+    let inv_root_15 = (R::from_number(1e-300) + (v101 * v101 + v102 * v102))
+        .sqrt()
+        .recip();
     let v101_inv_root_15 = v101 * inv_root_15;
     let v102_inv_root_15 = v102 * inv_root_15;
     let v103 = n_o_rest * v101_inv_root_15 + n_o_y_rest * v102_inv_root_15;
-    let over_pivot_15 = (R::from_f64(1.0)
+    let over_pivot_15 = (R::from_number(1.0)
         - (n_o_by_0 * v101_inv_root_15 + n_o_y_by_0 * v102_inv_root_15))
         .recip();
     let multiple_22 = v100 * (over_pivot_15 * lambda_g_2);
@@ -884,7 +893,9 @@ pub fn generalized_forces<R: Scalar>(
         - (n_b_by_0 * n_o_size_7 + n_b_by_1 * n_b_size_7 + n_b_by_2 * n_g_size_7);
     let v105 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_7 + n_b_y_by_1 * n_b_size_7 - n_b_y_by_2 * n_g_size_7);
-    let inv_root_16 = (R::from_f64(1e-300) + (v104 * v104 + v105 * v105)).sqrt().recip();
+    let inv_root_16 = (R::from_number(1e-300) + (v104 * v104 + v105 * v105))
+        .sqrt()
+        .recip();
     let v104_inv_root_16 = v104 * inv_root_16;
     let v105_inv_root_16 = v105 * inv_root_16;
     let multiple_23 = (n_b_by_0 * v104_inv_root_16 - n_b_y_by_0 * v105_inv_root_16)
@@ -892,7 +903,7 @@ pub fn generalized_forces<R: Scalar>(
     let v106 = n_b_rest * v104_inv_root_16 + n_b_y_rest * v105_inv_root_16
         - v103 * multiple_23;
     let v107 = n_o_by_1 * v101_inv_root_15 + n_o_y_by_1 * v102_inv_root_15;
-    let over_pivot_16 = (R::from_f64(1.0)
+    let over_pivot_16 = (R::from_number(1.0)
         + (n_b_by_1 * v104_inv_root_16 - n_b_y_by_1 * v105_inv_root_16)
         + v107 * multiple_23)
         .recip();
@@ -901,20 +912,22 @@ pub fn generalized_forces<R: Scalar>(
     let v109 = n_b_by_2 * v104_inv_root_16 + n_b_y_by_2 * v105_inv_root_16
         + v108 * multiple_23;
     let n_g_size_8 = (v100 * lambda_g + v103 * multiple_22 + v106 * multiple_24)
-        / (R::from_f64(1.0) + v100 * lambda_g_4 - v108 * multiple_22
+        / (R::from_number(1.0) + v100 * lambda_g_4 - v108 * multiple_22
             + v109 * multiple_24);
-    let v110 = R::from_f64(1.0)
-        - (R::from_f64(1e-300) + (n_o_by_0 * n_o_by_0 + n_o_y_by_0 * n_o_y_by_0)).sqrt();
-    let root = (R::from_f64(1e-300) + (n_o_by_1 * n_o_by_1 + n_o_y_by_1 * n_o_y_by_1))
+    let v110 = R::from_number(1.0)
+        - (R::from_number(1e-300) + (n_o_by_0 * n_o_by_0 + n_o_y_by_0 * n_o_y_by_0))
+            .sqrt();
+    let root = (R::from_number(1e-300) + (n_o_by_1 * n_o_by_1 + n_o_y_by_1 * n_o_y_by_1))
         .sqrt();
     let over_pivot_17 = v110.recip();
-    let multiple_25 = (R::from_f64(1e-300)
+    let multiple_25 = (R::from_number(1e-300)
         + (n_b_by_0 * n_b_by_0 + n_b_y_by_0 * n_b_y_by_0))
         .sqrt() * over_pivot_17;
-    let v111 = R::from_f64(1.0)
-        - (R::from_f64(1e-300) + (n_b_by_1 * n_b_by_1 + n_b_y_by_1 * n_b_y_by_1)).sqrt()
-        - root * multiple_25;
-    let root_2 = (R::from_f64(1e-300) + (n_o_by_2 * n_o_by_2 + n_o_y_by_2 * n_o_y_by_2))
+    let v111 = R::from_number(1.0)
+        - (R::from_number(1e-300) + (n_b_by_1 * n_b_by_1 + n_b_y_by_1 * n_b_y_by_1))
+            .sqrt() - root * multiple_25;
+    let root_2 = (R::from_number(1e-300)
+        + (n_o_by_2 * n_o_by_2 + n_o_y_by_2 * n_o_y_by_2))
         .sqrt();
     let multiple_26 = lambda_g_2.abs() * over_pivot_17;
     let n_b_size_8 = over_pivot_16 * (v106 - v109 * n_g_size_8);
@@ -923,21 +936,21 @@ pub fn generalized_forces<R: Scalar>(
         + (n_o_by_0 * n_o_size_8 + n_o_by_1 * n_b_size_8 + n_o_by_2 * n_g_size_8);
     let v113 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_8 + n_o_y_by_1 * n_b_size_8 - n_o_y_by_2 * n_g_size_8);
-    let n_o_found = (R::from_f64(1e-300) + (v112 * v112 + v113 * v113)).sqrt();
+    let n_o_found = (R::from_number(1e-300) + (v112 * v112 + v113 * v113)).sqrt();
     let v114 = n_b_rest
         - (n_b_by_0 * n_o_size_8 + n_b_by_1 * n_b_size_8 + n_b_by_2 * n_g_size_8);
     let v115 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_8 + n_b_y_by_1 * n_b_size_8 - n_b_y_by_2 * n_g_size_8);
-    let n_b_found = (R::from_f64(1e-300) + (v114 * v114 + v115 * v115)).sqrt();
+    let n_b_found = (R::from_number(1e-300) + (v114 * v114 + v115 * v115)).sqrt();
     let n_g_found = (lambda_g
         + (lambda_g_2 * n_o_size_8 + lambda_g_3 * n_b_size_8 - lambda_g_4 * n_g_size_8))
         .abs();
-    let v116 = R::from_f64(1e-9)
-        * (R::from_f64(1e-300) + n_o_found + n_b_found + n_g_found);
-    let doubt = R::from_f64(1e-300)
+    let v116 = R::from_number(1e-9)
+        * (R::from_number(1e-300) + n_o_found + n_b_found + n_g_found);
+    let doubt = R::from_number(1e-300)
         * (v110.sqrt() + v111.sqrt()
-            + (R::from_f64(1.0) - (-lambda_g_4).abs() - root_2 * multiple_26
-                - ((R::from_f64(1e-300)
+            + (R::from_number(1.0) - (-lambda_g_4).abs() - root_2 * multiple_26
+                - ((R::from_number(1e-300)
                     + (n_b_by_2 * n_b_by_2 + n_b_y_by_2 * n_b_y_by_2))
                     .sqrt() + root_2 * multiple_25)
                     * ((lambda_g_3.abs() + root * multiple_26) / v111))
@@ -973,11 +986,11 @@ pub fn energy<R: Scalar>(_m: &Rubbing<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
     [
         phi_crank_dot
             * (phi_rod_dot
-                * (R::from_f64(0.0315)
+                * (R::from_number(0.0315)
                     * (cos_phi_crank * cos_phi_rod + sin_phi_crank * sin_phi_rod))
-                + R::from_f64(0.03275) * phi_crank_dot)
-            + R::from_f64(0.04695833333333333) * (phi_rod_dot * phi_rod_dot),
-        R::from_f64(1.7658) * sin_phi_crank + R::from_f64(3.09015) * sin_phi_rod,
+                + R::from_number(0.03275) * phi_crank_dot)
+            + R::from_number(0.04695833333333333) * (phi_rod_dot * phi_rod_dot),
+        R::from_number(1.7658) * sin_phi_crank + R::from_number(3.09015) * sin_phi_rod,
     ]
 }
 
@@ -1009,58 +1022,59 @@ pub fn power<R: Scalar>(
     let [lambda_G] = *multipliers;
     let (sin_phi_crank, cos_phi_crank) = phi_crank.sin_cos();
     let (sin_phi_rod, cos_phi_rod) = phi_rod.sin_cos();
-    let a_y = R::from_f64(0.1) * sin_phi_crank;
+    let a_y = R::from_number(0.1) * sin_phi_crank;
     let phi_crank_dot_sq = phi_crank_dot * phi_crank_dot;
     let phi_rod_dot_sq = phi_rod_dot * phi_rod_dot;
-    let v1 = phi_crank_dot * a_y + phi_rod_dot * (R::from_f64(0.35) * sin_phi_rod);
-    let v2 = k.k11 * phi_crank - R::from_f64(360.0) * (k.k13 * phi_crank).floor();
-    let v3 = (k.k12 * (v2 - R::from_f64(60.0))).floor();
-    let v4 = (k.k12 * (v2 - R::from_f64(120.0))).floor();
+    let v1 = phi_crank_dot * a_y + phi_rod_dot * (R::from_number(0.35) * sin_phi_rod);
+    let v2 = k.k11 * phi_crank - R::from_number(360.0) * (k.k13 * phi_crank).floor();
+    let v3 = (k.k12 * (v2 - R::from_number(60.0))).floor();
+    let v4 = (k.k12 * (v2 - R::from_number(120.0))).floor();
     let v5 = v3 - v4;
-    let v6 = (-(k.k12 * (R::from_f64(180.0) - v2))).floor();
+    let v6 = (-(k.k12 * (R::from_number(180.0) - v2))).floor();
     let v7 = v4 - v6;
-    let v8 = (k.k12 * (v2 - R::from_f64(240.0))).floor();
+    let v8 = (k.k12 * (v2 - R::from_number(240.0))).floor();
     let v9 = v6 - v8;
-    let v10 = (k.k12 * (v2 - R::from_f64(300.0))).floor();
+    let v10 = (k.k12 * (v2 - R::from_number(300.0))).floor();
     let v11 = v8 - v10;
-    let v12 = R::from_f64(1.0) + v10;
+    let v12 = R::from_number(1.0) + v10;
     let v13 = v2
-        - (R::from_f64(60.0) * v5 + R::from_f64(120.0) * v7 + R::from_f64(180.0) * v9
-            + R::from_f64(240.0) * v11 + R::from_f64(300.0) * v12);
+        - (R::from_number(60.0) * v5 + R::from_number(120.0) * v7
+            + R::from_number(180.0) * v9 + R::from_number(240.0) * v11
+            + R::from_number(300.0) * v12);
     let v14 = (-lambda_G).abs() * (p.mu * (-(k.k10 * v1)).tanh());
     let v15 = v13
         * (v13
             * (v13
-                * (R::from_f64(1.8518518518518545e-5) * v3
-                    + R::from_f64(8.796296296296296e-5) * v5
-                    - R::from_f64(0.00012500000000000003) * v7
-                    + R::from_f64(6.481481481481482e-5) * v9
-                    - R::from_f64(4.1666666666666665e-5) * v11
-                    + R::from_f64(3.24074074074074e-5) * v12)
-                - (R::from_f64(0.000833333333333334) * v3
-                    + R::from_f64(0.002500000000000001) * v5
-                    - R::from_f64(0.013333333333333334) * v7
-                    + R::from_f64(0.009166666666666667) * v9
-                    - R::from_f64(0.0025000000000000005) * v11
-                    + R::from_f64(0.005) * v12))
-            + (R::from_f64(0.3166666666666667) * v3
-                - R::from_f64(0.41666666666666663) * v5
-                + R::from_f64(0.2333333333333333) * v7
-                + R::from_f64(0.4833333333333334) * v9
-                + R::from_f64(0.08333333333333331) * v11
-                - R::from_f64(0.06666666666666665) * v12))
-        - (R::from_f64(20.0) * v5 + R::from_f64(35.0) * v7 - R::from_f64(10.0) * v11
-            - R::from_f64(15.0) * v12) + v14;
+                * (R::from_number(1.8518518518518545e-5) * v3
+                    + R::from_number(8.796296296296296e-5) * v5
+                    - R::from_number(0.00012500000000000003) * v7
+                    + R::from_number(6.481481481481482e-5) * v9
+                    - R::from_number(4.1666666666666665e-5) * v11
+                    + R::from_number(3.24074074074074e-5) * v12)
+                - (R::from_number(0.000833333333333334) * v3
+                    + R::from_number(0.002500000000000001) * v5
+                    - R::from_number(0.013333333333333334) * v7
+                    + R::from_number(0.009166666666666667) * v9
+                    - R::from_number(0.0025000000000000005) * v11
+                    + R::from_number(0.005) * v12))
+            + (R::from_number(0.3166666666666667) * v3
+                - R::from_number(0.41666666666666663) * v5
+                + R::from_number(0.2333333333333333) * v7
+                + R::from_number(0.4833333333333334) * v9
+                + R::from_number(0.08333333333333331) * v11
+                - R::from_number(0.06666666666666665) * v12))
+        - (R::from_number(20.0) * v5 + R::from_number(35.0) * v7
+            - R::from_number(10.0) * v11 - R::from_number(15.0) * v12) + v14;
     let v16 = cos_phi_crank * phi_crank_dot_sq + sin_phi_crank * phi_crank_ddot;
     let v17 = cos_phi_rod * phi_rod_dot_sq + sin_phi_rod * phi_rod_ddot;
-    let v18 = -(R::from_f64(0.18) * v16) - (R::from_f64(0.315) * v17 - v15);
+    let v18 = -(R::from_number(0.18) * v16) - (R::from_number(0.315) * v17 - v15);
     let v19 = cos_phi_crank * phi_crank_ddot - sin_phi_crank * phi_crank_dot_sq;
     let v20 = cos_phi_rod * phi_rod_ddot - sin_phi_rod * phi_rod_dot_sq;
-    let v21 = R::from_f64(22.563) + R::from_f64(0.18) * v19
-        + (lambda_G + R::from_f64(0.315) * v20);
-    let v22 = v14 - R::from_f64(0.05) * v16 - R::from_f64(0.175) * v17;
-    let v23 = R::from_f64(4.905) + lambda_G + R::from_f64(0.05) * v19
-        + R::from_f64(0.175) * v20;
+    let v21 = R::from_number(22.563) + R::from_number(0.18) * v19
+        + (lambda_G + R::from_number(0.315) * v20);
+    let v22 = v14 - R::from_number(0.05) * v16 - R::from_number(0.175) * v17;
+    let v23 = R::from_number(4.905) + lambda_G + R::from_number(0.05) * v19
+        + R::from_number(0.175) * v20;
     v1 * v15
         - k.k14
             * (phi_crank_dot * (k.k16 * phi_crank_dot).tanh()
@@ -1093,65 +1107,66 @@ pub fn outputs<R: Scalar>(
     let [lambda_G] = *multipliers;
     let (sin_phi_crank, cos_phi_crank) = phi_crank.sin_cos();
     let (sin_phi_rod, cos_phi_rod) = phi_rod.sin_cos();
-    let a_y = R::from_f64(0.1) * sin_phi_crank;
+    let a_y = R::from_number(0.1) * sin_phi_crank;
     let phi_crank_dot_sq = phi_crank_dot * phi_crank_dot;
     let phi_rod_dot_sq = phi_rod_dot * phi_rod_dot;
-    let v1 = k.k11 * phi_crank - R::from_f64(360.0) * (k.k13 * phi_crank).floor();
-    let v2 = (k.k12 * (v1 - R::from_f64(60.0))).floor();
-    let v3 = (k.k12 * (v1 - R::from_f64(120.0))).floor();
+    let v1 = k.k11 * phi_crank - R::from_number(360.0) * (k.k13 * phi_crank).floor();
+    let v2 = (k.k12 * (v1 - R::from_number(60.0))).floor();
+    let v3 = (k.k12 * (v1 - R::from_number(120.0))).floor();
     let v4 = v2 - v3;
-    let v5 = (-(k.k12 * (R::from_f64(180.0) - v1))).floor();
+    let v5 = (-(k.k12 * (R::from_number(180.0) - v1))).floor();
     let v6 = v3 - v5;
-    let v7 = (k.k12 * (v1 - R::from_f64(240.0))).floor();
+    let v7 = (k.k12 * (v1 - R::from_number(240.0))).floor();
     let v8 = v5 - v7;
-    let v9 = (k.k12 * (v1 - R::from_f64(300.0))).floor();
+    let v9 = (k.k12 * (v1 - R::from_number(300.0))).floor();
     let v10 = v7 - v9;
-    let v11 = R::from_f64(1.0) + v9;
+    let v11 = R::from_number(1.0) + v9;
     let v12 = v1
-        - (R::from_f64(60.0) * v4 + R::from_f64(120.0) * v6 + R::from_f64(180.0) * v8
-            + R::from_f64(240.0) * v10 + R::from_f64(300.0) * v11);
+        - (R::from_number(60.0) * v4 + R::from_number(120.0) * v6
+            + R::from_number(180.0) * v8 + R::from_number(240.0) * v10
+            + R::from_number(300.0) * v11);
     let v13 = (-lambda_G).abs()
         * (p.mu
             * (-(k.k10
                 * (phi_crank_dot * a_y
-                    + phi_rod_dot * (R::from_f64(0.35) * sin_phi_rod))))
+                    + phi_rod_dot * (R::from_number(0.35) * sin_phi_rod))))
                 .tanh());
     let v14 = cos_phi_crank * phi_crank_dot_sq + sin_phi_crank * phi_crank_ddot;
     let v15 = cos_phi_rod * phi_rod_dot_sq + sin_phi_rod * phi_rod_ddot;
-    let v16 = R::from_f64(0.315) * v15
+    let v16 = R::from_number(0.315) * v15
         - (v12
             * (v12
                 * (v12
-                    * (R::from_f64(1.8518518518518545e-5) * v2
-                        + R::from_f64(8.796296296296296e-5) * v4
-                        - R::from_f64(0.00012500000000000003) * v6
-                        + R::from_f64(6.481481481481482e-5) * v8
-                        - R::from_f64(4.1666666666666665e-5) * v10
-                        + R::from_f64(3.24074074074074e-5) * v11)
-                    - (R::from_f64(0.000833333333333334) * v2
-                        + R::from_f64(0.002500000000000001) * v4
-                        - R::from_f64(0.013333333333333334) * v6
-                        + R::from_f64(0.009166666666666667) * v8
-                        - R::from_f64(0.0025000000000000005) * v10
-                        + R::from_f64(0.005) * v11))
-                + (R::from_f64(0.3166666666666667) * v2
-                    - R::from_f64(0.41666666666666663) * v4
-                    + R::from_f64(0.2333333333333333) * v6
-                    + R::from_f64(0.4833333333333334) * v8
-                    + R::from_f64(0.08333333333333331) * v10
-                    - R::from_f64(0.06666666666666665) * v11))
-            - (R::from_f64(20.0) * v4 + R::from_f64(35.0) * v6 - R::from_f64(10.0) * v10
-                - R::from_f64(15.0) * v11) + v13);
-    let v17 = -(R::from_f64(0.18) * v14) - v16;
+                    * (R::from_number(1.8518518518518545e-5) * v2
+                        + R::from_number(8.796296296296296e-5) * v4
+                        - R::from_number(0.00012500000000000003) * v6
+                        + R::from_number(6.481481481481482e-5) * v8
+                        - R::from_number(4.1666666666666665e-5) * v10
+                        + R::from_number(3.24074074074074e-5) * v11)
+                    - (R::from_number(0.000833333333333334) * v2
+                        + R::from_number(0.002500000000000001) * v4
+                        - R::from_number(0.013333333333333334) * v6
+                        + R::from_number(0.009166666666666667) * v8
+                        - R::from_number(0.0025000000000000005) * v10
+                        + R::from_number(0.005) * v11))
+                + (R::from_number(0.3166666666666667) * v2
+                    - R::from_number(0.41666666666666663) * v4
+                    + R::from_number(0.2333333333333333) * v6
+                    + R::from_number(0.4833333333333334) * v8
+                    + R::from_number(0.08333333333333331) * v10
+                    - R::from_number(0.06666666666666665) * v11))
+            - (R::from_number(20.0) * v4 + R::from_number(35.0) * v6
+                - R::from_number(10.0) * v10 - R::from_number(15.0) * v11) + v13);
+    let v17 = -(R::from_number(0.18) * v14) - v16;
     let v18 = cos_phi_crank * phi_crank_ddot - sin_phi_crank * phi_crank_dot_sq;
     let v19 = cos_phi_rod * phi_rod_ddot - sin_phi_rod * phi_rod_dot_sq;
-    let v20 = lambda_G + R::from_f64(0.315) * v19;
-    let v21 = R::from_f64(22.563) + R::from_f64(0.18) * v18 + v20;
-    let v22 = v13 - R::from_f64(0.05) * v14 - R::from_f64(0.175) * v15;
-    let v23 = R::from_f64(4.905) + lambda_G + R::from_f64(0.05) * v18
-        + R::from_f64(0.175) * v19;
-    let v24 = -(R::from_f64(0.13) * v14) - v16;
-    let v25 = R::from_f64(12.753) + R::from_f64(0.13) * v18 + v20;
+    let v20 = lambda_G + R::from_number(0.315) * v19;
+    let v21 = R::from_number(22.563) + R::from_number(0.18) * v18 + v20;
+    let v22 = v13 - R::from_number(0.05) * v14 - R::from_number(0.175) * v15;
+    let v23 = R::from_number(4.905) + lambda_G + R::from_number(0.05) * v18
+        + R::from_number(0.175) * v19;
+    let v24 = -(R::from_number(0.13) * v14) - v16;
+    let v25 = R::from_number(12.753) + R::from_number(0.13) * v18 + v20;
     [
         v24,
         v25,
@@ -1185,25 +1200,25 @@ pub fn dynamics<R: Scalar>(
     let [phi_crank_dot, phi_rod_dot] = *qd;
     let (sin_phi_crank, cos_phi_crank) = phi_crank.sin_cos();
     let (sin_phi_rod, cos_phi_rod) = phi_rod.sin_cos();
-    let v1 = R::from_f64(0.05) * cos_phi_crank;
-    let v2 = R::from_f64(0.05) * sin_phi_crank;
-    let a_x = R::from_f64(0.1) * cos_phi_crank;
-    let v3 = R::from_f64(0.175) * cos_phi_rod;
-    let v4 = R::from_f64(0.175) * sin_phi_rod;
-    let a_y = R::from_f64(0.1) * sin_phi_crank;
-    let g_phi_rod = R::from_f64(0.35) * cos_phi_rod;
+    let v1 = R::from_number(0.05) * cos_phi_crank;
+    let v2 = R::from_number(0.05) * sin_phi_crank;
+    let a_x = R::from_number(0.1) * cos_phi_crank;
+    let v3 = R::from_number(0.175) * cos_phi_rod;
+    let v4 = R::from_number(0.175) * sin_phi_rod;
+    let a_y = R::from_number(0.1) * sin_phi_crank;
+    let g_phi_rod = R::from_number(0.35) * cos_phi_rod;
     let phi_crank_dot_sq = phi_crank_dot * phi_crank_dot;
     let phi_rod_dot_sq = phi_rod_dot * phi_rod_dot;
     let v5 = sin_phi_crank * phi_crank_dot_sq;
     let v6 = sin_phi_rod * phi_rod_dot_sq;
-    let v7 = R::from_f64(0.1) * v5 + R::from_f64(0.35) * v6;
-    let mass_phi_crank_phi_rod = R::from_f64(0.0315)
+    let v7 = R::from_number(0.1) * v5 + R::from_number(0.35) * v6;
+    let mass_phi_crank_phi_rod = R::from_number(0.0315)
         * (cos_phi_crank * cos_phi_rod + sin_phi_crank * sin_phi_rod);
-    let v8 = cos_phi_crank * (R::from_f64(1.7658) - R::from_f64(0.0315) * v6);
+    let v8 = cos_phi_crank * (R::from_number(1.7658) - R::from_number(0.0315) * v6);
     let v9 = (k.k3 * cos_phi_crank * cos_phi_crank + k.k4 * cos_phi_rod * cos_phi_rod)
         .recip();
     let cos_phi_crank_v9 = cos_phi_crank * v9;
-    let inv_pivot_phi_crank = (R::from_f64(0.0655)
+    let inv_pivot_phi_crank = (R::from_number(0.0655)
         + k.k2 * cos_phi_crank * cos_phi_crank_v9)
         .recip();
     let rest_phi_crank_phi_rod = mass_phi_crank_phi_rod
@@ -1211,7 +1226,7 @@ pub fn dynamics<R: Scalar>(
     let share_phi_crank_phi_rod = rest_phi_crank_phi_rod * inv_pivot_phi_crank;
     let by_g_phi_rod_down = g_phi_rod - share_phi_crank_phi_rod * a_x;
     let cos_phi_rod_v9 = cos_phi_rod * v9;
-    let inv_pivot_phi_rod = (R::from_f64(0.09391666666666666)
+    let inv_pivot_phi_rod = (R::from_number(0.09391666666666666)
         + k.k7 * cos_phi_rod * cos_phi_rod_v9
         - rest_phi_crank_phi_rod * share_phi_crank_phi_rod)
         .recip();
@@ -1220,53 +1235,54 @@ pub fn dynamics<R: Scalar>(
     let by_g_phi_rod = inv_pivot_phi_rod * by_g_phi_rod_down;
     let inv_pivot_g = (by_g_phi_crank * a_x + by_g_phi_rod * g_phi_rod).recip();
     let v11 = (-(k.k10
-        * (phi_crank_dot * a_y + phi_rod_dot * (R::from_f64(0.35) * sin_phi_rod))))
+        * (phi_crank_dot * a_y + phi_rod_dot * (R::from_number(0.35) * sin_phi_rod))))
         .tanh();
-    let v12 = k.k11 * phi_crank - R::from_f64(360.0) * (k.k13 * phi_crank).floor();
-    let v13 = (k.k12 * (v12 - R::from_f64(60.0))).floor();
-    let v14 = (k.k12 * (v12 - R::from_f64(120.0))).floor();
+    let v12 = k.k11 * phi_crank - R::from_number(360.0) * (k.k13 * phi_crank).floor();
+    let v13 = (k.k12 * (v12 - R::from_number(60.0))).floor();
+    let v14 = (k.k12 * (v12 - R::from_number(120.0))).floor();
     let v15 = v13 - v14;
-    let v16 = (-(k.k12 * (R::from_f64(180.0) - v12))).floor();
+    let v16 = (-(k.k12 * (R::from_number(180.0) - v12))).floor();
     let v17 = v14 - v16;
-    let v18 = (k.k12 * (v12 - R::from_f64(240.0))).floor();
+    let v18 = (k.k12 * (v12 - R::from_number(240.0))).floor();
     let v19 = v16 - v18;
-    let v20 = (k.k12 * (v12 - R::from_f64(300.0))).floor();
+    let v20 = (k.k12 * (v12 - R::from_number(300.0))).floor();
     let v21 = v18 - v20;
-    let v22 = R::from_f64(1.0) + v20;
+    let v22 = R::from_number(1.0) + v20;
     let v23 = v12
-        - (R::from_f64(60.0) * v15 + R::from_f64(120.0) * v17 + R::from_f64(180.0) * v19
-            + R::from_f64(240.0) * v21 + R::from_f64(300.0) * v22);
+        - (R::from_number(60.0) * v15 + R::from_number(120.0) * v17
+            + R::from_number(180.0) * v19 + R::from_number(240.0) * v21
+            + R::from_number(300.0) * v22);
     let v24 = v23
         * (v23
             * (v23
-                * (R::from_f64(1.8518518518518545e-5) * v13
-                    + R::from_f64(8.796296296296296e-5) * v15
-                    - R::from_f64(0.00012500000000000003) * v17
-                    + R::from_f64(6.481481481481482e-5) * v19
-                    - R::from_f64(4.1666666666666665e-5) * v21
-                    + R::from_f64(3.24074074074074e-5) * v22)
-                - (R::from_f64(0.000833333333333334) * v13
-                    + R::from_f64(0.002500000000000001) * v15
-                    - R::from_f64(0.013333333333333334) * v17
-                    + R::from_f64(0.009166666666666667) * v19
-                    - R::from_f64(0.0025000000000000005) * v21
-                    + R::from_f64(0.005) * v22))
-            + (R::from_f64(0.3166666666666667) * v13
-                - R::from_f64(0.41666666666666663) * v15
-                + R::from_f64(0.2333333333333333) * v17
-                + R::from_f64(0.4833333333333334) * v19
-                + R::from_f64(0.08333333333333331) * v21
-                - R::from_f64(0.06666666666666665) * v22))
-        - (R::from_f64(20.0) * v15 + R::from_f64(35.0) * v17 - R::from_f64(10.0) * v21
-            - R::from_f64(15.0) * v22);
-    let v25 = R::from_f64(0.0315) * (cos_phi_rod * phi_rod_dot_sq)
-        - R::from_f64(0.1) * v24;
+                * (R::from_number(1.8518518518518545e-5) * v13
+                    + R::from_number(8.796296296296296e-5) * v15
+                    - R::from_number(0.00012500000000000003) * v17
+                    + R::from_number(6.481481481481482e-5) * v19
+                    - R::from_number(4.1666666666666665e-5) * v21
+                    + R::from_number(3.24074074074074e-5) * v22)
+                - (R::from_number(0.000833333333333334) * v13
+                    + R::from_number(0.002500000000000001) * v15
+                    - R::from_number(0.013333333333333334) * v17
+                    + R::from_number(0.009166666666666667) * v19
+                    - R::from_number(0.0025000000000000005) * v21
+                    + R::from_number(0.005) * v22))
+            + (R::from_number(0.3166666666666667) * v13
+                - R::from_number(0.41666666666666663) * v15
+                + R::from_number(0.2333333333333333) * v17
+                + R::from_number(0.4833333333333334) * v19
+                + R::from_number(0.08333333333333331) * v21
+                - R::from_number(0.06666666666666665) * v22))
+        - (R::from_number(20.0) * v15 + R::from_number(35.0) * v17
+            - R::from_number(10.0) * v21 - R::from_number(15.0) * v22);
+    let v25 = R::from_number(0.0315) * (cos_phi_rod * phi_rod_dot_sq)
+        - R::from_number(0.1) * v24;
     let v26 = (k.k16 * phi_crank_dot).tanh();
     let freely_phi_crank_down = sin_phi_crank * (v25 - k.k9 * v11) + v8 + k.k15 * v26
         - k.k1 * v7 * cos_phi_crank_v9;
-    let v27 = R::from_f64(0.0315) * (cos_phi_crank * phi_crank_dot_sq)
-        - R::from_f64(0.35) * v24;
-    let v28 = cos_phi_rod * (R::from_f64(3.09015) - R::from_f64(0.0315) * v5);
+    let v27 = R::from_number(0.0315) * (cos_phi_crank * phi_crank_dot_sq)
+        - R::from_number(0.35) * v24;
+    let v28 = cos_phi_rod * (R::from_number(3.09015) - R::from_number(0.0315) * v5);
     let v29 = (-(k.k16 * phi_rod_dot)).tanh();
     let freely_phi_rod_down = sin_phi_rod * (v27 - k.k18 * v11) + v28 - k.k15 * v29
         - k.k6 * v7 * cos_phi_rod_v9 - freely_phi_crank_down * share_phi_crank_phi_rod;
@@ -1282,26 +1298,28 @@ pub fn dynamics<R: Scalar>(
     let lambda_g_2 = inv_pivot_g
         * (freely_phi_crank_2 * a_x - v26 * v10 * k19_cos_phi_rod);
     let phi_crank_ddot_2 = freely_phi_crank_2 - by_g_phi_crank * lambda_g_2;
-    let v30 = R::from_f64(0.18) * sin_phi_crank;
+    let v30 = R::from_number(0.18) * sin_phi_crank;
     let phi_rod_ddot_2 = v10 * freely_phi_crank_down_2 + lambda_g_2 * by_g_phi_rod;
-    let v31 = R::from_f64(0.315) * sin_phi_rod;
+    let v31 = R::from_number(0.315) * sin_phi_rod;
     let n_o_by_0 = phi_crank_ddot_2 * v30 - phi_rod_ddot_2 * v31;
-    let v32 = R::from_f64(0.18) * cos_phi_crank;
-    let v33 = R::from_f64(0.315) * cos_phi_rod;
+    let v32 = R::from_number(0.18) * cos_phi_crank;
+    let v33 = R::from_number(0.315) * cos_phi_rod;
     let phi_crank_ddot_3 = freely_phi_crank - by_g_phi_crank * lambda_g;
     let phi_rod_ddot_3 = freely_phi_rod - lambda_g * by_g_phi_rod;
     let n_o_rest = v24 - phi_crank_dot_sq * v32 - phi_rod_dot_sq * v33
         + (phi_crank_ddot_3 * v30 + phi_rod_ddot_3 * v31);
     let n_o_y_rest = lambda_g
-        - (R::from_f64(22.563) - R::from_f64(0.18) * v5 - R::from_f64(0.315) * v6)
+        - (R::from_number(22.563) - R::from_number(0.18) * v5
+            - R::from_number(0.315) * v6)
         + (phi_crank_ddot_3 * v32 + phi_rod_ddot_3 * v33);
-    let inv_root = (n_o_rest * n_o_rest + n_o_y_rest * n_o_y_rest + R::from_f64(1e-300))
+    let inv_root = (n_o_rest * n_o_rest + n_o_y_rest * n_o_y_rest
+        + R::from_number(1e-300))
         .sqrt()
         .recip();
     let n_o_rest_inv_root = n_o_rest * inv_root;
     let n_o_y_by_0 = lambda_g_2 + (phi_crank_ddot_2 * v32 - phi_rod_ddot_2 * v33);
     let n_o_y_rest_inv_root = n_o_y_rest * inv_root;
-    let over_pivot = (R::from_f64(1.0)
+    let over_pivot = (R::from_number(1.0)
         - (n_o_by_0 * n_o_rest_inv_root + n_o_y_by_0 * n_o_y_rest_inv_root))
         .recip();
     let v34 = n_o_rest * n_o_rest_inv_root + n_o_y_rest * n_o_y_rest_inv_root;
@@ -1319,9 +1337,9 @@ pub fn dynamics<R: Scalar>(
     let n_b_rest = phi_crank_dot_sq * v1 + phi_rod_dot_sq * v3
         - (phi_crank_ddot_3 * v2 + phi_rod_ddot_3 * v4);
     let n_b_y_rest = lambda_g
-        - (R::from_f64(4.905) - phi_crank_dot_sq * v2 - phi_rod_dot_sq * v4)
+        - (R::from_number(4.905) - phi_crank_dot_sq * v2 - phi_rod_dot_sq * v4)
         + (phi_crank_ddot_3 * v1 + phi_rod_ddot_3 * v3);
-    let inv_root_2 = (R::from_f64(1e-300)
+    let inv_root_2 = (R::from_number(1e-300)
         + (n_b_rest * n_b_rest + n_b_y_rest * n_b_y_rest))
         .sqrt()
         .recip();
@@ -1332,7 +1350,7 @@ pub fn dynamics<R: Scalar>(
     let n_b_y_by_0 = lambda_g_2 + (phi_crank_ddot_2 * v1 - phi_rod_ddot_2 * v3);
     let multiple = (n_b_by_0 * n_b_rest_inv_root_2 - n_b_y_by_0 * n_b_y_rest_inv_root_2)
         * over_pivot;
-    let over_pivot_2 = (R::from_f64(1.0)
+    let over_pivot_2 = (R::from_number(1.0)
         + (n_b_by_1 * n_b_rest_inv_root_2 - n_b_y_by_1 * n_b_y_rest_inv_root_2)
         + v35 * multiple)
         .recip();
@@ -1362,17 +1380,17 @@ pub fn dynamics<R: Scalar>(
     let multiple_2 = v39 * (over_pivot * lambda_g_2);
     let multiple_3 = (v39 * lambda_g_3 + v35 * multiple_2) * over_pivot_2;
     let n_g_size = (v39 * lambda_g + v34 * multiple_2 + v36 * multiple_3)
-        / (R::from_f64(1.0) + v39 * lambda_g_4 - v37 * multiple_2 + v38 * multiple_3);
+        / (R::from_number(1.0) + v39 * lambda_g_4 - v37 * multiple_2 + v38 * multiple_3);
     let n_b_size = over_pivot_2 * (v36 - v38 * n_g_size);
     let n_o_size = over_pivot * (v34 + v35 * n_b_size + v37 * n_g_size);
     let v40 = n_o_rest
         + (n_o_by_0 * n_o_size + n_o_by_1 * n_b_size + n_o_by_2 * n_g_size);
     let v41 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size + n_o_y_by_1 * n_b_size - n_o_y_by_2 * n_g_size);
-    let inv_root_3 = (R::from_f64(1e-300) + (v40 * v40 + v41 * v41)).sqrt().recip();
+    let inv_root_3 = (R::from_number(1e-300) + (v40 * v40 + v41 * v41)).sqrt().recip();
     let v40_inv_root_3 = v40 * inv_root_3;
     let v41_inv_root_3 = v41 * inv_root_3;
-    let over_pivot_3 = (R::from_f64(1.0)
+    let over_pivot_3 = (R::from_number(1.0)
         - (n_o_by_0 * v40_inv_root_3 + n_o_y_by_0 * v41_inv_root_3))
         .recip();
     let v42 = n_o_rest * v40_inv_root_3 + n_o_y_rest * v41_inv_root_3;
@@ -1381,12 +1399,12 @@ pub fn dynamics<R: Scalar>(
         - (n_b_by_0 * n_o_size + n_b_by_1 * n_b_size + n_b_by_2 * n_g_size);
     let v45 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size + n_b_y_by_1 * n_b_size - n_b_y_by_2 * n_g_size);
-    let inv_root_4 = (R::from_f64(1e-300) + (v44 * v44 + v45 * v45)).sqrt().recip();
+    let inv_root_4 = (R::from_number(1e-300) + (v44 * v44 + v45 * v45)).sqrt().recip();
     let v44_inv_root_4 = v44 * inv_root_4;
     let v45_inv_root_4 = v45 * inv_root_4;
     let multiple_4 = (n_b_by_0 * v44_inv_root_4 - n_b_y_by_0 * v45_inv_root_4)
         * over_pivot_3;
-    let over_pivot_4 = (R::from_f64(1.0)
+    let over_pivot_4 = (R::from_number(1.0)
         + (n_b_by_1 * v44_inv_root_4 - n_b_y_by_1 * v45_inv_root_4) + v43 * multiple_4)
         .recip();
     let v46 = n_b_rest * v44_inv_root_4 + n_b_y_rest * v45_inv_root_4 - v42 * multiple_4;
@@ -1398,17 +1416,17 @@ pub fn dynamics<R: Scalar>(
     let multiple_5 = v49 * (over_pivot_3 * lambda_g_2);
     let multiple_6 = (v49 * lambda_g_3 + v43 * multiple_5) * over_pivot_4;
     let n_g_size_2 = (v49 * lambda_g + v42 * multiple_5 + v46 * multiple_6)
-        / (R::from_f64(1.0) + v49 * lambda_g_4 - v47 * multiple_5 + v48 * multiple_6);
+        / (R::from_number(1.0) + v49 * lambda_g_4 - v47 * multiple_5 + v48 * multiple_6);
     let n_b_size_2 = over_pivot_4 * (v46 - v48 * n_g_size_2);
     let n_o_size_2 = over_pivot_3 * (v42 + v43 * n_b_size_2 + v47 * n_g_size_2);
     let v50 = n_o_rest
         + (n_o_by_0 * n_o_size_2 + n_o_by_1 * n_b_size_2 + n_o_by_2 * n_g_size_2);
     let v51 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_2 + n_o_y_by_1 * n_b_size_2 - n_o_y_by_2 * n_g_size_2);
-    let inv_root_5 = (R::from_f64(1e-300) + (v50 * v50 + v51 * v51)).sqrt().recip();
+    let inv_root_5 = (R::from_number(1e-300) + (v50 * v50 + v51 * v51)).sqrt().recip();
     let v50_inv_root_5 = v50 * inv_root_5;
     let v51_inv_root_5 = v51 * inv_root_5;
-    let over_pivot_5 = (R::from_f64(1.0)
+    let over_pivot_5 = (R::from_number(1.0)
         - (n_o_by_0 * v50_inv_root_5 + n_o_y_by_0 * v51_inv_root_5))
         .recip();
     let v52 = n_o_rest * v50_inv_root_5 + n_o_y_rest * v51_inv_root_5;
@@ -1417,12 +1435,12 @@ pub fn dynamics<R: Scalar>(
         - (n_b_by_0 * n_o_size_2 + n_b_by_1 * n_b_size_2 + n_b_by_2 * n_g_size_2);
     let v55 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_2 + n_b_y_by_1 * n_b_size_2 - n_b_y_by_2 * n_g_size_2);
-    let inv_root_6 = (R::from_f64(1e-300) + (v54 * v54 + v55 * v55)).sqrt().recip();
+    let inv_root_6 = (R::from_number(1e-300) + (v54 * v54 + v55 * v55)).sqrt().recip();
     let v54_inv_root_6 = v54 * inv_root_6;
     let v55_inv_root_6 = v55 * inv_root_6;
     let multiple_7 = (n_b_by_0 * v54_inv_root_6 - n_b_y_by_0 * v55_inv_root_6)
         * over_pivot_5;
-    let over_pivot_6 = (R::from_f64(1.0)
+    let over_pivot_6 = (R::from_number(1.0)
         + (n_b_by_1 * v54_inv_root_6 - n_b_y_by_1 * v55_inv_root_6) + v53 * multiple_7)
         .recip();
     let v56 = n_b_rest * v54_inv_root_6 + n_b_y_rest * v55_inv_root_6 - v52 * multiple_7;
@@ -1434,17 +1452,17 @@ pub fn dynamics<R: Scalar>(
     let multiple_8 = v59 * (over_pivot_5 * lambda_g_2);
     let multiple_9 = (v59 * lambda_g_3 + v53 * multiple_8) * over_pivot_6;
     let n_g_size_3 = (v59 * lambda_g + v52 * multiple_8 + v56 * multiple_9)
-        / (R::from_f64(1.0) + v59 * lambda_g_4 - v57 * multiple_8 + v58 * multiple_9);
+        / (R::from_number(1.0) + v59 * lambda_g_4 - v57 * multiple_8 + v58 * multiple_9);
     let n_b_size_3 = over_pivot_6 * (v56 - v58 * n_g_size_3);
     let n_o_size_3 = over_pivot_5 * (v52 + v53 * n_b_size_3 + v57 * n_g_size_3);
     let v60 = n_o_rest
         + (n_o_by_0 * n_o_size_3 + n_o_by_1 * n_b_size_3 + n_o_by_2 * n_g_size_3);
     let v61 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_3 + n_o_y_by_1 * n_b_size_3 - n_o_y_by_2 * n_g_size_3);
-    let inv_root_7 = (R::from_f64(1e-300) + (v60 * v60 + v61 * v61)).sqrt().recip();
+    let inv_root_7 = (R::from_number(1e-300) + (v60 * v60 + v61 * v61)).sqrt().recip();
     let v60_inv_root_7 = v60 * inv_root_7;
     let v61_inv_root_7 = v61 * inv_root_7;
-    let over_pivot_7 = (R::from_f64(1.0)
+    let over_pivot_7 = (R::from_number(1.0)
         - (n_o_by_0 * v60_inv_root_7 + n_o_y_by_0 * v61_inv_root_7))
         .recip();
     let v62 = n_o_rest * v60_inv_root_7 + n_o_y_rest * v61_inv_root_7;
@@ -1453,12 +1471,12 @@ pub fn dynamics<R: Scalar>(
         - (n_b_by_0 * n_o_size_3 + n_b_by_1 * n_b_size_3 + n_b_by_2 * n_g_size_3);
     let v65 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_3 + n_b_y_by_1 * n_b_size_3 - n_b_y_by_2 * n_g_size_3);
-    let inv_root_8 = (R::from_f64(1e-300) + (v64 * v64 + v65 * v65)).sqrt().recip();
+    let inv_root_8 = (R::from_number(1e-300) + (v64 * v64 + v65 * v65)).sqrt().recip();
     let v64_inv_root_8 = v64 * inv_root_8;
     let v65_inv_root_8 = v65 * inv_root_8;
     let multiple_10 = (n_b_by_0 * v64_inv_root_8 - n_b_y_by_0 * v65_inv_root_8)
         * over_pivot_7;
-    let over_pivot_8 = (R::from_f64(1.0)
+    let over_pivot_8 = (R::from_number(1.0)
         + (n_b_by_1 * v64_inv_root_8 - n_b_y_by_1 * v65_inv_root_8) + v63 * multiple_10)
         .recip();
     let v66 = n_b_rest * v64_inv_root_8 + n_b_y_rest * v65_inv_root_8
@@ -1472,17 +1490,18 @@ pub fn dynamics<R: Scalar>(
     let multiple_11 = v69 * (over_pivot_7 * lambda_g_2);
     let multiple_12 = (v69 * lambda_g_3 + v63 * multiple_11) * over_pivot_8;
     let n_g_size_4 = (v69 * lambda_g + v62 * multiple_11 + v66 * multiple_12)
-        / (R::from_f64(1.0) + v69 * lambda_g_4 - v67 * multiple_11 + v68 * multiple_12);
+        / (R::from_number(1.0) + v69 * lambda_g_4 - v67 * multiple_11
+            + v68 * multiple_12);
     let n_b_size_4 = over_pivot_8 * (v66 - v68 * n_g_size_4);
     let n_o_size_4 = over_pivot_7 * (v62 + v63 * n_b_size_4 + v67 * n_g_size_4);
     let v70 = n_o_rest
         + (n_o_by_0 * n_o_size_4 + n_o_by_1 * n_b_size_4 + n_o_by_2 * n_g_size_4);
     let v71 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_4 + n_o_y_by_1 * n_b_size_4 - n_o_y_by_2 * n_g_size_4);
-    let inv_root_9 = (R::from_f64(1e-300) + (v70 * v70 + v71 * v71)).sqrt().recip();
+    let inv_root_9 = (R::from_number(1e-300) + (v70 * v70 + v71 * v71)).sqrt().recip();
     let v70_inv_root_9 = v70 * inv_root_9;
     let v71_inv_root_9 = v71 * inv_root_9;
-    let over_pivot_9 = (R::from_f64(1.0)
+    let over_pivot_9 = (R::from_number(1.0)
         - (n_o_by_0 * v70_inv_root_9 + n_o_y_by_0 * v71_inv_root_9))
         .recip();
     let v72 = n_o_rest * v70_inv_root_9 + n_o_y_rest * v71_inv_root_9;
@@ -1491,12 +1510,12 @@ pub fn dynamics<R: Scalar>(
         - (n_b_by_0 * n_o_size_4 + n_b_by_1 * n_b_size_4 + n_b_by_2 * n_g_size_4);
     let v75 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_4 + n_b_y_by_1 * n_b_size_4 - n_b_y_by_2 * n_g_size_4);
-    let inv_root_10 = (R::from_f64(1e-300) + (v74 * v74 + v75 * v75)).sqrt().recip();
+    let inv_root_10 = (R::from_number(1e-300) + (v74 * v74 + v75 * v75)).sqrt().recip();
     let v74_inv_root_10 = v74 * inv_root_10;
     let v75_inv_root_10 = v75 * inv_root_10;
     let multiple_13 = (n_b_by_0 * v74_inv_root_10 - n_b_y_by_0 * v75_inv_root_10)
         * over_pivot_9;
-    let over_pivot_10 = (R::from_f64(1.0)
+    let over_pivot_10 = (R::from_number(1.0)
         + (n_b_by_1 * v74_inv_root_10 - n_b_y_by_1 * v75_inv_root_10)
         + v73 * multiple_13)
         .recip();
@@ -1511,17 +1530,18 @@ pub fn dynamics<R: Scalar>(
     let multiple_14 = v79 * (over_pivot_9 * lambda_g_2);
     let multiple_15 = (v79 * lambda_g_3 + v73 * multiple_14) * over_pivot_10;
     let n_g_size_5 = (v79 * lambda_g + v72 * multiple_14 + v76 * multiple_15)
-        / (R::from_f64(1.0) + v79 * lambda_g_4 - v77 * multiple_14 + v78 * multiple_15);
+        / (R::from_number(1.0) + v79 * lambda_g_4 - v77 * multiple_14
+            + v78 * multiple_15);
     let n_b_size_5 = over_pivot_10 * (v76 - v78 * n_g_size_5);
     let n_o_size_5 = over_pivot_9 * (v72 + v73 * n_b_size_5 + v77 * n_g_size_5);
     let v80 = n_o_rest
         + (n_o_by_0 * n_o_size_5 + n_o_by_1 * n_b_size_5 + n_o_by_2 * n_g_size_5);
     let v81 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_5 + n_o_y_by_1 * n_b_size_5 - n_o_y_by_2 * n_g_size_5);
-    let inv_root_11 = (R::from_f64(1e-300) + (v80 * v80 + v81 * v81)).sqrt().recip();
+    let inv_root_11 = (R::from_number(1e-300) + (v80 * v80 + v81 * v81)).sqrt().recip();
     let v80_inv_root_11 = v80 * inv_root_11;
     let v81_inv_root_11 = v81 * inv_root_11;
-    let over_pivot_11 = (R::from_f64(1.0)
+    let over_pivot_11 = (R::from_number(1.0)
         - (n_o_by_0 * v80_inv_root_11 + n_o_y_by_0 * v81_inv_root_11))
         .recip();
     let v82 = n_o_rest * v80_inv_root_11 + n_o_y_rest * v81_inv_root_11;
@@ -1530,12 +1550,12 @@ pub fn dynamics<R: Scalar>(
         - (n_b_by_0 * n_o_size_5 + n_b_by_1 * n_b_size_5 + n_b_by_2 * n_g_size_5);
     let v85 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_5 + n_b_y_by_1 * n_b_size_5 - n_b_y_by_2 * n_g_size_5);
-    let inv_root_12 = (R::from_f64(1e-300) + (v84 * v84 + v85 * v85)).sqrt().recip();
+    let inv_root_12 = (R::from_number(1e-300) + (v84 * v84 + v85 * v85)).sqrt().recip();
     let v84_inv_root_12 = v84 * inv_root_12;
     let v85_inv_root_12 = v85 * inv_root_12;
     let multiple_16 = (n_b_by_0 * v84_inv_root_12 - n_b_y_by_0 * v85_inv_root_12)
         * over_pivot_11;
-    let over_pivot_12 = (R::from_f64(1.0)
+    let over_pivot_12 = (R::from_number(1.0)
         + (n_b_by_1 * v84_inv_root_12 - n_b_y_by_1 * v85_inv_root_12)
         + v83 * multiple_16)
         .recip();
@@ -1550,17 +1570,18 @@ pub fn dynamics<R: Scalar>(
     let multiple_17 = v89 * (over_pivot_11 * lambda_g_2);
     let multiple_18 = (v89 * lambda_g_3 + v83 * multiple_17) * over_pivot_12;
     let n_g_size_6 = (v89 * lambda_g + v82 * multiple_17 + v86 * multiple_18)
-        / (R::from_f64(1.0) + v89 * lambda_g_4 - v87 * multiple_17 + v88 * multiple_18);
+        / (R::from_number(1.0) + v89 * lambda_g_4 - v87 * multiple_17
+            + v88 * multiple_18);
     let n_b_size_6 = over_pivot_12 * (v86 - v88 * n_g_size_6);
     let n_o_size_6 = over_pivot_11 * (v82 + v83 * n_b_size_6 + v87 * n_g_size_6);
     let v90 = n_o_rest
         + (n_o_by_0 * n_o_size_6 + n_o_by_1 * n_b_size_6 + n_o_by_2 * n_g_size_6);
     let v91 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_6 + n_o_y_by_1 * n_b_size_6 - n_o_y_by_2 * n_g_size_6);
-    let inv_root_13 = (R::from_f64(1e-300) + (v90 * v90 + v91 * v91)).sqrt().recip();
+    let inv_root_13 = (R::from_number(1e-300) + (v90 * v90 + v91 * v91)).sqrt().recip();
     let v90_inv_root_13 = v90 * inv_root_13;
     let v91_inv_root_13 = v91 * inv_root_13;
-    let over_pivot_13 = (R::from_f64(1.0)
+    let over_pivot_13 = (R::from_number(1.0)
         - (n_o_by_0 * v90_inv_root_13 + n_o_y_by_0 * v91_inv_root_13))
         .recip();
     let v92 = n_o_rest * v90_inv_root_13 + n_o_y_rest * v91_inv_root_13;
@@ -1569,12 +1590,12 @@ pub fn dynamics<R: Scalar>(
         - (n_b_by_0 * n_o_size_6 + n_b_by_1 * n_b_size_6 + n_b_by_2 * n_g_size_6);
     let v95 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_6 + n_b_y_by_1 * n_b_size_6 - n_b_y_by_2 * n_g_size_6);
-    let inv_root_14 = (R::from_f64(1e-300) + (v94 * v94 + v95 * v95)).sqrt().recip();
+    let inv_root_14 = (R::from_number(1e-300) + (v94 * v94 + v95 * v95)).sqrt().recip();
     let v94_inv_root_14 = v94 * inv_root_14;
     let v95_inv_root_14 = v95 * inv_root_14;
     let multiple_19 = (n_b_by_0 * v94_inv_root_14 - n_b_y_by_0 * v95_inv_root_14)
         * over_pivot_13;
-    let over_pivot_14 = (R::from_f64(1.0)
+    let over_pivot_14 = (R::from_number(1.0)
         + (n_b_by_1 * v94_inv_root_14 - n_b_y_by_1 * v95_inv_root_14)
         + v93 * multiple_19)
         .recip();
@@ -1589,7 +1610,8 @@ pub fn dynamics<R: Scalar>(
     let multiple_20 = v99 * (over_pivot_13 * lambda_g_2);
     let multiple_21 = (v99 * lambda_g_3 + v93 * multiple_20) * over_pivot_14;
     let n_g_size_7 = (v99 * lambda_g + v92 * multiple_20 + v96 * multiple_21)
-        / (R::from_f64(1.0) + v99 * lambda_g_4 - v97 * multiple_20 + v98 * multiple_21);
+        / (R::from_number(1.0) + v99 * lambda_g_4 - v97 * multiple_20
+            + v98 * multiple_21);
     let n_b_size_7 = over_pivot_14 * (v96 - v98 * n_g_size_7);
     let n_o_size_7 = over_pivot_13 * (v92 + v93 * n_b_size_7 + v97 * n_g_size_7);
     let v100 = (lambda_g
@@ -1599,11 +1621,13 @@ pub fn dynamics<R: Scalar>(
         + (n_o_by_0 * n_o_size_7 + n_o_by_1 * n_b_size_7 + n_o_by_2 * n_g_size_7);
     let v102 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_7 + n_o_y_by_1 * n_b_size_7 - n_o_y_by_2 * n_g_size_7);
-    let inv_root_15 = (R::from_f64(1e-300) + (v101 * v101 + v102 * v102)).sqrt().recip();
+    let inv_root_15 = (R::from_number(1e-300) + (v101 * v101 + v102 * v102))
+        .sqrt()
+        .recip();
     let v101_inv_root_15 = v101 * inv_root_15;
     let v102_inv_root_15 = v102 * inv_root_15;
     let v103 = n_o_rest * v101_inv_root_15 + n_o_y_rest * v102_inv_root_15;
-    let over_pivot_15 = (R::from_f64(1.0)
+    let over_pivot_15 = (R::from_number(1.0)
         - (n_o_by_0 * v101_inv_root_15 + n_o_y_by_0 * v102_inv_root_15))
         .recip();
     let multiple_22 = v100 * (over_pivot_15 * lambda_g_2);
@@ -1611,7 +1635,9 @@ pub fn dynamics<R: Scalar>(
         - (n_b_by_0 * n_o_size_7 + n_b_by_1 * n_b_size_7 + n_b_by_2 * n_g_size_7);
     let v105 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_7 + n_b_y_by_1 * n_b_size_7 - n_b_y_by_2 * n_g_size_7);
-    let inv_root_16 = (R::from_f64(1e-300) + (v104 * v104 + v105 * v105)).sqrt().recip();
+    let inv_root_16 = (R::from_number(1e-300) + (v104 * v104 + v105 * v105))
+        .sqrt()
+        .recip();
     let v104_inv_root_16 = v104 * inv_root_16;
     let v105_inv_root_16 = v105 * inv_root_16;
     let multiple_23 = (n_b_by_0 * v104_inv_root_16 - n_b_y_by_0 * v105_inv_root_16)
@@ -1619,7 +1645,7 @@ pub fn dynamics<R: Scalar>(
     let v106 = n_b_rest * v104_inv_root_16 + n_b_y_rest * v105_inv_root_16
         - v103 * multiple_23;
     let v107 = n_o_by_1 * v101_inv_root_15 + n_o_y_by_1 * v102_inv_root_15;
-    let over_pivot_16 = (R::from_f64(1.0)
+    let over_pivot_16 = (R::from_number(1.0)
         + (n_b_by_1 * v104_inv_root_16 - n_b_y_by_1 * v105_inv_root_16)
         + v107 * multiple_23)
         .recip();
@@ -1628,20 +1654,22 @@ pub fn dynamics<R: Scalar>(
     let v109 = n_b_by_2 * v104_inv_root_16 + n_b_y_by_2 * v105_inv_root_16
         + v108 * multiple_23;
     let n_g_size_8 = (v100 * lambda_g + v103 * multiple_22 + v106 * multiple_24)
-        / (R::from_f64(1.0) + v100 * lambda_g_4 - v108 * multiple_22
+        / (R::from_number(1.0) + v100 * lambda_g_4 - v108 * multiple_22
             + v109 * multiple_24);
-    let v110 = R::from_f64(1.0)
-        - (R::from_f64(1e-300) + (n_o_by_0 * n_o_by_0 + n_o_y_by_0 * n_o_y_by_0)).sqrt();
-    let root = (R::from_f64(1e-300) + (n_o_by_1 * n_o_by_1 + n_o_y_by_1 * n_o_y_by_1))
+    let v110 = R::from_number(1.0)
+        - (R::from_number(1e-300) + (n_o_by_0 * n_o_by_0 + n_o_y_by_0 * n_o_y_by_0))
+            .sqrt();
+    let root = (R::from_number(1e-300) + (n_o_by_1 * n_o_by_1 + n_o_y_by_1 * n_o_y_by_1))
         .sqrt();
     let over_pivot_17 = v110.recip();
-    let multiple_25 = (R::from_f64(1e-300)
+    let multiple_25 = (R::from_number(1e-300)
         + (n_b_by_0 * n_b_by_0 + n_b_y_by_0 * n_b_y_by_0))
         .sqrt() * over_pivot_17;
-    let v111 = R::from_f64(1.0)
-        - (R::from_f64(1e-300) + (n_b_by_1 * n_b_by_1 + n_b_y_by_1 * n_b_y_by_1)).sqrt()
-        - root * multiple_25;
-    let root_2 = (R::from_f64(1e-300) + (n_o_by_2 * n_o_by_2 + n_o_y_by_2 * n_o_y_by_2))
+    let v111 = R::from_number(1.0)
+        - (R::from_number(1e-300) + (n_b_by_1 * n_b_by_1 + n_b_y_by_1 * n_b_y_by_1))
+            .sqrt() - root * multiple_25;
+    let root_2 = (R::from_number(1e-300)
+        + (n_o_by_2 * n_o_by_2 + n_o_y_by_2 * n_o_y_by_2))
         .sqrt();
     let multiple_26 = lambda_g_2.abs() * over_pivot_17;
     let n_b_size_8 = over_pivot_16 * (v106 - v109 * n_g_size_8);
@@ -1650,21 +1678,21 @@ pub fn dynamics<R: Scalar>(
         + (n_o_by_0 * n_o_size_8 + n_o_by_1 * n_b_size_8 + n_o_by_2 * n_g_size_8);
     let v113 = n_o_y_rest
         + (n_o_y_by_0 * n_o_size_8 + n_o_y_by_1 * n_b_size_8 - n_o_y_by_2 * n_g_size_8);
-    let n_o_found = (R::from_f64(1e-300) + (v112 * v112 + v113 * v113)).sqrt();
+    let n_o_found = (R::from_number(1e-300) + (v112 * v112 + v113 * v113)).sqrt();
     let v114 = n_b_rest
         - (n_b_by_0 * n_o_size_8 + n_b_by_1 * n_b_size_8 + n_b_by_2 * n_g_size_8);
     let v115 = n_b_y_rest
         + (n_b_y_by_0 * n_o_size_8 + n_b_y_by_1 * n_b_size_8 - n_b_y_by_2 * n_g_size_8);
-    let n_b_found = (R::from_f64(1e-300) + (v114 * v114 + v115 * v115)).sqrt();
+    let n_b_found = (R::from_number(1e-300) + (v114 * v114 + v115 * v115)).sqrt();
     let n_g_found = (lambda_g
         + (lambda_g_2 * n_o_size_8 + lambda_g_3 * n_b_size_8 - lambda_g_4 * n_g_size_8))
         .abs();
-    let v116 = R::from_f64(1e-9)
-        * (R::from_f64(1e-300) + n_o_found + n_b_found + n_g_found);
-    let doubt = R::from_f64(1e-300)
+    let v116 = R::from_number(1e-9)
+        * (R::from_number(1e-300) + n_o_found + n_b_found + n_g_found);
+    let doubt = R::from_number(1e-300)
         * (v110.sqrt() + v111.sqrt()
-            + (R::from_f64(1.0) - (-lambda_g_4).abs() - root_2 * multiple_26
-                - ((R::from_f64(1e-300)
+            + (R::from_number(1.0) - (-lambda_g_4).abs() - root_2 * multiple_26
+                - ((R::from_number(1e-300)
                     + (n_b_by_2 * n_b_by_2 + n_b_y_by_2 * n_b_y_by_2))
                     .sqrt() + root_2 * multiple_25)
                     * ((lambda_g_3.abs() + root * multiple_26) / v111))
@@ -1674,8 +1702,8 @@ pub fn dynamics<R: Scalar>(
     let n_g_normal = n_g_size_8 + doubt;
     Dynamics {
         mass_matrix: [
-            [R::from_f64(0.0655), mass_phi_crank_phi_rod],
-            [mass_phi_crank_phi_rod, R::from_f64(0.09391666666666666)],
+            [R::from_number(0.0655), mass_phi_crank_phi_rod],
+            [mass_phi_crank_phi_rod, R::from_number(0.09391666666666666)],
         ],
         generalized_forces: [
             -(v8 + sin_phi_crank * (v25 - n_g_normal * k8_v11)
@@ -1701,12 +1729,12 @@ pub fn loop_constraints<R: Scalar>(
     let [phi_crank, phi_rod] = *q;
     let (sin_phi_crank, cos_phi_crank) = phi_crank.sin_cos();
     let (sin_phi_rod, cos_phi_rod) = phi_rod.sin_cos();
-    let a_x = R::from_f64(0.1) * cos_phi_crank;
-    let a_y = R::from_f64(0.1) * sin_phi_crank;
-    let b_y = a_y + R::from_f64(0.35) * sin_phi_rod;
+    let a_x = R::from_number(0.1) * cos_phi_crank;
+    let a_y = R::from_number(0.1) * sin_phi_crank;
+    let b_y = a_y + R::from_number(0.35) * sin_phi_rod;
     LoopConstraints {
         residuals: [b_y],
-        constraint_jacobian: [[a_x, R::from_f64(0.35) * cos_phi_rod]],
+        constraint_jacobian: [[a_x, R::from_number(0.35) * cos_phi_rod]],
         constraint_rate: [R::zero()],
     }
 }
@@ -1754,16 +1782,16 @@ pub fn position<R: Scalar>(
     let [cos_phi_crank, cos_phi_rod] = angles.cos;
 
     // The residuals of the constraints: C.
-    let a_y = R::from_f64(0.1) * sin_phi_crank;
-    let v1 = R::from_f64(0.35) * sin_phi_rod;
+    let a_y = R::from_number(0.1) * sin_phi_crank;
+    let v1 = R::from_number(0.35) * sin_phi_rod;
     let g_residual = a_y + v1;
 
     // The constraint Jacobian C_q.
-    let g_phi_crank = R::from_f64(0.1) * cos_phi_crank;
-    let g_phi_rod = R::from_f64(0.35) * cos_phi_rod;
+    let g_phi_crank = R::from_number(0.1) * cos_phi_crank;
+    let g_phi_rod = R::from_number(0.35) * cos_phi_rod;
 
     // The reduced mass matrix Mbar.
-    let mass_phi_crank_phi_rod = R::from_f64(0.0315)
+    let mass_phi_crank_phi_rod = R::from_number(0.0315)
         * sin_phi_crank.mul_add(sin_phi_rod, cos_phi_crank * cos_phi_rod);
 
     // How dependent coordinates follow the others: C_q T = 0.
@@ -1772,39 +1800,40 @@ pub fn position<R: Scalar>(
 
     // What moves with the others: Mbar T, and T' Mbar T.
     let momentum_phi_crank_phi_crank = mass_phi_crank_phi_rod
-        .neg_mul_add(phi_rod_per_phi_crank, R::from_f64(0.0655));
-    let momentum_phi_rod_phi_crank = R::from_f64(0.09391666666666666)
+        .neg_mul_add(phi_rod_per_phi_crank, R::from_number(0.0655));
+    let momentum_phi_rod_phi_crank = R::from_number(0.09391666666666666)
         .neg_mul_add(phi_rod_per_phi_crank, mass_phi_crank_phi_rod);
     let inertia_phi_crank = phi_rod_per_phi_crank
         .neg_mul_add(momentum_phi_rod_phi_crank, momentum_phi_crank_phi_crank);
     let inv_inertia_phi_crank = inertia_phi_crank.recip();
-    let v2 = R::from_f64(0.05) * cos_phi_crank;
-    let v3 = R::from_f64(0.05) * sin_phi_crank;
-    let v4 = R::from_f64(0.175) * cos_phi_rod;
-    let v5 = R::from_f64(0.175) * sin_phi_rod;
-    let v6 = R::from_f64(360.0)
+    let v2 = R::from_number(0.05) * cos_phi_crank;
+    let v3 = R::from_number(0.05) * sin_phi_crank;
+    let v4 = R::from_number(0.175) * cos_phi_rod;
+    let v5 = R::from_number(0.175) * sin_phi_rod;
+    let v6 = R::from_number(360.0)
         .neg_mul_add((k.k13 * phi_crank).floor(), k.k11 * phi_crank);
-    let v7 = (k.k12 * (v6 - R::from_f64(60.0))).floor();
-    let v8 = (k.k12 * (v6 - R::from_f64(120.0))).floor();
+    let v7 = (k.k12 * (v6 - R::from_number(60.0))).floor();
+    let v8 = (k.k12 * (v6 - R::from_number(120.0))).floor();
     let v9 = v7 - v8;
-    let v10 = (-(k.k12 * (R::from_f64(180.0) - v6))).floor();
+    let v10 = (-(k.k12 * (R::from_number(180.0) - v6))).floor();
     let v11 = v8 - v10;
-    let v12 = (k.k12 * (v6 - R::from_f64(240.0))).floor();
+    let v12 = (k.k12 * (v6 - R::from_number(240.0))).floor();
     let v13 = v10 - v12;
-    let v14 = (k.k12 * (v6 - R::from_f64(300.0))).floor();
+    let v14 = (k.k12 * (v6 - R::from_number(300.0))).floor();
     let v15 = v12 - v14;
-    let v16 = R::from_f64(1.0) + v14;
+    let v16 = R::from_number(1.0) + v14;
     let v17 = v6
-        - R::from_f64(300.0)
+        - R::from_number(300.0)
             .mul_add(
                 v16,
-                R::from_f64(240.0)
+                R::from_number(240.0)
                     .mul_add(
                         v15,
-                        R::from_f64(180.0)
+                        R::from_number(180.0)
                             .mul_add(
                                 v13,
-                                R::from_f64(120.0).mul_add(v11, R::from_f64(60.0) * v9),
+                                R::from_number(120.0)
+                                    .mul_add(v11, R::from_number(60.0) * v9),
                             ),
                     ),
             );
@@ -1814,79 +1843,79 @@ pub fn position<R: Scalar>(
                 .mul_add(
                     v17
                         .mul_add(
-                            R::from_f64(3.24074074074074e-5)
+                            R::from_number(3.24074074074074e-5)
                                 .mul_add(
                                     v16,
-                                    R::from_f64(4.1666666666666665e-5)
+                                    R::from_number(4.1666666666666665e-5)
                                         .neg_mul_add(
                                             v15,
-                                            R::from_f64(6.481481481481482e-5)
+                                            R::from_number(6.481481481481482e-5)
                                                 .mul_add(
                                                     v13,
-                                                    R::from_f64(0.00012500000000000003)
+                                                    R::from_number(0.00012500000000000003)
                                                         .neg_mul_add(
                                                             v11,
-                                                            R::from_f64(8.796296296296296e-5)
-                                                                .mul_add(v9, R::from_f64(1.8518518518518545e-5) * v7),
+                                                            R::from_number(8.796296296296296e-5)
+                                                                .mul_add(v9, R::from_number(1.8518518518518545e-5) * v7),
                                                         ),
                                                 ),
                                         ),
                                 ),
-                            -R::from_f64(0.005)
+                            -R::from_number(0.005)
                                 .mul_add(
                                     v16,
-                                    R::from_f64(0.0025000000000000005)
+                                    R::from_number(0.0025000000000000005)
                                         .neg_mul_add(
                                             v15,
-                                            R::from_f64(0.009166666666666667)
+                                            R::from_number(0.009166666666666667)
                                                 .mul_add(
                                                     v13,
-                                                    R::from_f64(0.013333333333333334)
+                                                    R::from_number(0.013333333333333334)
                                                         .neg_mul_add(
                                                             v11,
-                                                            R::from_f64(0.002500000000000001)
-                                                                .mul_add(v9, R::from_f64(0.000833333333333334) * v7),
+                                                            R::from_number(0.002500000000000001)
+                                                                .mul_add(v9, R::from_number(0.000833333333333334) * v7),
                                                         ),
                                                 ),
                                         ),
                                 ),
                         ),
-                    R::from_f64(0.06666666666666665)
+                    R::from_number(0.06666666666666665)
                         .neg_mul_add(
                             v16,
-                            R::from_f64(0.08333333333333331)
+                            R::from_number(0.08333333333333331)
                                 .mul_add(
                                     v15,
-                                    R::from_f64(0.4833333333333334)
+                                    R::from_number(0.4833333333333334)
                                         .mul_add(
                                             v13,
-                                            R::from_f64(0.2333333333333333)
+                                            R::from_number(0.2333333333333333)
                                                 .mul_add(
                                                     v11,
-                                                    R::from_f64(0.41666666666666663)
-                                                        .neg_mul_add(v9, R::from_f64(0.3166666666666667) * v7),
+                                                    R::from_number(0.41666666666666663)
+                                                        .neg_mul_add(v9, R::from_number(0.3166666666666667) * v7),
                                                 ),
                                         ),
                                 ),
                         ),
                 ),
-            -R::from_f64(15.0)
+            -R::from_number(15.0)
                 .neg_mul_add(
                     v16,
-                    R::from_f64(10.0)
+                    R::from_number(10.0)
                         .neg_mul_add(
                             v15,
-                            R::from_f64(35.0).mul_add(v11, R::from_f64(20.0) * v9),
+                            R::from_number(35.0).mul_add(v11, R::from_number(20.0) * v9),
                         ),
                 ),
         );
-    let v19 = R::from_f64(0.18) * sin_phi_crank;
-    let v20 = R::from_f64(0.315) * sin_phi_rod;
-    let v21 = R::from_f64(0.18) * cos_phi_crank;
-    let v22 = R::from_f64(0.315) * cos_phi_rod;
-    let v23 = R::from_f64(0.4905) * cos_phi_crank;
-    let v24 = R::from_f64(0.014) * sin_phi_rod;
-    let v25 = R::from_f64(0.014) * sin_phi_crank;
+    let v19 = R::from_number(0.18) * sin_phi_crank;
+    let v20 = R::from_number(0.315) * sin_phi_rod;
+    let v21 = R::from_number(0.18) * cos_phi_crank;
+    let v22 = R::from_number(0.315) * cos_phi_rod;
+    let v23 = R::from_number(0.4905) * cos_phi_crank;
+    let v24 = R::from_number(0.014) * sin_phi_rod;
+    let v25 = R::from_number(0.014) * sin_phi_crank;
     Position {
         a_y,
         g_phi_crank,
@@ -2014,7 +2043,7 @@ pub fn accelerations<R: Scalar>(
     let v1_2 = phi_rod_dot_sq.mul_add(v4, phi_crank_dot_sq * v2);
     let load_piston_x = v18 - v1_2;
     let load_piston_y = phi_rod_dot_sq
-        .neg_mul_add(v5, phi_crank_dot_sq.neg_mul_add(v3, R::from_f64(4.905)));
+        .neg_mul_add(v5, phi_crank_dot_sq.neg_mul_add(v3, R::from_number(4.905)));
     let force_phi_crank = a_y
         .neg_mul_add(
             load_piston_x,
@@ -2024,7 +2053,7 @@ pub fn accelerations<R: Scalar>(
                     v23
                         + cos_phi_crank
                             .mul_add(
-                                phi_rod_dot_sq.neg_mul_add(v24, R::from_f64(0.7848)),
+                                phi_rod_dot_sq.neg_mul_add(v24, R::from_number(0.7848)),
                                 cos_phi_rod * phi_rod_dot_sq * v25,
                             ),
                 ),
@@ -2037,7 +2066,7 @@ pub fn accelerations<R: Scalar>(
                     load_piston_y,
                     cos_phi_rod
                         .mul_add(
-                            phi_crank_dot_sq.neg_mul_add(v25, R::from_f64(1.3734)),
+                            phi_crank_dot_sq.neg_mul_add(v25, R::from_number(1.3734)),
                             cos_phi_crank * phi_crank_dot_sq * v24,
                         ),
                 ),
@@ -2055,7 +2084,7 @@ pub fn accelerations<R: Scalar>(
 
     // Multipliers.
     let lambda_g = inv_g
-        * R::from_f64(0.09391666666666666)
+        * R::from_number(0.09391666666666666)
             .mul_add(
                 phi_rod_ddot,
                 mass_phi_crank_phi_rod.neg_mul_add(phi_crank_ddot, force_phi_rod),
@@ -2068,7 +2097,7 @@ pub fn accelerations<R: Scalar>(
 
     // Multipliers.
     let lambda_g_2 = inv_g
-        * R::from_f64(0.09391666666666666)
+        * R::from_number(0.09391666666666666)
             .neg_mul_add(phi_rod_by_n_o, mass_phi_crank_phi_rod * phi_crank_by_n_o);
 
     // Accelerations.
@@ -2079,7 +2108,7 @@ pub fn accelerations<R: Scalar>(
 
     // Multipliers.
     let lambda_g_3 = inv_g
-        * R::from_f64(0.09391666666666666)
+        * R::from_number(0.09391666666666666)
             .neg_mul_add(
                 phi_rod_by_n_b,
                 mass_phi_crank_phi_rod.mul_add(phi_crank_by_n_b, freely_phi_rod_down),
@@ -2095,7 +2124,7 @@ pub fn accelerations<R: Scalar>(
 
     // Multipliers.
     let lambda_g_4 = inv_g
-        * R::from_f64(0.09391666666666666)
+        * R::from_number(0.09391666666666666)
             .mul_add(
                 phi_rod_by_n_g,
                 mass_phi_crank_phi_rod.neg_mul_add(phi_crank_by_n_g, v3_2),
@@ -2110,7 +2139,7 @@ pub fn accelerations<R: Scalar>(
     let mu_v2_2 = p.mu * v2_2;
     let n_o_by_2 = mu_v2_2 - v20.neg_mul_add(phi_rod_by_n_g, v19 * phi_crank_by_n_g);
     let n_o_y_rest = phi_rod_dot_sq
-        .neg_mul_add(v20, phi_crank_dot_sq.neg_mul_add(v19, R::from_f64(22.563)))
+        .neg_mul_add(v20, phi_crank_dot_sq.neg_mul_add(v19, R::from_number(22.563)))
         - v22.neg_mul_add(phi_rod_ddot, v21 * phi_crank_ddot) - lambda_g;
     let n_o_y_by_0 = lambda_g_2
         - v22.neg_mul_add(phi_rod_by_n_o, v21 * phi_crank_by_n_o);
@@ -2127,16 +2156,16 @@ pub fn accelerations<R: Scalar>(
     let n_b_y_by_0 = lambda_g_2 - v4.neg_mul_add(phi_rod_by_n_o, v2 * phi_crank_by_n_o);
     let n_b_y_by_1 = lambda_g_3 - v4.neg_mul_add(phi_rod_by_n_b, v2 * phi_crank_by_n_b);
     let n_b_y_by_2 = v4.neg_mul_add(phi_rod_by_n_g, v2 * phi_crank_by_n_g) + lambda_g_4;
-    let inv_root = (R::from_f64(1e-300)
+    let inv_root = (R::from_number(1e-300)
         + n_o_y_rest.mul_add(n_o_y_rest, n_o_rest * n_o_rest))
         .sqrt()
         .recip();
     let n_o_rest_inv_root = n_o_rest * inv_root;
     let n_o_y_rest_inv_root = n_o_y_rest * inv_root;
-    let over_pivot = (R::from_f64(1.0)
+    let over_pivot = (R::from_number(1.0)
         - n_o_y_by_0.mul_add(n_o_y_rest_inv_root, n_o_by_0 * n_o_rest_inv_root))
         .recip();
-    let inv_root_2 = (R::from_f64(1e-300)
+    let inv_root_2 = (R::from_number(1e-300)
         + n_b_y_rest.mul_add(n_b_y_rest, n_b_rest * n_b_rest))
         .sqrt()
         .recip();
@@ -2150,7 +2179,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_2 = v5_2
         .mul_add(
             multiple,
-            R::from_f64(1.0)
+            R::from_number(1.0)
                 + n_b_y_by_1
                     .neg_mul_add(n_b_y_rest_inv_root_2, n_b_by_1 * n_b_rest_inv_root_2),
         )
@@ -2165,7 +2194,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_3 = v7
         .neg_mul_add(
             multiple_3,
-            v6.mul_add(multiple_2, lambda_g_4.mul_add(v4_2, R::from_f64(1.0))),
+            v6.mul_add(multiple_2, lambda_g_4.mul_add(v4_2, R::from_number(1.0))),
         )
         .recip();
     let v8 = n_o_y_rest.mul_add(n_o_y_rest_inv_root, n_o_rest * n_o_rest_inv_root);
@@ -2182,17 +2211,21 @@ pub fn accelerations<R: Scalar>(
         + n_o_by_0.mul_add(n_o_size, n_o_by_1.mul_add(v11, n_o_by_2 * v10));
     let v13 = n_o_y_rest
         + n_o_y_by_0.mul_add(n_o_size, n_o_y_by_1.mul_add(v11, n_o_y_by_2 * v10));
-    let inv_root_3 = (R::from_f64(1e-300) + v13.mul_add(v13, v12 * v12)).sqrt().recip();
+    let inv_root_3 = (R::from_number(1e-300) + v13.mul_add(v13, v12 * v12))
+        .sqrt()
+        .recip();
     let v12_inv_root_3 = v12 * inv_root_3;
     let v13_inv_root_3 = v13 * inv_root_3;
-    let over_pivot_4 = (R::from_f64(1.0)
+    let over_pivot_4 = (R::from_number(1.0)
         - n_o_y_by_0.mul_add(v13_inv_root_3, n_o_by_0 * v12_inv_root_3))
         .recip();
     let v14 = n_b_rest
         - n_b_by_0.mul_add(n_o_size, n_b_by_1.mul_add(v11, n_b_by_2 * v10));
     let v15 = n_b_y_rest
         + n_b_y_by_0.mul_add(n_o_size, n_b_y_by_1.mul_add(v11, n_b_y_by_2 * v10));
-    let inv_root_4 = (R::from_f64(1e-300) + v15.mul_add(v15, v14 * v14)).sqrt().recip();
+    let inv_root_4 = (R::from_number(1e-300) + v15.mul_add(v15, v14 * v14))
+        .sqrt()
+        .recip();
     let v14_inv_root_4 = v14 * inv_root_4;
     let v15_inv_root_4 = v15 * inv_root_4;
     let multiple_4 = n_b_y_by_0.neg_mul_add(v15_inv_root_4, n_b_by_0 * v14_inv_root_4)
@@ -2205,7 +2238,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_5 = v17
         .mul_add(
             multiple_4,
-            R::from_f64(1.0)
+            R::from_number(1.0)
                 + n_b_y_by_1.neg_mul_add(v15_inv_root_4, n_b_by_1 * v14_inv_root_4),
         )
         .recip();
@@ -2219,7 +2252,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_6 = v19_2
         .neg_mul_add(
             multiple_6,
-            v18_2.mul_add(multiple_5, lambda_g_4.mul_add(v16, R::from_f64(1.0))),
+            v18_2.mul_add(multiple_5, lambda_g_4.mul_add(v16, R::from_number(1.0))),
         )
         .recip();
     let v20_2 = n_o_y_rest.mul_add(v13_inv_root_3, n_o_rest * v12_inv_root_3);
@@ -2237,19 +2270,21 @@ pub fn accelerations<R: Scalar>(
         + n_o_by_0.mul_add(n_o_size_2, n_o_by_1.mul_add(v23_2, n_o_by_2 * v22_2));
     let v25_2 = n_o_y_rest
         + n_o_y_by_0.mul_add(n_o_size_2, n_o_y_by_1.mul_add(v23_2, n_o_y_by_2 * v22_2));
-    let inv_root_5 = (R::from_f64(1e-300) + v25_2.mul_add(v25_2, v24_2 * v24_2))
+    let inv_root_5 = (R::from_number(1e-300) + v25_2.mul_add(v25_2, v24_2 * v24_2))
         .sqrt()
         .recip();
     let v24_2_inv_root_5 = v24_2 * inv_root_5;
     let v25_2_inv_root_5 = v25_2 * inv_root_5;
-    let over_pivot_7 = (R::from_f64(1.0)
+    let over_pivot_7 = (R::from_number(1.0)
         - n_o_y_by_0.mul_add(v25_2_inv_root_5, n_o_by_0 * v24_2_inv_root_5))
         .recip();
     let v26 = n_b_rest
         - n_b_by_0.mul_add(n_o_size_2, n_b_by_1.mul_add(v23_2, n_b_by_2 * v22_2));
     let v27 = n_b_y_rest
         + n_b_y_by_0.mul_add(n_o_size_2, n_b_y_by_1.mul_add(v23_2, n_b_y_by_2 * v22_2));
-    let inv_root_6 = (R::from_f64(1e-300) + v27.mul_add(v27, v26 * v26)).sqrt().recip();
+    let inv_root_6 = (R::from_number(1e-300) + v27.mul_add(v27, v26 * v26))
+        .sqrt()
+        .recip();
     let v26_inv_root_6 = v26 * inv_root_6;
     let v27_inv_root_6 = v27 * inv_root_6;
     let multiple_7 = n_b_y_by_0.neg_mul_add(v27_inv_root_6, n_b_by_0 * v26_inv_root_6)
@@ -2262,7 +2297,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_8 = v29
         .mul_add(
             multiple_7,
-            R::from_f64(1.0)
+            R::from_number(1.0)
                 + n_b_y_by_1.neg_mul_add(v27_inv_root_6, n_b_by_1 * v26_inv_root_6),
         )
         .recip();
@@ -2276,7 +2311,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_9 = v31
         .neg_mul_add(
             multiple_9,
-            v30.mul_add(multiple_8, lambda_g_4.mul_add(v28, R::from_f64(1.0))),
+            v30.mul_add(multiple_8, lambda_g_4.mul_add(v28, R::from_number(1.0))),
         )
         .recip();
     let v32 = n_o_y_rest.mul_add(v25_2_inv_root_5, n_o_rest * v24_2_inv_root_5);
@@ -2293,17 +2328,21 @@ pub fn accelerations<R: Scalar>(
         + n_o_by_0.mul_add(n_o_size_3, n_o_by_1.mul_add(v35, n_o_by_2 * v34));
     let v37 = n_o_y_rest
         + n_o_y_by_0.mul_add(n_o_size_3, n_o_y_by_1.mul_add(v35, n_o_y_by_2 * v34));
-    let inv_root_7 = (R::from_f64(1e-300) + v37.mul_add(v37, v36 * v36)).sqrt().recip();
+    let inv_root_7 = (R::from_number(1e-300) + v37.mul_add(v37, v36 * v36))
+        .sqrt()
+        .recip();
     let v36_inv_root_7 = v36 * inv_root_7;
     let v37_inv_root_7 = v37 * inv_root_7;
-    let over_pivot_10 = (R::from_f64(1.0)
+    let over_pivot_10 = (R::from_number(1.0)
         - n_o_y_by_0.mul_add(v37_inv_root_7, n_o_by_0 * v36_inv_root_7))
         .recip();
     let v38 = n_b_rest
         - n_b_by_0.mul_add(n_o_size_3, n_b_by_1.mul_add(v35, n_b_by_2 * v34));
     let v39 = n_b_y_rest
         + n_b_y_by_0.mul_add(n_o_size_3, n_b_y_by_1.mul_add(v35, n_b_y_by_2 * v34));
-    let inv_root_8 = (R::from_f64(1e-300) + v39.mul_add(v39, v38 * v38)).sqrt().recip();
+    let inv_root_8 = (R::from_number(1e-300) + v39.mul_add(v39, v38 * v38))
+        .sqrt()
+        .recip();
     let v38_inv_root_8 = v38 * inv_root_8;
     let v39_inv_root_8 = v39 * inv_root_8;
     let multiple_10 = n_b_y_by_0.neg_mul_add(v39_inv_root_8, n_b_by_0 * v38_inv_root_8)
@@ -2316,7 +2355,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_11 = v41
         .mul_add(
             multiple_10,
-            R::from_f64(1.0)
+            R::from_number(1.0)
                 + n_b_y_by_1.neg_mul_add(v39_inv_root_8, n_b_by_1 * v38_inv_root_8),
         )
         .recip();
@@ -2330,7 +2369,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_12 = v43
         .neg_mul_add(
             multiple_12,
-            v42.mul_add(multiple_11, lambda_g_4.mul_add(v40, R::from_f64(1.0))),
+            v42.mul_add(multiple_11, lambda_g_4.mul_add(v40, R::from_number(1.0))),
         )
         .recip();
     let v44 = n_o_y_rest.mul_add(v37_inv_root_7, n_o_rest * v36_inv_root_7);
@@ -2347,17 +2386,21 @@ pub fn accelerations<R: Scalar>(
         + n_o_by_0.mul_add(n_o_size_4, n_o_by_1.mul_add(v47, n_o_by_2 * v46));
     let v49 = n_o_y_rest
         + n_o_y_by_0.mul_add(n_o_size_4, n_o_y_by_1.mul_add(v47, n_o_y_by_2 * v46));
-    let inv_root_9 = (R::from_f64(1e-300) + v49.mul_add(v49, v48 * v48)).sqrt().recip();
+    let inv_root_9 = (R::from_number(1e-300) + v49.mul_add(v49, v48 * v48))
+        .sqrt()
+        .recip();
     let v48_inv_root_9 = v48 * inv_root_9;
     let v49_inv_root_9 = v49 * inv_root_9;
-    let over_pivot_13 = (R::from_f64(1.0)
+    let over_pivot_13 = (R::from_number(1.0)
         - n_o_y_by_0.mul_add(v49_inv_root_9, n_o_by_0 * v48_inv_root_9))
         .recip();
     let v50 = n_b_rest
         - n_b_by_0.mul_add(n_o_size_4, n_b_by_1.mul_add(v47, n_b_by_2 * v46));
     let v51 = n_b_y_rest
         + n_b_y_by_0.mul_add(n_o_size_4, n_b_y_by_1.mul_add(v47, n_b_y_by_2 * v46));
-    let inv_root_10 = (R::from_f64(1e-300) + v51.mul_add(v51, v50 * v50)).sqrt().recip();
+    let inv_root_10 = (R::from_number(1e-300) + v51.mul_add(v51, v50 * v50))
+        .sqrt()
+        .recip();
     let v50_inv_root_10 = v50 * inv_root_10;
     let v51_inv_root_10 = v51 * inv_root_10;
     let multiple_13 = n_b_y_by_0.neg_mul_add(v51_inv_root_10, n_b_by_0 * v50_inv_root_10)
@@ -2370,7 +2413,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_14 = v53
         .mul_add(
             multiple_13,
-            R::from_f64(1.0)
+            R::from_number(1.0)
                 + n_b_y_by_1.neg_mul_add(v51_inv_root_10, n_b_by_1 * v50_inv_root_10),
         )
         .recip();
@@ -2384,7 +2427,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_15 = v55
         .neg_mul_add(
             multiple_15,
-            v54.mul_add(multiple_14, lambda_g_4.mul_add(v52, R::from_f64(1.0))),
+            v54.mul_add(multiple_14, lambda_g_4.mul_add(v52, R::from_number(1.0))),
         )
         .recip();
     let v56 = n_o_y_rest.mul_add(v49_inv_root_9, n_o_rest * v48_inv_root_9);
@@ -2401,17 +2444,21 @@ pub fn accelerations<R: Scalar>(
         + n_o_by_0.mul_add(n_o_size_5, n_o_by_1.mul_add(v59, n_o_by_2 * v58));
     let v61 = n_o_y_rest
         + n_o_y_by_0.mul_add(n_o_size_5, n_o_y_by_1.mul_add(v59, n_o_y_by_2 * v58));
-    let inv_root_11 = (R::from_f64(1e-300) + v61.mul_add(v61, v60 * v60)).sqrt().recip();
+    let inv_root_11 = (R::from_number(1e-300) + v61.mul_add(v61, v60 * v60))
+        .sqrt()
+        .recip();
     let v60_inv_root_11 = v60 * inv_root_11;
     let v61_inv_root_11 = v61 * inv_root_11;
-    let over_pivot_16 = (R::from_f64(1.0)
+    let over_pivot_16 = (R::from_number(1.0)
         - n_o_y_by_0.mul_add(v61_inv_root_11, n_o_by_0 * v60_inv_root_11))
         .recip();
     let v62 = n_b_rest
         - n_b_by_0.mul_add(n_o_size_5, n_b_by_1.mul_add(v59, n_b_by_2 * v58));
     let v63 = n_b_y_rest
         + n_b_y_by_0.mul_add(n_o_size_5, n_b_y_by_1.mul_add(v59, n_b_y_by_2 * v58));
-    let inv_root_12 = (R::from_f64(1e-300) + v63.mul_add(v63, v62 * v62)).sqrt().recip();
+    let inv_root_12 = (R::from_number(1e-300) + v63.mul_add(v63, v62 * v62))
+        .sqrt()
+        .recip();
     let v62_inv_root_12 = v62 * inv_root_12;
     let v63_inv_root_12 = v63 * inv_root_12;
     let multiple_16 = n_b_y_by_0.neg_mul_add(v63_inv_root_12, n_b_by_0 * v62_inv_root_12)
@@ -2424,7 +2471,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_17 = v65
         .mul_add(
             multiple_16,
-            R::from_f64(1.0)
+            R::from_number(1.0)
                 + n_b_y_by_1.neg_mul_add(v63_inv_root_12, n_b_by_1 * v62_inv_root_12),
         )
         .recip();
@@ -2438,7 +2485,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_18 = v67
         .neg_mul_add(
             multiple_18,
-            v66.mul_add(multiple_17, lambda_g_4.mul_add(v64, R::from_f64(1.0))),
+            v66.mul_add(multiple_17, lambda_g_4.mul_add(v64, R::from_number(1.0))),
         )
         .recip();
     let v68 = n_o_y_rest.mul_add(v61_inv_root_11, n_o_rest * v60_inv_root_11);
@@ -2455,17 +2502,21 @@ pub fn accelerations<R: Scalar>(
         + n_o_by_0.mul_add(n_o_size_6, n_o_by_1.mul_add(v71, n_o_by_2 * v70));
     let v73 = n_o_y_rest
         + n_o_y_by_0.mul_add(n_o_size_6, n_o_y_by_1.mul_add(v71, n_o_y_by_2 * v70));
-    let inv_root_13 = (R::from_f64(1e-300) + v73.mul_add(v73, v72 * v72)).sqrt().recip();
+    let inv_root_13 = (R::from_number(1e-300) + v73.mul_add(v73, v72 * v72))
+        .sqrt()
+        .recip();
     let v72_inv_root_13 = v72 * inv_root_13;
     let v73_inv_root_13 = v73 * inv_root_13;
-    let over_pivot_19 = (R::from_f64(1.0)
+    let over_pivot_19 = (R::from_number(1.0)
         - n_o_y_by_0.mul_add(v73_inv_root_13, n_o_by_0 * v72_inv_root_13))
         .recip();
     let v74 = n_b_rest
         - n_b_by_0.mul_add(n_o_size_6, n_b_by_1.mul_add(v71, n_b_by_2 * v70));
     let v75 = n_b_y_rest
         + n_b_y_by_0.mul_add(n_o_size_6, n_b_y_by_1.mul_add(v71, n_b_y_by_2 * v70));
-    let inv_root_14 = (R::from_f64(1e-300) + v75.mul_add(v75, v74 * v74)).sqrt().recip();
+    let inv_root_14 = (R::from_number(1e-300) + v75.mul_add(v75, v74 * v74))
+        .sqrt()
+        .recip();
     let v74_inv_root_14 = v74 * inv_root_14;
     let v75_inv_root_14 = v75 * inv_root_14;
     let multiple_19 = n_b_y_by_0.neg_mul_add(v75_inv_root_14, n_b_by_0 * v74_inv_root_14)
@@ -2478,7 +2529,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_20 = v77
         .mul_add(
             multiple_19,
-            R::from_f64(1.0)
+            R::from_number(1.0)
                 + n_b_y_by_1.neg_mul_add(v75_inv_root_14, n_b_by_1 * v74_inv_root_14),
         )
         .recip();
@@ -2492,7 +2543,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_21 = v79
         .neg_mul_add(
             multiple_21,
-            v78.mul_add(multiple_20, lambda_g_4.mul_add(v76, R::from_f64(1.0))),
+            v78.mul_add(multiple_20, lambda_g_4.mul_add(v76, R::from_number(1.0))),
         )
         .recip();
     let v80 = n_o_y_rest.mul_add(v73_inv_root_13, n_o_rest * v72_inv_root_13);
@@ -2509,17 +2560,21 @@ pub fn accelerations<R: Scalar>(
         + n_o_by_0.mul_add(n_o_size_7, n_o_by_1.mul_add(v83, n_o_by_2 * v82));
     let v85 = n_o_y_rest
         + n_o_y_by_0.mul_add(n_o_size_7, n_o_y_by_1.mul_add(v83, n_o_y_by_2 * v82));
-    let inv_root_15 = (R::from_f64(1e-300) + v85.mul_add(v85, v84 * v84)).sqrt().recip();
+    let inv_root_15 = (R::from_number(1e-300) + v85.mul_add(v85, v84 * v84))
+        .sqrt()
+        .recip();
     let v84_inv_root_15 = v84 * inv_root_15;
     let v85_inv_root_15 = v85 * inv_root_15;
-    let over_pivot_22 = (R::from_f64(1.0)
+    let over_pivot_22 = (R::from_number(1.0)
         - n_o_y_by_0.mul_add(v85_inv_root_15, n_o_by_0 * v84_inv_root_15))
         .recip();
     let v86 = n_b_rest
         - n_b_by_0.mul_add(n_o_size_7, n_b_by_1.mul_add(v83, n_b_by_2 * v82));
     let v87 = n_b_y_rest
         + n_b_y_by_0.mul_add(n_o_size_7, n_b_y_by_1.mul_add(v83, n_b_y_by_2 * v82));
-    let inv_root_16 = (R::from_f64(1e-300) + v87.mul_add(v87, v86 * v86)).sqrt().recip();
+    let inv_root_16 = (R::from_number(1e-300) + v87.mul_add(v87, v86 * v86))
+        .sqrt()
+        .recip();
     let v86_inv_root_16 = v86 * inv_root_16;
     let v87_inv_root_16 = v87 * inv_root_16;
     let multiple_22 = n_b_y_by_0.neg_mul_add(v87_inv_root_16, n_b_by_0 * v86_inv_root_16)
@@ -2532,7 +2587,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_23 = v89
         .mul_add(
             multiple_22,
-            R::from_f64(1.0)
+            R::from_number(1.0)
                 + n_b_y_by_1.neg_mul_add(v87_inv_root_16, n_b_by_1 * v86_inv_root_16),
         )
         .recip();
@@ -2546,7 +2601,7 @@ pub fn accelerations<R: Scalar>(
     let over_pivot_24 = v91
         .neg_mul_add(
             multiple_24,
-            v90.mul_add(multiple_23, lambda_g_4.mul_add(v88, R::from_f64(1.0))),
+            v90.mul_add(multiple_23, lambda_g_4.mul_add(v88, R::from_number(1.0))),
         )
         .recip();
     let v92 = n_o_y_rest.mul_add(v85_inv_root_15, n_o_rest * v84_inv_root_15);
@@ -2563,54 +2618,57 @@ pub fn accelerations<R: Scalar>(
         + n_o_by_0.mul_add(n_o_size_8, n_o_by_1.mul_add(v95, n_o_by_2 * v94));
     let v97 = n_o_y_rest
         + n_o_y_by_0.mul_add(n_o_size_8, n_o_y_by_1.mul_add(v95, n_o_y_by_2 * v94));
-    let n_o_found = (R::from_f64(1e-300) + v97.mul_add(v97, v96 * v96)).sqrt();
+    let n_o_found = (R::from_number(1e-300) + v97.mul_add(v97, v96 * v96)).sqrt();
     let v98 = n_b_rest
         - n_b_by_0.mul_add(n_o_size_8, n_b_by_1.mul_add(v95, n_b_by_2 * v94));
     let v99 = n_b_y_rest
         + n_b_y_by_0.mul_add(n_o_size_8, n_b_y_by_1.mul_add(v95, n_b_y_by_2 * v94));
-    let n_b_found = (R::from_f64(1e-300) + v99.mul_add(v99, v98 * v98)).sqrt();
+    let n_b_found = (R::from_number(1e-300) + v99.mul_add(v99, v98 * v98)).sqrt();
     let n_g_found = (lambda_g
         - lambda_g_2.mul_add(n_o_size_8, lambda_g_3.mul_add(v95, lambda_g_4 * v94)))
         .abs();
-    let v100 = R::from_f64(1.0)
-        - (R::from_f64(1e-300) + n_o_y_by_0.mul_add(n_o_y_by_0, n_o_by_0 * n_o_by_0))
+    let v100 = R::from_number(1.0)
+        - (R::from_number(1e-300) + n_o_y_by_0.mul_add(n_o_y_by_0, n_o_by_0 * n_o_by_0))
             .sqrt();
     let over_pivot_25 = v100.recip();
-    let multiple_25 = (R::from_f64(1e-300)
+    let multiple_25 = (R::from_number(1e-300)
         + n_b_y_by_0.mul_add(n_b_y_by_0, n_b_by_0 * n_b_by_0))
         .sqrt() * over_pivot_25;
     let multiple_26 = (-lambda_g_2).abs() * over_pivot_25;
-    let root = (R::from_f64(1e-300)
+    let root = (R::from_number(1e-300)
         + n_o_y_by_1.mul_add(n_o_y_by_1, n_o_by_1 * n_o_by_1))
         .sqrt();
     let v101 = root
         .neg_mul_add(
             multiple_25,
-            R::from_f64(1.0)
-                - (R::from_f64(1e-300)
+            R::from_number(1.0)
+                - (R::from_number(1e-300)
                     + n_b_y_by_1.mul_add(n_b_y_by_1, n_b_by_1 * n_b_by_1))
                     .sqrt(),
         );
     let over_pivot_26 = v101.recip();
     let multiple_27 = root.mul_add(multiple_26, (-lambda_g_3).abs()) * over_pivot_26;
-    let root_2 = (R::from_f64(1e-300)
+    let root_2 = (R::from_number(1e-300)
         + n_o_y_by_2.mul_add(n_o_y_by_2, n_o_by_2 * n_o_by_2))
         .sqrt();
-    let v102 = R::from_f64(1e-9)
-        * (R::from_f64(1e-300) + n_g_found + n_o_found + n_b_found);
-    let doubt = R::from_f64(1e-300)
+    let v102 = R::from_number(1e-9)
+        * (R::from_number(1e-300) + n_g_found + n_o_found + n_b_found);
+    let doubt = R::from_number(1e-300)
         * (v100.sqrt() + v101.sqrt()
             + root_2
                 .mul_add(
                     multiple_25,
-                    (R::from_f64(1e-300)
+                    (R::from_number(1e-300)
                         + n_b_y_by_2.mul_add(n_b_y_by_2, n_b_by_2 * n_b_by_2))
                         .sqrt(),
                 )
                 .neg_mul_add(
                     multiple_27,
                     root_2
-                        .neg_mul_add(multiple_26, R::from_f64(1.0) - (-lambda_g_4).abs()),
+                        .neg_mul_add(
+                            multiple_26,
+                            R::from_number(1.0) - (-lambda_g_4).abs(),
+                        ),
                 )
                 .sqrt() + (v102 - (v94 - n_g_found).abs()).sqrt()
             + (v102 - (n_o_size_8 - n_o_found).abs()).sqrt()
@@ -2667,21 +2725,22 @@ pub fn outputs_at<R: Scalar>(
     let v2_2 = sin_phi_crank * phi_crank_dot;
     let v3_2 = sin_phi_rod * phi_rod_dot;
     let v4_2 = p.mu * (-lambda_G).abs()
-        * (-(k.k10 * R::from_f64(0.35).mul_add(v3_2, R::from_f64(0.1) * v2_2))).tanh();
+        * (-(k.k10 * R::from_number(0.35).mul_add(v3_2, R::from_number(0.1) * v2_2)))
+            .tanh();
     let v5_2 = (cos_phi_rod * phi_rod_dot)
         .mul_add(phi_rod_dot, sin_phi_rod * phi_rod_ddot);
-    let v6 = v4_2 + R::from_f64(0.315).neg_mul_add(v5_2, v18);
-    let v7 = R::from_f64(0.13).neg_mul_add(v1_2, v6);
+    let v6 = v4_2 + R::from_number(0.315).neg_mul_add(v5_2, v18);
+    let v7 = R::from_number(0.13).neg_mul_add(v1_2, v6);
     let v8 = phi_crank_dot.neg_mul_add(v2_2, cos_phi_crank * phi_crank_ddot);
     let v9 = phi_rod_dot.neg_mul_add(v3_2, cos_phi_rod * phi_rod_ddot);
-    let v10 = R::from_f64(0.315).mul_add(v9, lambda_G);
-    let v11 = R::from_f64(0.13).mul_add(v8, R::from_f64(12.753) + v10);
-    let v12 = R::from_f64(0.18).neg_mul_add(v1_2, v6);
-    let v13 = R::from_f64(0.18).mul_add(v8, R::from_f64(22.563) + v10);
-    let v14 = R::from_f64(0.175)
-        .neg_mul_add(v5_2, R::from_f64(0.05).neg_mul_add(v1_2, v4_2));
-    let v15 = R::from_f64(0.175)
-        .mul_add(v9, R::from_f64(0.05).mul_add(v8, R::from_f64(4.905) + lambda_G));
+    let v10 = R::from_number(0.315).mul_add(v9, lambda_G);
+    let v11 = R::from_number(0.13).mul_add(v8, R::from_number(12.753) + v10);
+    let v12 = R::from_number(0.18).neg_mul_add(v1_2, v6);
+    let v13 = R::from_number(0.18).mul_add(v8, R::from_number(22.563) + v10);
+    let v14 = R::from_number(0.175)
+        .neg_mul_add(v5_2, R::from_number(0.05).neg_mul_add(v1_2, v4_2));
+    let v15 = R::from_number(0.175)
+        .mul_add(v9, R::from_number(0.05).mul_add(v8, R::from_number(4.905) + lambda_G));
     [
         v7,
         v11,
@@ -2816,19 +2875,20 @@ impl<R: Scalar> Equations<R, 2, 1> for Rubbing<R> {
     fn start(&self) -> Start<R, 2> {
         Start {
             q: [
-                R::from_f64(30.0) * (R::pi() / R::from_f64(180.0)),
-                (-R::from_f64(0.05)).atan2(R::from_f64(0.4) - R::from_f64(0.087)),
+                R::from_number(30.0) * (R::pi() / R::from_number(180.0)),
+                (-R::from_number(0.05))
+                    .atan2(R::from_number(0.4) - R::from_number(0.087)),
             ],
             given: [true, false],
-            qd: [R::from_f64(20.0), R::zero()],
+            qd: [R::from_number(20.0), R::zero()],
             given_rates: [true, false],
         }
     }
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(0.5),
+            step: R::from_number(0.001),
+            end_time: R::from_number(0.5),
         }
     }
 
@@ -3009,4 +3069,4 @@ gas    = { force = ['push(phi_crank*180/pi)', 0], at = "rod.B" }
 F_A = { joint = "A" }
 "#;
 
-// Hash of this file, its tape and its derivation: 4418f59847075c80
+// Hash of this file, its tape and its derivation: effa1d7f318e602b

@@ -54,8 +54,8 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let L = replace("L").unwrap_or(R::from_f64(0.3));
-        let K = replace("K").unwrap_or(R::from_f64(4000000000.0));
+        let L = replace("L").unwrap_or(R::from_number(0.3));
+        let K = replace("K").unwrap_or(R::from_number(4000000000.0));
         Self { L, K }
     }
 }
@@ -148,20 +148,20 @@ pub struct Constants<R = f64> {
 impl<R: Scalar> Constants<R> {
     #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
-        let v1 = p.L * R::from_f64(1.25);
+        let v1 = p.L * R::from_number(1.25);
         Self {
-            half_l: p.L * R::from_f64(0.5),
+            half_l: p.L * R::from_number(0.5),
             k1: v1,
-            k2: R::from_f64(0.01) + p.L * v1,
-            k3: p.L * R::from_f64(2.5),
-            k4: p.L * R::from_f64(1.5),
-            k5: p.K * R::from_f64(0.3333333333333333),
-            k6: R::from_f64(1.3333333333333333) * p.K,
-            k7: R::from_f64(0.005) + p.L * p.L * R::from_f64(0.625),
-            k8: p.K * R::from_f64(0.6666666666666666),
-            k9: R::from_f64(0.01) + p.L * p.L * R::from_f64(1.25),
-            twice_l: p.L * R::from_f64(2.0),
-            k10: p.L * R::from_f64(0.25),
+            k2: R::from_number(0.01) + p.L * v1,
+            k3: p.L * R::from_number(2.5),
+            k4: p.L * R::from_number(1.5),
+            k5: p.K * R::from_number(0.3333333333333333),
+            k6: R::from_number(1.3333333333333333) * p.K,
+            k7: R::from_number(0.005) + p.L * p.L * R::from_number(0.625),
+            k8: p.K * R::from_number(0.6666666666666666),
+            k9: R::from_number(0.01) + p.L * p.L * R::from_number(1.25),
+            twice_l: p.L * R::from_number(2.0),
+            k10: p.L * R::from_number(0.25),
         }
     }
 }
@@ -192,7 +192,7 @@ pub fn com_positions<R: Scalar>(m: &Stiff<R>, q: &[R; 3]) -> [R; 5] {
     let v1 = p.L + q1;
     let q2_cos_p_ = q2 * cos_p_;
     let g_y = q2_cos_p_ + sin_p_ * v1;
-    let v2 = k.half_l + R::from_f64(0.5) * q1;
+    let v2 = k.half_l + R::from_number(0.5) * q1;
     let h_y = q2_cos_p_ + sin_p_ * v2;
     [p_, -(q2_sin_p_ - v1 * cos_p_), g_y, -(q2_sin_p_ - cos_p_ * v2), h_y]
 }
@@ -232,14 +232,14 @@ pub fn com_jacobian<R: Scalar>(m: &Stiff<R>, q: &[R; 3]) -> [[R; 3]; 5] {
     let v1 = p.L + q1;
     let q2_cos_p_ = q2 * cos_p_;
     let g_y = q2_cos_p_ + sin_p_ * v1;
-    let v2 = k.half_l + R::from_f64(0.5) * q1;
+    let v2 = k.half_l + R::from_number(0.5) * q1;
     let h_y = q2_cos_p_ + sin_p_ * v2;
     [
-        [R::from_f64(1.0), R::zero(), R::zero()],
+        [R::from_number(1.0), R::zero(), R::zero()],
         [-g_y, cos_p_, -sin_p_],
         [-(q2_sin_p_ - v1 * cos_p_), sin_p_, cos_p_],
-        [-h_y, R::from_f64(0.5) * cos_p_, -sin_p_],
-        [-(q2_sin_p_ - cos_p_ * v2), R::from_f64(0.5) * sin_p_, cos_p_],
+        [-h_y, R::from_number(0.5) * cos_p_, -sin_p_],
+        [-(q2_sin_p_ - cos_p_ * v2), R::from_number(0.5) * sin_p_, cos_p_],
     ]
 }
 
@@ -266,11 +266,11 @@ pub fn com_bias<R: Scalar>(m: &Stiff<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 5] {
     let [p_, q1, q2] = *q;
     let [p_dot, q1_dot, q2_dot] = *qd;
     let (sin_p_, cos_p_) = p_.sin_cos();
-    let v1 = R::from_f64(2.0) * q2_dot;
+    let v1 = R::from_number(2.0) * q2_dot;
     let v2 = (p.L + q1) * p_dot + v1;
     let q2_p_dot = q2 * p_dot;
-    let v3 = q2_p_dot - R::from_f64(2.0) * q1_dot;
-    let v4 = v1 + (k.half_l + R::from_f64(0.5) * q1) * p_dot;
+    let v3 = q2_p_dot - R::from_number(2.0) * q1_dot;
+    let v4 = v1 + (k.half_l + R::from_number(0.5) * q1) * p_dot;
     let v5 = q1_dot - q2_p_dot;
     [
         R::zero(),
@@ -304,16 +304,17 @@ pub fn com_bias<R: Scalar>(m: &Stiff<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 5] {
 pub fn mass_matrix<R: Scalar>(m: &Stiff<R>, q: &[R; 3]) -> [[R; 3]; 3] {
     let k = &m.constants;
     let [_, q1, q2] = *q;
-    let v1 = R::from_f64(1.5) * q2;
-    let v2 = k.k4 + R::from_f64(1.5) * q1;
+    let v1 = R::from_number(1.5) * q2;
+    let v2 = k.k4 + R::from_number(1.5) * q1;
     [
         [
-            k.k2 + q1 * (k.k3 + R::from_f64(1.25) * q1) + R::from_f64(2.0) * (q2 * q2),
+            k.k2 + q1 * (k.k3 + R::from_number(1.25) * q1)
+                + R::from_number(2.0) * (q2 * q2),
             -v1,
             v2,
         ],
-        [-v1, R::from_f64(1.25), R::zero()],
-        [v2, R::zero(), R::from_f64(2.0)],
+        [-v1, R::from_number(1.25), R::zero()],
+        [v2, R::zero(), R::from_number(2.0)],
     ]
 }
 
@@ -343,12 +344,13 @@ pub fn generalized_forces<R: Scalar>(
     let [p_dot, q1_dot, q2_dot] = *qd;
     [
         -(p_dot
-            * (q1_dot * (k.k3 + R::from_f64(2.5) * q1)
-                + R::from_f64(4.0) * q2 * q2_dot)),
-        p_dot * (p_dot * (R::from_f64(1.25) * q1 + k.k1) + R::from_f64(3.0) * q2_dot)
+            * (q1_dot * (k.k3 + R::from_number(2.5) * q1)
+                + R::from_number(4.0) * q2 * q2_dot)),
+        p_dot
+            * (p_dot * (R::from_number(1.25) * q1 + k.k1) + R::from_number(3.0) * q2_dot)
             + k.k5 * q2 - k.k6 * q1,
-        -(q2 * (k.k6 - R::from_f64(2.0) * (p_dot * p_dot)) - k.k5 * q1
-            + q1_dot * (R::from_f64(3.0) * p_dot)),
+        -(q2 * (k.k6 - R::from_number(2.0) * (p_dot * p_dot)) - k.k5 * q1
+            + q1_dot * (R::from_number(3.0) * p_dot)),
     ]
 }
 
@@ -370,10 +372,10 @@ pub fn energy<R: Scalar>(m: &Stiff<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let [p_dot, q1_dot, q2_dot] = *qd;
     [
         p_dot
-            * (p_dot * (k.k7 + q1 * (k.k1 + R::from_f64(0.625) * q1) + q2 * q2)
-                + q2_dot * (k.k4 + R::from_f64(1.5) * q1)
-                - q1_dot * (R::from_f64(1.5) * q2))
-            + R::from_f64(0.625) * q1_dot * q1_dot + q2_dot * q2_dot,
+            * (p_dot * (k.k7 + q1 * (k.k1 + R::from_number(0.625) * q1) + q2 * q2)
+                + q2_dot * (k.k4 + R::from_number(1.5) * q1)
+                - q1_dot * (R::from_number(1.5) * q2))
+            + R::from_number(0.625) * q1_dot * q1_dot + q2_dot * q2_dot,
         -(q2 * (k.k5 * q1 - k.k8 * q2) - k.k8 * q1 * q1),
     ]
 }
@@ -425,23 +427,23 @@ pub fn dynamics<R: Scalar>(
     let k = &m.constants;
     let [_, q1, q2] = *q;
     let [p_dot, q1_dot, q2_dot] = *qd;
-    let v1 = R::from_f64(1.25) * q1;
-    let v2 = R::from_f64(1.5) * q2;
-    let v3 = k.k4 + R::from_f64(1.5) * q1;
+    let v1 = R::from_number(1.25) * q1;
+    let v2 = R::from_number(1.5) * q2;
+    let v3 = k.k4 + R::from_number(1.5) * q1;
     Dynamics {
         mass_matrix: [
-            [k.k2 + q1 * (k.k3 + v1) + R::from_f64(2.0) * (q2 * q2), -v2, v3],
-            [-v2, R::from_f64(1.25), R::zero()],
-            [v3, R::zero(), R::from_f64(2.0)],
+            [k.k2 + q1 * (k.k3 + v1) + R::from_number(2.0) * (q2 * q2), -v2, v3],
+            [-v2, R::from_number(1.25), R::zero()],
+            [v3, R::zero(), R::from_number(2.0)],
         ],
         generalized_forces: [
             -(p_dot
-                * (q1_dot * (k.k3 + R::from_f64(2.5) * q1)
-                    + R::from_f64(4.0) * q2 * q2_dot)),
-            p_dot * (p_dot * (v1 + k.k1) + R::from_f64(3.0) * q2_dot) + k.k5 * q2
+                * (q1_dot * (k.k3 + R::from_number(2.5) * q1)
+                    + R::from_number(4.0) * q2 * q2_dot)),
+            p_dot * (p_dot * (v1 + k.k1) + R::from_number(3.0) * q2_dot) + k.k5 * q2
                 - k.k6 * q1,
-            -(q2 * (k.k6 - R::from_f64(2.0) * (p_dot * p_dot)) - k.k5 * q1
-                + q1_dot * (R::from_f64(3.0) * p_dot)),
+            -(q2 * (k.k6 - R::from_number(2.0) * (p_dot * p_dot)) - k.k5 * q1
+                + q1_dot * (R::from_number(3.0) * p_dot)),
         ],
         constraint_jacobian: [],
         constraint_bias: [],
@@ -485,28 +487,28 @@ pub fn linearization<R: Scalar>(
     let [_, q1, q2] = *q;
     let [p_dot, q1_dot, q2_dot] = *qd;
     let [p_ddot, q1_ddot, q2_ddot] = *qdd;
-    let v1 = k.k3 + R::from_f64(2.5) * q1;
+    let v1 = k.k3 + R::from_number(2.5) * q1;
     let p_dot_sq = p_dot * p_dot;
-    let v2 = R::from_f64(3.0) * p_dot;
-    let v3 = R::from_f64(1.5) * p_ddot;
+    let v2 = R::from_number(3.0) * p_dot;
+    let v3 = R::from_number(1.5) * p_ddot;
     let p_dot_v1 = p_dot * v1;
-    let v4 = R::from_f64(4.0) * (q2 * p_dot);
+    let v4 = R::from_number(4.0) * (q2 * p_dot);
     Linearization {
         stiffness: [
             [
                 R::zero(),
-                R::from_f64(2.5) * p_dot * q1_dot + v1 * p_ddot
-                    + R::from_f64(1.5) * q2_ddot,
-                R::from_f64(4.0) * (q2 * p_ddot + p_dot * q2_dot)
-                    - R::from_f64(1.5) * q1_ddot,
+                R::from_number(2.5) * p_dot * q1_dot + v1 * p_ddot
+                    + R::from_number(1.5) * q2_ddot,
+                R::from_number(4.0) * (q2 * p_ddot + p_dot * q2_dot)
+                    - R::from_number(1.5) * q1_ddot,
             ],
-            [R::zero(), k.k6 - R::from_f64(1.25) * p_dot_sq, -(k.k5 + v3)],
-            [R::zero(), -(k.k5 - v3), k.k6 - R::from_f64(2.0) * p_dot_sq],
+            [R::zero(), k.k6 - R::from_number(1.25) * p_dot_sq, -(k.k5 + v3)],
+            [R::zero(), -(k.k5 - v3), k.k6 - R::from_number(2.0) * p_dot_sq],
         ],
         damping: [
-            [q1_dot * v1 + R::from_f64(4.0) * q2 * q2_dot, p_dot_v1, v4],
-            [-(R::from_f64(3.0) * q2_dot + p_dot_v1), R::zero(), -v2],
-            [-(v4 - R::from_f64(3.0) * q1_dot), v2, R::zero()],
+            [q1_dot * v1 + R::from_number(4.0) * q2 * q2_dot, p_dot_v1, v4],
+            [-(R::from_number(3.0) * q2_dot + p_dot_v1), R::zero(), -v2],
+            [-(v4 - R::from_number(3.0) * q1_dot), v2, R::zero()],
         ],
         constraint_stiffness: [],
         constraint_damping: [],
@@ -551,28 +553,31 @@ pub fn position<R: Scalar>(
     // The reduced mass matrix Mbar.
     let mass_p_p = q1
         .mul_add(
-            R::from_f64(1.25).mul_add(q1, k.k3),
-            (R::from_f64(2.0) * q2).mul_add(q2, k.k9),
+            R::from_number(1.25).mul_add(q1, k.k3),
+            (R::from_number(2.0) * q2).mul_add(q2, k.k9),
         );
-    let mass_p_q1 = R::from_f64(1.5) * q2;
-    let mass_p_q2 = R::from_f64(1.5).mul_add(q1, k.k4);
+    let mass_p_q1 = R::from_number(1.5) * q2;
+    let mass_p_q2 = R::from_number(1.5).mul_add(q1, k.k4);
 
     // What moves with the others: Mbar T, and T' Mbar T.
     let inv_inertia_p = mass_p_p.recip();
     let share_p_q1 = mass_p_q1 * inv_inertia_p;
-    let free_inertia_q1 = mass_p_q1.neg_mul_add(share_p_q1, R::from_f64(1.25));
+    let free_inertia_q1 = mass_p_q1.neg_mul_add(share_p_q1, R::from_number(1.25));
     let inv_inertia_q1 = free_inertia_q1.recip();
-    let loss_q1 = R::from_f64(1.25) * inv_inertia_q1;
+    let loss_q1 = R::from_number(1.25) * inv_inertia_q1;
     let share_p_q2 = mass_p_q2 * inv_inertia_p;
     let inertia_q1_q2 = mass_p_q2 * share_p_q1;
     let share_q1_q2 = inertia_q1_q2 * inv_inertia_q1;
     let free_inertia_q2 = inertia_q1_q2
-        .neg_mul_add(share_q1_q2, mass_p_q2.neg_mul_add(share_p_q2, R::from_f64(2.0)));
+        .neg_mul_add(
+            share_q1_q2,
+            mass_p_q2.neg_mul_add(share_p_q2, R::from_number(2.0)),
+        );
     let inv_inertia_q2 = free_inertia_q2.recip();
-    let loss_q2 = R::from_f64(2.0) * inv_inertia_q2;
+    let loss_q2 = R::from_number(2.0) * inv_inertia_q2;
     let v1 = p.L + q1;
-    let v2 = R::from_f64(0.5).mul_add(q1, k.half_l);
-    let v3 = R::from_f64(0.25).mul_add(q1, k.k10);
+    let v2 = R::from_number(0.5).mul_add(q1, k.half_l);
+    let v3 = R::from_number(0.25).mul_add(q1, k.k10);
     let k_q1 = p.K * q1;
     let v4 = k.k5 * (q2 - q1);
     let k_q2 = p.K * q2;
@@ -661,21 +666,21 @@ pub fn accelerations<R: Scalar>(
     let q2_q2_dot = q2 * q2_dot;
     let force_p = p_dot
         .mul_add(
-            q1_dot.mul_add(v2, R::from_f64(2.0) * q2_q2_dot),
+            q1_dot.mul_add(v2, R::from_number(2.0) * q2_q2_dot),
             p_dot
-                * R::from_f64(2.0)
+                * R::from_number(2.0)
                     .mul_add(q1.mul_add(q1_dot, q2_q2_dot), k.twice_l * q1_dot),
         );
     let force_q1 = p_dot
         .mul_add(
             p_dot.mul_add(v3, q2_dot),
-            p_dot.mul_add(p_dot.mul_add(v1, R::from_f64(2.0) * q2_dot), v4 - k_q1),
+            p_dot.mul_add(p_dot.mul_add(v1, R::from_number(2.0) * q2_dot), v4 - k_q1),
         );
     let q2_p_dot = q2 * p_dot;
     let force_q2 = p_dot
         .neg_mul_add(
             q1_dot - q2_p_dot,
-            p_dot.mul_add(R::from_f64(2.0).neg_mul_add(q1_dot, q2_p_dot), -k_q2 - v4),
+            p_dot.mul_add(R::from_number(2.0).neg_mul_add(q1_dot, q2_p_dot), -k_q2 - v4),
         );
 
     // Accelerations.
@@ -822,15 +827,15 @@ impl<R: Scalar> Equations<R, 3, 0> for Stiff<R> {
         Start {
             q: [R::zero(), R::zero(), R::zero()],
             given: [true, true, true],
-            qd: [R::from_f64(1.0), R::zero(), R::zero()],
+            qd: [R::from_number(1.0), R::zero(), R::zero()],
             given_rates: [true, true, true],
         }
     }
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(1e-6),
-            end_time: R::from_f64(0.001),
+            step: R::from_number(1e-6),
+            end_time: R::from_number(0.001),
         }
     }
 
@@ -966,4 +971,4 @@ end_time = 0.001
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: ee8a2b62f6c105fd
+// Hash of this file, its tape and its derivation: d6b4f4e774be5e98

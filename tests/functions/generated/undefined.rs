@@ -55,9 +55,9 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let m = replace("m").unwrap_or(R::from_f64(1.0));
-        let before = replace("before").unwrap_or(-R::from_f64(1.0));
-        let hole = replace("hole").unwrap_or(-R::from_f64(1.0));
+        let m = replace("m").unwrap_or(R::from_number(1.0));
+        let before = replace("before").unwrap_or(-R::from_number(1.0));
+        let hole = replace("hole").unwrap_or(-R::from_number(1.0));
         Self { m, before, hole }
     }
 }
@@ -119,7 +119,7 @@ impl<R: Scalar> Constants<R> {
     #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         Self {
-            half_m: p.m * R::from_f64(0.5),
+            half_m: p.m * R::from_number(0.5),
         }
     }
 }
@@ -157,7 +157,7 @@ pub fn com_positions<R: Scalar>(_m: &Undefined<R>, q: &[R; 1]) -> [R; 1] {
 #[doc(alias = "x_q")]
 #[inline]
 pub fn com_jacobian<R: Scalar>(_m: &Undefined<R>, _q: &[R; 1]) -> [[R; 1]; 1] {
-    [[R::from_f64(1.0)]]
+    [[R::from_number(1.0)]]
 }
 
 /// Convective accelerations `(T qd)_q qd`: `xdd = T qdd + bias`, in m/s^2 and rad/s^2.
@@ -265,7 +265,7 @@ pub fn outputs<R: Scalar>(
 ) -> [R; 2] {
     let p = &m.parameters;
     let [x] = *q;
-    let v1 = x - R::from_f64(0.5);
+    let v1 = x - R::from_number(0.5);
     [(x - p.before).sqrt(), (-(p.hole - v1 * v1.sign())).sqrt()]
 }
 
@@ -328,7 +328,7 @@ pub fn position<R: Scalar>(
     let p = &m.parameters;
     let [x] = *q;
     let root = (x - p.before).sqrt();
-    let v1 = x - R::from_f64(0.5);
+    let v1 = x - R::from_number(0.5);
     let root_2 = (-v1.neg_mul_add(v1.sign(), p.hole)).sqrt();
     Position { root, root_2 }
 }
@@ -520,15 +520,15 @@ impl<R: Scalar> Equations<R, 1, 0> for Undefined<R> {
         Start {
             q: [R::zero()],
             given: [true],
-            qd: [R::from_f64(1.0)],
+            qd: [R::from_number(1.0)],
             given_rates: [true],
         }
     }
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.015625),
-            end_time: R::from_f64(1.0),
+            step: R::from_number(0.015625),
+            end_time: R::from_number(1.0),
         }
     }
 
@@ -666,4 +666,4 @@ step = 0.015625
 end_time = 1
 "#;
 
-// Hash of this file, its tape and its derivation: 8ad6d782e18e3e3d
+// Hash of this file, its tape and its derivation: 6eaf8e149ac5e473

@@ -85,22 +85,22 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let d = replace("d").unwrap_or(R::from_f64(1.0));
-        let l1 = replace("l1").unwrap_or(R::from_f64(0.3));
-        let l2 = replace("l2").unwrap_or(R::from_f64(0.9));
-        let l3 = replace("l3").unwrap_or(R::from_f64(0.7));
-        let l4 = replace("l4").unwrap_or(R::from_f64(0.6));
-        let l5 = replace("l5").unwrap_or(R::from_f64(0.8));
-        let e = replace("e").unwrap_or(R::from_f64(0.5));
+        let d = replace("d").unwrap_or(R::from_number(1.0));
+        let l1 = replace("l1").unwrap_or(R::from_number(0.3));
+        let l2 = replace("l2").unwrap_or(R::from_number(0.9));
+        let l3 = replace("l3").unwrap_or(R::from_number(0.7));
+        let l4 = replace("l4").unwrap_or(R::from_number(0.6));
+        let l5 = replace("l5").unwrap_or(R::from_number(0.8));
+        let e = replace("e").unwrap_or(R::from_number(0.5));
         let al = replace("al")
-            .unwrap_or(R::from_f64(35.0) * R::pi() / R::from_f64(180.0));
-        let xs = replace("xs").unwrap_or(R::from_f64(1.9));
-        let ys = replace("ys").unwrap_or(-R::from_f64(0.1));
-        let rho = replace("rho").unwrap_or(R::from_f64(4.0));
-        let g = replace("g").unwrap_or(R::from_f64(9.81));
-        let k = replace("k").unwrap_or(R::from_f64(120.0));
-        let cd = replace("cd").unwrap_or(R::from_f64(3.0));
-        let M = replace("M").unwrap_or(R::from_f64(18.0));
+            .unwrap_or(R::from_number(35.0) * R::pi() / R::from_number(180.0));
+        let xs = replace("xs").unwrap_or(R::from_number(1.9));
+        let ys = replace("ys").unwrap_or(-R::from_number(0.1));
+        let rho = replace("rho").unwrap_or(R::from_number(4.0));
+        let g = replace("g").unwrap_or(R::from_number(9.81));
+        let k = replace("k").unwrap_or(R::from_number(120.0));
+        let cd = replace("cd").unwrap_or(R::from_number(3.0));
+        let M = replace("M").unwrap_or(R::from_number(18.0));
         Self {
             d,
             l1,
@@ -314,12 +314,12 @@ pub struct Constants<R = f64> {
 impl<R: Scalar> Constants<R> {
     #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
-        let half_l1 = R::from_f64(0.5) * p.l1;
-        let half_l2 = R::from_f64(0.5) * p.l2;
-        let v1 = R::from_f64(0.25) * p.l3;
-        let v2 = R::from_f64(0.25) * p.e;
-        let half_l4 = R::from_f64(0.5) * p.l4;
-        let v3 = p.l2 + p.l1 * R::from_f64(0.3333333333333333);
+        let half_l1 = R::from_number(0.5) * p.l1;
+        let half_l2 = R::from_number(0.5) * p.l2;
+        let v1 = R::from_number(0.25) * p.l3;
+        let v2 = R::from_number(0.25) * p.e;
+        let half_l4 = R::from_number(0.5) * p.l4;
+        let v3 = p.l2 + p.l1 * R::from_number(0.3333333333333333);
         let l1_sq = p.l1 * p.l1;
         let l1_sq_rho = p.rho * l1_sq;
         let l2_sq = p.l2 * p.l2;
@@ -334,65 +334,66 @@ impl<R: Scalar> Constants<R> {
         let l5_sq = p.l5 * p.l5;
         let l5_pow3_rho = l5_sq * (p.l5 * p.rho);
         let rho_g = p.rho * p.g;
-        let half_rho_g = R::from_f64(0.5) * rho_g;
+        let half_rho_g = R::from_number(0.5) * rho_g;
         let rho_g_times_l3_plus_e = l3_plus_e * rho_g;
         let e_l4_cd = p.cd * e_l4;
-        let v4 = p.l3 * R::from_f64(0.06875);
-        let half_rho = R::from_f64(0.5) * p.rho;
-        let v5 = p.rho * R::from_f64(0.3333333333333333);
+        let v4 = p.l3 * R::from_number(0.06875);
+        let half_rho = R::from_number(0.5) * p.rho;
+        let v5 = p.rho * R::from_number(0.3333333333333333);
         Self {
             half_l1,
             half_l2,
             k1: v1,
             k2: v2,
             half_l4,
-            half_l5: R::from_f64(0.5) * p.l5,
+            half_l5: R::from_number(0.5) * p.l5,
             d_minus_xs: p.d - p.xs,
-            k3: R::from_f64(0.4) + v3 * l1_sq_rho,
+            k3: R::from_number(0.4) + v3 * l1_sq_rho,
             half_l1_l2_sq_rho: p.rho * l2_sq * half_l1,
-            k4: R::from_f64(0.3333333333333333) * l2_pow3_rho,
+            k4: R::from_number(0.3333333333333333) * l2_pow3_rho,
             rho_times_l3_plus_e,
-            k5: l3_plus_e * l3_plus_e * R::from_f64(0.025) * rho_times_l3_plus_e,
+            k5: l3_plus_e * l3_plus_e * R::from_number(0.025) * rho_times_l3_plus_e,
             e_sq_l4_rho: l4_rho * e_sq,
             e_l4,
-            half_e_l4_sq_rho: R::from_f64(0.5) * l4_rho * e_l4,
-            k6: R::from_f64(0.3333333333333333) * l4_pow3_rho,
-            k7: R::from_f64(0.3333333333333333) * l5_pow3_rho,
+            half_e_l4_sq_rho: R::from_number(0.5) * l4_rho * e_l4,
+            k6: R::from_number(0.3333333333333333) * l4_pow3_rho,
+            k7: R::from_number(0.3333333333333333) * l5_pow3_rho,
             l1_rho_g_times_half_l1_plus_l2: p.l1 * (half_l1 + p.l2) * rho_g,
-            k8: p.M * R::from_f64(0.06666666666666667),
+            k8: p.M * R::from_number(0.06666666666666667),
             half_l2_sq_rho_g: half_rho_g * l2_sq,
             e_l4_rho_g: rho_g * e_l4,
             e_l4_rho: p.e * l4_rho,
             rho_g_times_l3_plus_e,
             k9: R::zero() * rho_times_l3_plus_e,
             l4_sq_plus_e_sq: l4_sq + e_sq,
-            twice_e_l4: R::from_f64(2.0) * e_l4,
+            twice_e_l4: R::from_number(2.0) * e_l4,
             e_l4_cd,
             half_l4_sq_rho_g: l4_sq * half_rho_g,
             l4_sq_rho: p.l4 * l4_rho,
-            half_e: R::from_f64(0.5) * p.e,
-            k10: R::from_f64(0.25) * p.l4,
+            half_e: R::from_number(0.5) * p.e,
+            k10: R::from_number(0.25) * p.l4,
             half_l5_sq_rho_g: half_rho_g * l5_sq,
             k11: p.rho
-                * (p.e * (p.e * (half_l4 + v4 + p.e * R::from_f64(0.04375)) + p.l3 * v4)
-                    + p.l3 * p.l3 * p.l3 * R::from_f64(0.04375)),
-            k12: p.l3 * p.e * R::from_f64(0.0625) * rho_times_l3_plus_e,
-            k13: R::from_f64(0.2)
-                + (half_l2 + p.l1 * R::from_f64(0.16666666666666666)) * l1_sq_rho,
-            k14: R::from_f64(0.16666666666666666) * l2_pow3_rho,
-            k15: R::from_f64(0.16666666666666666) * l4_pow3_rho,
-            k16: R::from_f64(0.16666666666666666) * l5_pow3_rho,
+                * (p.e
+                    * (p.e * (half_l4 + v4 + p.e * R::from_number(0.04375)) + p.l3 * v4)
+                    + p.l3 * p.l3 * p.l3 * R::from_number(0.04375)),
+            k12: p.l3 * p.e * R::from_number(0.0625) * rho_times_l3_plus_e,
+            k13: R::from_number(0.2)
+                + (half_l2 + p.l1 * R::from_number(0.16666666666666666)) * l1_sq_rho,
+            k14: R::from_number(0.16666666666666666) * l2_pow3_rho,
+            k15: R::from_number(0.16666666666666666) * l4_pow3_rho,
+            k16: R::from_number(0.16666666666666666) * l5_pow3_rho,
             half_l1_sq_rho_g: half_rho_g * l1_sq,
             l2_rho_g: p.l2 * rho_g,
             l4_rho_g: p.l4 * rho_g,
             l5_rho_g: p.l5 * rho_g,
-            half_k: R::from_f64(0.5) * p.k,
+            half_k: R::from_number(0.5) * p.k,
             e_sq_l4_sq_cd: e_l4 * e_l4_cd,
-            k17: R::from_f64(180.0) / R::pi(),
+            k17: R::from_number(180.0) / R::pi(),
             half_l1_l2_sq_rho_2: p.l1 * l2_sq * half_rho,
             e_sq_l4_rho_2: p.e * p.rho * e_l4,
             half_e_l4_sq_rho_2: p.l4 * e_l4 * half_rho,
-            k18: R::from_f64(0.4) + p.rho * v3 * l1_sq,
+            k18: R::from_number(0.4) + p.rho * v3 * l1_sq,
             k19: p.l2 * l2_sq * v5,
             k20: p.l4 * l4_sq * v5,
             k21: p.l5 * v5 * l5_sq,
@@ -514,19 +515,19 @@ pub fn com_jacobian<R: Scalar>(m: &Watt<R>, q: &[R; 5]) -> [[R; 5]; 15] {
     [
         [-(k.half_l1 * sin_c), R::zero(), R::zero(), R::zero(), R::zero()],
         [k.half_l1 * cos_c, R::zero(), R::zero(), R::zero(), R::zero()],
-        [R::from_f64(1.0), R::zero(), R::zero(), R::zero(), R::zero()],
+        [R::from_number(1.0), R::zero(), R::zero(), R::zero(), R::zero()],
         [-a_y, -(k.half_l2 * sin_p_), R::zero(), R::zero(), R::zero()],
         [a_x, k.half_l2 * cos_p_, R::zero(), R::zero(), R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero(), R::zero(), R::zero()],
+        [R::zero(), R::from_number(1.0), R::zero(), R::zero(), R::zero()],
         [R::zero(), R::zero(), -(k.k1 * sin_r + k.k2 * sin_v1), R::zero(), R::zero()],
         [R::zero(), R::zero(), k.k1 * cos_r + k.k2 * cos_v1, R::zero(), R::zero()],
-        [R::zero(), R::zero(), R::from_f64(1.0), R::zero(), R::zero()],
+        [R::zero(), R::zero(), R::from_number(1.0), R::zero(), R::zero()],
         [R::zero(), R::zero(), -d_y, -(k.half_l4 * sin_u), R::zero()],
         [R::zero(), R::zero(), p.e * cos_v1, k.half_l4 * cos_u, R::zero()],
-        [R::zero(), R::zero(), R::zero(), R::from_f64(1.0), R::zero()],
+        [R::zero(), R::zero(), R::zero(), R::from_number(1.0), R::zero()],
         [R::zero(), R::zero(), R::zero(), R::zero(), -(k.half_l5 * sin_v)],
         [R::zero(), R::zero(), R::zero(), R::zero(), k.half_l5 * cos_v],
-        [R::zero(), R::zero(), R::zero(), R::zero(), R::from_f64(1.0)],
+        [R::zero(), R::zero(), R::zero(), R::zero(), R::from_number(1.0)],
     ]
 }
 
@@ -818,7 +819,7 @@ pub fn generalized_forces<R: Scalar>(
         .sqrt();
     let v2 = (cos_v1 * sin_u - sin_v1 * cos_u) / root;
     let v3 = k.e_l4
-        * (p.k * (R::from_f64(0.6) - root) - k.e_l4_cd * ((r_dot - u_dot) * v2)) * v2;
+        * (p.k * (R::from_number(0.6) - root) - k.e_l4_cd * ((r_dot - u_dot) * v2)) * v2;
     let half_e_r_dot_sq = k.half_e * r_dot_sq;
     [
         p.M
@@ -868,7 +869,7 @@ pub fn energy<R: Scalar>(m: &Watt<R>, q: &[R; 5], qd: &[R; 5]) -> [R; 2] {
     let (sin_v1, cos_v1) = v1.sin_cos();
     let d_y = p.e * sin_v1;
     let v2 = cos_v1 * cos_u + sin_v1 * sin_u;
-    let v3 = R::from_f64(0.6) - (k.l4_sq_plus_e_sq + k.twice_e_l4 * v2).sqrt();
+    let v3 = R::from_number(0.6) - (k.l4_sq_plus_e_sq + k.twice_e_l4 * v2).sqrt();
     [
         r_dot
             * (r_dot * (k.k11 + k.k12 * (cos_r * cos_v1 + sin_r * sin_v1))
@@ -907,7 +908,7 @@ pub fn power<R: Scalar>(m: &Watt<R>, _t: R, q: &[R; 5], qd: &[R; 5]) -> R {
         * ((cos_v1 * sin_u - sin_v1 * cos_u)
             / (k.l4_sq_plus_e_sq + k.twice_e_l4 * (cos_v1 * cos_u + sin_v1 * sin_u))
                 .sqrt());
-    p.M * c_dot * (R::from_f64(1.0) - R::from_f64(0.06666666666666667) * c_dot)
+    p.M * c_dot * (R::from_number(1.0) - R::from_number(0.06666666666666667) * c_dot)
         - k.e_sq_l4_sq_cd * v2 * v2
 }
 
@@ -1002,7 +1003,7 @@ pub fn dynamics<R: Scalar>(
     let root = (k.l4_sq_plus_e_sq + k.twice_e_l4 * v5).sqrt();
     let v6 = (cos_v1 * sin_u - sin_v1 * cos_u) / root;
     let v7 = k.e_l4
-        * (p.k * (R::from_f64(0.6) - root) - k.e_l4_cd * ((r_dot - u_dot) * v6)) * v6;
+        * (p.k * (R::from_number(0.6) - root) - k.e_l4_cd * ((r_dot - u_dot) * v6)) * v6;
     let half_e_r_dot_sq = k.half_e * r_dot_sq;
     Dynamics {
         mass_matrix: [
@@ -1270,7 +1271,7 @@ pub fn position<R: Scalar>(
     let v16 = k.half_l1_l2_sq_rho_2 * sin_c;
     let v17 = k.half_l1_l2_sq_rho_2 * sin_p_;
     let v18 = k.k23.mul_add(cos_v1, k.k22 * cos_r);
-    let v19 = p.k * (R::from_f64(0.6) - s);
+    let v19 = p.k * (R::from_number(0.6) - s);
     Position {
         a_x,
         a_y,
@@ -1760,21 +1761,21 @@ impl<R: Scalar> Equations<R, 5, 4> for Watt<R> {
         Start {
             q: [
                 R::zero(),
-                R::from_f64(0.9),
-                R::from_f64(1.8),
-                R::from_f64(0.3),
-                R::from_f64(1.8),
+                R::from_number(0.9),
+                R::from_number(1.8),
+                R::from_number(0.3),
+                R::from_number(1.8),
             ],
             given: [true, false, false, false, false],
-            qd: [R::from_f64(6.0), R::zero(), R::zero(), R::zero(), R::zero()],
+            qd: [R::from_number(6.0), R::zero(), R::zero(), R::zero(), R::zero()],
             given_rates: [true, false, false, false, false],
         }
     }
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(4.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(4.0),
         }
     }
 
@@ -2065,4 +2066,4 @@ step = 1e-3
 end_time = 4
 "#;
 
-// Hash of this file, its tape and its derivation: d38e04a49c7a32b8
+// Hash of this file, its tape and its derivation: 0b1a8d7e0d2125aa

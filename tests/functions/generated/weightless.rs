@@ -56,9 +56,9 @@ impl<R: Scalar> Parameters<R> {
     #[allow(non_snake_case)]
     #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
-        let l = replace("l").unwrap_or(R::from_f64(1.062));
-        let m = replace("m").unwrap_or(R::from_f64(0.01437));
-        let J = replace("J").unwrap_or(R::from_f64(0.006624));
+        let l = replace("l").unwrap_or(R::from_number(1.062));
+        let m = replace("m").unwrap_or(R::from_number(0.01437));
+        let J = replace("J").unwrap_or(R::from_number(0.006624));
         Self { l, m, J }
     }
 }
@@ -128,9 +128,9 @@ impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let l_sq_m = p.m * (p.l * p.l);
         Self {
-            half_l: R::from_f64(0.5) * p.l,
-            k1: p.J + R::from_f64(0.25) * l_sq_m,
-            k2: R::from_f64(0.5) * p.J + R::from_f64(0.125) * l_sq_m,
+            half_l: R::from_number(0.5) * p.l,
+            k1: p.J + R::from_number(0.25) * l_sq_m,
+            k2: R::from_number(0.5) * p.J + R::from_number(0.125) * l_sq_m,
         }
     }
 }
@@ -177,7 +177,7 @@ pub fn com_jacobian<R: Scalar>(m: &Weightless<R>, q: &[R; 1]) -> [[R; 1]; 3] {
     let k = &m.constants;
     let [q_] = *q;
     let (sin_q_, cos_q_) = q_.sin_cos();
-    [[-(k.half_l * sin_q_)], [k.half_l * cos_q_], [R::from_f64(1.0)]]
+    [[-(k.half_l * sin_q_)], [k.half_l * cos_q_], [R::from_number(1.0)]]
 }
 
 /// Convective accelerations `(T qd)_q qd`: `xdd = T qdd + bias`, in m/s^2 and rad/s^2.
@@ -553,17 +553,17 @@ impl<R: Scalar> Equations<R, 1, 0> for Weightless<R> {
 
     fn start(&self) -> Start<R, 1> {
         Start {
-            q: [R::from_f64(0.1)],
+            q: [R::from_number(0.1)],
             given: [true],
-            qd: [R::from_f64(0.5)],
+            qd: [R::from_number(0.5)],
             given_rates: [true],
         }
     }
 
     fn schedule(&self) -> Schedule<R> {
         Schedule {
-            step: R::from_f64(0.001),
-            end_time: R::from_f64(1.0),
+            step: R::from_number(0.001),
+            end_time: R::from_number(1.0),
         }
     }
 
@@ -698,4 +698,4 @@ end_time = 1
 stiff = true
 "#;
 
-// Hash of this file, its tape and its derivation: 23f228a17652693f
+// Hash of this file, its tape and its derivation: 128af53b9e7056f9

@@ -95,7 +95,7 @@ pub(super) fn expression(operation: Operation, mut operand: impl FnMut(u32) -> P
         Op::Number(number) if number.to_bits() == 0 => return Piece::whole(quote!(R::zero())),
         Op::Number(number) => {
             let size = literal(number.abs());
-            let size = Piece::whole(quote!(R::from_f64(#size)));
+            let size = Piece::whole(quote!(R::from_number(#size)));
             return if number.is_sign_negative() { size.negate() } else { size };
         }
         Op::Pi => return Piece::whole(quote!(R::pi())),

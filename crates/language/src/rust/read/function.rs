@@ -245,12 +245,12 @@ fn default_value(value: &Expr) -> Option<&Expr> {
     (call.method == "unwrap_or").then(|| &call.args[0])
 }
 
-/// The number in `R::from_f64(NUMBER)` or `R::zero()`.
+/// The number in `R::from_number(NUMBER)` or `R::zero()`.
 fn literal(value: &Expr) -> Option<f64> {
     let Expr::Call(call) = value else { return None };
     match &*call.func.to_token_stream().to_string() {
         "R :: zero" => Some(0.0),
-        "R :: from_f64" => number(&call.args[0]).ok(),
+        "R :: from_number" => number(&call.args[0]).ok(),
         _ => None,
     }
 }
