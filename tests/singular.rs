@@ -43,7 +43,7 @@ fn forces_through_dead_points_are_those_of_the_closed_form() {
     let force = |t: f64| {
         let phase = rate * t + 1.0;
         let angle = phase + phase.sin() / 5.0;
-        // Beside the dead points, where both sines vanish, all digits are there.
+        // Both sines vanish at the dead points; at a distance from them the quotient has all digits.
         10.0 * inertia * rate * rate * phase.sin() / 5.0 / angle.sin()
     };
     for step in STEPS {
@@ -56,9 +56,9 @@ fn forces_through_dead_points_are_those_of_the_closed_form() {
             let stated = run.summary()["estimated_errors"]["F"].as_f64().expect("an error");
             for row in 0..table.rows.len() {
                 let t = table.number(row, "t");
-                let beside = (rate * t + 1.0).sin().abs();
+                let distance = (rate * t + 1.0).sin().abs();
                 let error = (table.number(row, "F") - force(t)).abs();
-                let rounding = 1e-15 / beside.max(1e-15);
+                let rounding = 1e-15 / distance.max(1e-15);
                 assert!(error <= 3.0 * stated + rounding, "{what}, t = {t}: off by {error:e} of {stated:e}");
             }
         }

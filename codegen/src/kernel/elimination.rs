@@ -208,8 +208,8 @@ impl Elimination {
         self.pivots.len() < self.constraints
     }
 
-    /// Whether every constraint has a dependent coordinate, every independent coordinate has inertia, and growth factors
-    /// tell each pivot that vanishes.
+    /// Whether every constraint has a dependent coordinate, every independent coordinate has inertia, and growth
+    /// factors tell each pivot that vanishes.
     pub(super) fn is_valid_everywhere(&self) -> bool {
         !self.has_repeated() && !self.has_lone_pivot && self.inverse_inertia.iter().all(Option::is_some)
     }

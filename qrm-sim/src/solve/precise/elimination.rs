@@ -4,8 +4,8 @@ use qrm_core::Scalar;
 
 use super::Number;
 
-#[derive(Clone, Debug)]
 /// The factors of a square matrix by Gaussian elimination with row exchanges.
+#[derive(Clone, Debug)]
 pub(crate) struct Elimination {
     size: usize,
     /// The factors row by row; below the diagonal, the multiples of the rows above.
