@@ -1,6 +1,5 @@
 //! Events: functions of the state that rise through zero.
 
-mod arguments;
 mod bounds;
 pub(crate) mod location;
 mod rows;

@@ -16,6 +16,7 @@ pub mod run;
 pub mod solve;
 pub mod state;
 
+mod bounds;
 mod event;
 mod maximum;
 mod quadrature;

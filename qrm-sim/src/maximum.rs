@@ -30,6 +30,8 @@ pub(crate) fn largest_between<E>(
 const LOCATED: f64 = 1e-5;
 /// The distance, relative to the interval, of the values whose parabola is tried for a peak.
 const PARABOLA: f64 = 2e-3;
+/// The same distance for a peak that is located already.
+const NARROW_PARABOLA: f64 = 1e-4;
 /// The largest error of a parabola at the peak, relative to its height over the values that it passes through.
 const FITTING: f64 = 1e-3;
 /// The largest number of values computed for a peak.
@@ -47,20 +49,21 @@ pub(crate) fn peak_between(
     first: (f64, f64),
     at: &mut dyn FnMut(f64) -> Option<f64>,
 ) -> Option<(f64, f64)> {
-    match vertex_near(first, ends, at)? {
+    match vertex_near(first, (ends, PARABOLA), at)? {
         Some(vertex) => Some(vertex),
         None => peak_from(first, ends, at),
     }
 }
 
-/// The vertex of the parabola through a point and its two neighbours, if it is a peak between them.
+/// The vertex of the parabola through a point and its two neighbours at a distance, in parts of the interval, if it is a
+/// peak between them.
 #[allow(clippy::option_option, reason = "no value and no vertex are different")]
 fn vertex_near(
     (t, middle): (f64, f64),
-    [a, b]: [f64; 2],
+    ([a, b], distance): ([f64; 2], f64),
     at: &mut dyn FnMut(f64) -> Option<f64>,
 ) -> Option<Option<(f64, f64)>> {
-    let h = PARABOLA * (b - a);
+    let h = distance * (b - a);
     if t - h < a || t + h > b {
         return Some(None);
     }
@@ -75,6 +78,12 @@ fn vertex_near(
     let is_peak = (vertex.1 - told).abs() <= FITTING * (told - left.min(right));
     let best = if vertex.1 > middle { vertex } else { (t, middle) };
     Some(is_peak.then_some(best))
+}
+
+/// The peak of the parabola through a point near a peak and its two neighbours, and the value there, if it is larger than
+/// that of the point.
+pub(crate) fn vertex_beside(first: (f64, f64), ends: [f64; 2], at: &mut dyn FnMut(f64) -> Option<f64>) -> (f64, f64) {
+    vertex_near(first, (ends, NARROW_PARABOLA), at).flatten().unwrap_or(first)
 }
 
 /// Finds the largest value by parabolas through the three best points, and golden sections where they do not converge

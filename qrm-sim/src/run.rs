@@ -15,6 +15,7 @@ mod judgement;
 mod monitor;
 mod observer;
 mod outcome;
+mod output_bounds;
 mod polynomial;
 mod quantities;
 mod redundancy;

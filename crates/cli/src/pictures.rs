@@ -44,10 +44,11 @@ fn figure(group: &Group, recording: &Recording) -> Figure {
     Figure { title: group.title.clone(), abscissa: Abscissa::time(), panels: vec![panel] }
 }
 
-/// The extremes of a column over time; `None` for checks.
+/// The extremes of a column over time; `None` for checks, and where the column is unbounded.
 pub(crate) fn extremes(recording: &Recording, kind: Kind) -> Option<Extremes> {
     let swapped = |(value, t)| (t, value);
-    recording.extremes(kind).map(|e| Extremes { minimum: swapped(e.minimum), maximum: swapped(e.maximum) })
+    let bounded = recording.extremes(kind).filter(|e| e.minimum.0.is_finite() && e.maximum.0.is_finite());
+    bounded.map(|e| Extremes { minimum: swapped(e.minimum), maximum: swapped(e.maximum) })
 }
 
 /// Draws the tip of each force with two components.

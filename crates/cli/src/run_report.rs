@@ -81,7 +81,7 @@ pub(crate) struct RunReport {
     pub(crate) warnings: Vec<Message>,
 }
 
-/// The extremes of a column.
+/// The extremes of a column; null where it is unbounded.
 #[derive(Debug, Serialize)]
 struct ExtremesEntry {
     min: f64,
@@ -280,7 +280,8 @@ fn extremes(outcome: &Outcome, recording: &Recording) -> Named<ExtremesEntry> {
         let e = recording.extremes(column.kind)?;
         let ((min, min_time), (max, max_time)) = (e.minimum, e.maximum);
         let errors = outcome.errors.as_ref().and_then(|errors| errors.extremes(column.kind, &e));
-        let [min_error, max_error] = errors.map_or([None; 2], |errors| errors.map(Some));
+        let known = |value: f64, end: usize| errors.map(|errors| errors[end]).filter(|_| value.is_finite());
+        let [min_error, max_error] = [known(min, 0), known(max, 1)];
         Some((column.name.clone(), ExtremesEntry { min, min_time, min_error, max, max_time, max_error }))
     });
     Named(entries.collect())

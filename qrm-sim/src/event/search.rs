@@ -6,8 +6,7 @@
 use qrm_core::{Interval, Mechanism};
 
 use super::EventFunction;
-use super::arguments::ArgumentPolynomials;
-use super::bounds::EventBounds;
+use crate::bounds::{ArgumentPolynomials, FunctionBounds};
 use crate::state::State;
 
 /// The largest number of bounds for one step.
@@ -26,8 +25,6 @@ const LATER: f64 = 1e-3;
 const MOST_ROUNDING: f64 = 1e-3;
 /// The largest number of times that a step is halved for its motion to be a polynomial.
 const MOST_HALVINGS: u32 = 5;
-/// The largest number of iterations for a maximum.
-const MOST_ITERATIONS: usize = 30;
 
 /// Where an event reaches zero first.
 #[derive(Clone, Debug)]
@@ -58,6 +55,11 @@ impl Maximum {
     }
 }
 
+/// Whether the event is negative, by its bound.
+fn is_below(bound: Interval) -> bool {
+    bound.hi() < 0.0
+}
+
 impl EventFunction<'_> {
     /// Where the event reaches zero first in a step, at whose begin it is negative; `at` computes states of the motion
     /// inside, with accelerations and multipliers if the event takes them.
@@ -85,14 +87,14 @@ impl EventFunction<'_> {
         }
         let mut solver = self.solver.as_ref().map(|solver| solver.borrow_mut());
         let motion = self.with_bounds(mechanism, |bounds| {
-            ArgumentPolynomials::between(mechanism, solver.as_deref_mut(), [from, to], &bounds.arguments)
+            ArgumentPolynomials::between(mechanism, solver.as_deref_mut(), [from, to], &bounds.function.arguments)
         })?;
         drop(solver);
         let Some(mut motion) = motion else { return Some(Reached::Undecided([from.t, to.t])) };
         if self.with_bounds(mechanism, |bounds| bounds.is_negative_in(&motion))? {
             return None;
         }
-        let bound = self.with_bounds(mechanism, |bounds| bounds.within(&motion, [0.0, 1.0]))?;
+        let bound = self.with_bounds(mechanism, |bounds| bounds.function.within(&motion, [0.0, 1.0], is_below))?;
         if bound.value.hi() < 0.0 {
             return None;
         }
@@ -101,7 +103,9 @@ impl EventFunction<'_> {
         }
         if let Some(middle) = at(begin + 0.5 * h) {
             let is_polynomial = motion.compare_with(&middle);
-            if self.with_bounds(mechanism, |bounds| bounds.within(&motion, [0.0, 1.0]))?.value.hi() < 0.0 {
+            if self.with_bounds(mechanism, |bounds| bounds.function.within(&motion, [0.0, 1.0], is_below))?.value.hi()
+                < 0.0
+            {
                 return None;
             }
             if !is_polynomial && halvings > 0 {
@@ -117,7 +121,7 @@ impl EventFunction<'_> {
             let deepest = self.value(mechanism, from).map_or(0.0, f64::abs);
             let step =
                 Step { motion: &motion, errors: &errors, begin, h, shortest, deepest, value: &mut value, at: &mut at };
-            Search { step, bounds, left: MOST_BOUNDS }.first_in([0.0, 1.0])
+            Search { step, bounds: &mut bounds.function, left: MOST_BOUNDS }.first_in([0.0, 1.0])
         })?
     }
 }
@@ -141,7 +145,7 @@ struct Step<'s> {
 
 struct Search<'s> {
     step: Step<'s>,
-    bounds: &'s mut EventBounds,
+    bounds: &'s mut FunctionBounds,
     /// The number of bounds that may still be computed.
     left: u32,
 }
@@ -149,7 +153,7 @@ struct Search<'s> {
 impl Search<'_> {
     /// Where the event reaches zero first in a part of the step; it does not before.
     fn first_in(&mut self, [begin, end]: [f64; 2]) -> Option<Reached> {
-        let bound = self.bounds.within(self.step.motion, [begin, end]);
+        let bound = self.bounds.within(self.step.motion, [begin, end], is_below);
         if bound.value.hi() < 0.0 {
             return None;
         }
@@ -166,7 +170,8 @@ impl Search<'_> {
             return self.crossed(end).or_else(|| self.touched(middle, None));
         }
         if bound.curvature.hi() < 0.0 {
-            let (place, half_curvature) = self.maximum([begin, end]);
+            let (motion, shortest) = (self.step.motion, self.step.shortest);
+            let (place, half_curvature) = self.bounds.turning_point(motion, [begin, end], (1.0, shortest));
             return self.touched(place, Some(half_curvature));
         }
         let uncertainty = self.bounds.at(self.step.motion, middle).width();
@@ -228,28 +233,5 @@ impl Search<'_> {
         let maximum =
             half_curvature.map(|half_curvature| Maximum { rounding, half_curvature: half_curvature / (h * h) });
         (value >= -rounding).then_some(Reached::Touched(at, maximum))
-    }
-
-    /// The place of the largest value in a part of the step where the slope falls, and half of the second derivative
-    /// there, by Newton's method.
-    fn maximum(&mut self, [mut low, mut high]: [f64; 2]) -> (f64, f64) {
-        let (mut s, mut half_curvature) = (0.5 * (low + high), 0.0);
-        for _ in 0..MOST_ITERATIONS {
-            let slope;
-            [_, slope, half_curvature] = self.bounds.coefficients(self.step.motion, s).map(Interval::mid);
-            if slope > 0.0 {
-                low = s
-            } else {
-                high = s
-            }
-            let newton = s - 0.5 * slope / half_curvature;
-            let next = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
-            let moved = (next - s).abs();
-            s = next;
-            if moved <= self.step.shortest {
-                break;
-            }
-        }
-        (s, half_curvature)
     }
 }

@@ -142,7 +142,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
             let known = self.known.get(column);
             for (end, (value, t)) in [new.minimum, new.maximum].into_iter().enumerate() {
                 let is_new = known.is_none_or(|known| [known.minimum, known.maximum][end] != (value, t));
-                if is_new && !(is_first && t == self.block.rows[0]) {
+                if is_new && value.is_finite() && !(is_first && t == self.block.rows[0]) {
                     self.block.extremes.push(FoundExtreme { column, end, value, t });
                 }
             }

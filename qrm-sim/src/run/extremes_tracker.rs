@@ -17,6 +17,9 @@ const SLACK: f64 = 0.1;
 /// thousandth of the distance between rows.
 const AGREEMENT: f64 = 1e-8;
 
+/// The possible error of an estimated vertex, relative to the difference between its value and that of the motion.
+const UNCERTAINTY: f64 = 3.0;
+
 /// The largest number of candidates for the smallest or largest value of a column.
 const MOST_VERTICES: usize = 3;
 
@@ -132,6 +135,14 @@ impl<D: Number> ExtremesTracker<D> {
         sign(vertex.end) * lead + vertex.value_uncertainty >= 0.0
     }
 
+    /// Whether a candidate with this value at its estimated time certainly does not replace a known extreme before it.
+    pub(crate) fn is_below(&self, vertex: &Vertex<D>, value: f64) -> bool {
+        let (known, t) = self.extreme(vertex.column, vertex.end);
+        let leads = [value, vertex.estimate.0.re()].map(|value| sign(vertex.end) * (value - known.re()));
+        let uncertainty = UNCERTAINTY * (leads[0] - leads[1]).abs();
+        t.re() < vertex.bracket[0].re() && leads[0].max(leads[1]) + uncertainty <= self.tie(vertex.column)
+    }
+
     fn extreme(&self, column: usize, end: usize) -> (D, D) {
         let Extremes { minimum, maximum } = self.found[column];
         [minimum, maximum][end]
@@ -175,14 +186,19 @@ impl<D: Number> ExtremesTracker<D> {
 
     /// Records the value and the time of a candidate; among tied values at different times, the first one counts.
     pub(crate) fn note(&mut self, vertex: &Vertex<D>, found: (D, D)) {
+        if self.replaces(vertex, found) {
+            let Extremes { minimum, maximum } = &mut self.found[vertex.column];
+            *(if vertex.end == 0 { minimum } else { maximum }) = found;
+        }
+    }
+
+    /// Whether the value and the time of a candidate replace the known extreme.
+    pub(crate) fn replaces(&self, vertex: &Vertex<D>, found: (D, D)) -> bool {
         let (known, t) = self.extreme(vertex.column, vertex.end);
         let lead = sign(vertex.end) * (found.0.re() - known.re());
         let is_here = vertex.bracket[0].re() <= t.re() && t.re() <= vertex.bracket[1].re();
         let tie = if is_here { 0.0 } else { self.tie(vertex.column) };
-        if lead > tie || (!is_here && lead > -tie && found.1.re() < t.re()) {
-            let Extremes { minimum, maximum } = &mut self.found[vertex.column];
-            *(if vertex.end == 0 { minimum } else { maximum }) = found;
-        }
+        lead > tie || (!is_here && lead > -tie && found.1.re() < t.re())
     }
 
     /// The largest difference between tied values of a column.

@@ -6,6 +6,7 @@ use super::balance::Balance;
 use super::extremes_tracker::ExtremesTracker;
 use super::observer::{Observer, Row};
 use super::outcome::{NonFiniteQuantity, Status};
+use super::output_bounds::OutputBounds;
 use super::singularity_monitor::SingularityMonitor;
 use crate::columns::write_row;
 use crate::solve::{LoopConstraints, SingularPositions, SingularityDistance, constraint_rank, largest};
@@ -47,6 +48,8 @@ pub(crate) struct RunMonitor {
     pub(crate) unbounded_at: Option<f64>,
     /// The extremes of columns, if requested.
     extremes: Option<ExtremesTracker>,
+    /// The outputs whose extremes rows may not show.
+    output_bounds: Option<OutputBounds>,
 }
 
 /// The number of checks, which are the last columns.
@@ -82,6 +85,7 @@ impl RunMonitor {
             rank,
             unbounded_at: None,
             extremes: has_extremes.then(ExtremesTracker::default),
+            output_bounds: if has_extremes && has_outputs { OutputBounds::new(mechanism, layout) } else { None },
         }
     }
 
@@ -155,7 +159,7 @@ impl RunMonitor {
             self.residual_velocity = worse(self.residual_velocity, velocity);
             let checks = [position.1, velocity.1, energy];
             write_row(t, [q, qd, qdd], multipliers, &self.outputs, checks, &mut self.columns);
-            self.note_extremes(t);
+            self.note_extremes(row);
             let row = Row {
                 index: self.rows,
                 t,
@@ -216,19 +220,25 @@ impl RunMonitor {
         mechanism.outputs(t, q, qd, qdd, multipliers, &mut self.outputs);
         if self.outputs.iter().all(|value| value.is_finite()) {
             write_row(t, [q, qd, qdd], multipliers, &self.outputs, [0.0; CHECKS], &mut self.columns);
-            self.note_extremes(t);
+            self.note_extremes(&state);
+        } else if let Some(bounds) = &mut self.output_bounds {
+            bounds.add(&state, &self.outputs);
         }
     }
 
-    fn note_extremes(&mut self, t: f64) {
+    /// Adds a state whose columns and outputs were written last.
+    fn note_extremes(&mut self, state: &[f64]) {
         if let Some(extremes) = &mut self.extremes {
-            extremes.row(t, &self.columns[..self.columns.len() - CHECKS]);
+            extremes.row(state[0], &self.columns[..self.columns.len() - CHECKS]);
+        }
+        if let Some(bounds) = &mut self.output_bounds {
+            bounds.add(state, &self.outputs);
         }
     }
 
-    /// The extremes.
-    pub(crate) fn extremes(&mut self) -> Option<&mut ExtremesTracker> {
-        self.extremes.as_mut()
+    /// The extremes, and the bounds of outputs that rows may not show.
+    pub(super) fn extremes(&mut self) -> Option<(&mut ExtremesTracker, Option<&mut OutputBounds>)> {
+        Some((self.extremes.as_mut()?, self.output_bounds.as_mut()))
     }
 
     /// Extends the ranges by these coordinates.

@@ -37,6 +37,8 @@ pub struct Outcome {
     pub energy_imbalance: f64,
     /// The position nearest to a singular one; `None` without constraints.
     pub nearest_singular: Option<NearestSingularity>,
+    /// The outputs whose extremes between rows are not known.
+    pub extremes_of_rows: Vec<usize>,
     /// Redundant constraints; `None` if all are independent.
     pub redundancy: Option<Redundancy>,
     /// Largest kinetic energy in any row.

@@ -145,14 +145,18 @@ impl<'a> Run<'a> {
                 Ok(_) => {}
             }
             let block = &self.buffer[..(made + 1) * width];
-            if let Some(extremes) = self.monitor.extremes() {
-                search.refine(self.mechanism, &self.integrator, block, extremes);
-                if status.is_some() {
+            if let Some((extremes, mut bounds)) = self.monitor.extremes() {
+                let mut refined =
+                    search.refine(self.mechanism, &self.integrator, block, (&mut *extremes, bounds.as_deref_mut()));
+                if refined.is_ok() && status.is_some() {
                     extremes.finish();
-                    search.refine(self.mechanism, &self.integrator, block, extremes);
+                    refined = search.refine(self.mechanism, &self.integrator, block, (extremes, bounds));
+                }
+                if let Err(ending) = refined {
+                    status = Some(ending);
                 }
             }
-            let extremes = self.monitor.extremes().map_or(&[][..], |extremes| extremes.found());
+            let extremes = self.monitor.extremes().map_or(&[][..], |(extremes, _)| extremes.found());
             follower.follow(&self.integrator, (rows, first), extremes);
             if let Some(status) = status {
                 if !extremes.is_empty() {
@@ -166,7 +170,7 @@ impl<'a> Run<'a> {
                     let condition = self.condition.as_ref().filter(|_| matches!(status, Status::Stopped));
                     companion.finish(self.mechanism, &end, condition);
                 }
-                return self.outcome(status, end, steps, integration, search.unbounded_at);
+                return self.outcome(status, end, steps, integration, search);
             }
             search.keep(block);
             self.buffer.copy_within(made * width..(made + 1) * width, 0);
@@ -229,12 +233,12 @@ impl<'a> Run<'a> {
         end: State,
         steps: u64,
         integration: Duration,
-        unbounded_at: Option<f64>,
+        search: ExtremeSearch,
     ) -> Outcome {
         let counts = self.integrator.counts(steps);
         let monitor = &self.monitor;
         let takes_forces = self.mechanism.tape().is_none_or(Tape::outputs_take_forces);
-        let unbounded_at = monitor.unbounded_at.or(unbounded_at).filter(|_| takes_forces);
+        let unbounded_at = monitor.unbounded_at.or(search.unbounded_at).filter(|_| takes_forces);
         // A load may be zero in every row, and still do work between them.
         let is_conservative = monitor.is_conservative && self.integrator.is_conservative();
         Outcome {
@@ -254,6 +258,7 @@ impl<'a> Run<'a> {
             residual_velocity: monitor.residual_velocity,
             largest_kinetic_energy: monitor.largest_kinetic_energy,
             largest_energy: monitor.largest_energy,
+            extremes_of_rows: search.undecided,
             nearest_singular: monitor.singularity.nearest(),
             redundancy: self.redundancy.take(),
             energy_imbalance: monitor.imbalance(

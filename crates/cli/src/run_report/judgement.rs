@@ -52,6 +52,13 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
     if distrust.is_empty() {
         warnings.extend(near_singular(outcome.nearest_singular, description, SINGULAR));
     }
+    for output in &outcome.extremes_of_rows {
+        let name = description.outputs[*output].name;
+        warnings.push(
+            Message::new(format!("the extremes of `{name}` are those of rows: bounds between rows do not tell more"))
+                .help("write its formula with fewer operations, or ask for more rows by a shorter --step"),
+        );
+    }
     if outcome.counts.stability_bound > 0 {
         let (bound, steps) = (outcome.counts.stability_bound, counted(outcome.counts.accepted, "step"));
         let text = format!("{bound} of {steps} were as long as stability allows: the mechanism is stiff");

@@ -25,8 +25,11 @@ impl RunReport {
         let row = |output: &qrm_core::QuantityDescription| {
             let e = self.extremes.get(output.name)?;
             let [at_min, at_max] = [e.min_time, e.max_time].map(|t| format!("{t:.6}"));
-            let [min, max] = [(e.min, e.min_error), (e.max, e.max_error)]
-                .map(|(value, error)| error.map_or_else(|| decimals(value), |error| with_error(value, error)));
+            let [min, max] = [(e.min, e.min_error), (e.max, e.max_error)].map(|(value, error)| match error {
+                _ if value.is_infinite() => "unbounded".to_owned(),
+                Some(error) => with_error(value, error),
+                None => decimals(value),
+            });
             Some([output.name.to_owned(), min, at_min, max, at_max, output.unit.to_owned()])
         };
         outputs.filter_map(row).collect()

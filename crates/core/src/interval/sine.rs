@@ -55,20 +55,26 @@ fn whole(value: f64) -> i64 {
     (if value < 0.0 { value - 0.5 } else { value + 0.5 }) as i64
 }
 
-/// Sine and cosine of a double of at most 1.5 in size.
+/// Sine and cosine of a double of at most 1.5 in size, by their Taylor series in doubles.
+///
+/// Horner's scheme computes `v_k = 1 - c_k v_(k+1)`, with all `v` between -1 and 1, and `c_1 <= 1.125`, `c_2 <= 0.19`,
+/// `c_3 <= 0.08` for the cosine. With the unit roundoff `u`, the error of `c_k v_(k+1)` is at most `3 u |c_k|` beside that
+/// of `v_(k+1)`, and so that of `v_1` at most `8 u`. For the sine it is smaller, and the product with `y` adds `u |y|`. The
+/// remainder of the series is below `1e-20`.
 fn series(y: f64) -> (Interval, Interval) {
-    let y = Interval::point(y);
     let square = y * y;
-    let one = Interval::point(1.0);
-    // The remainder is the next term times a factor between -1 and 1.
-    let mut sine = Interval::new(-1.0, 1.0);
-    let mut cosine = sine;
+    let (mut sine, mut cosine) = (1.0, 1.0);
     for k in (1..=TERMS).rev() {
         let even = f64::from(2 * k);
-        sine = one - square / Interval::point(even * (even + 1.0)) * sine;
-        cosine = one - square / Interval::point(even * (even - 1.0)) * cosine;
+        sine = 1.0 - square * sine / (even * (even + 1.0));
+        cosine = 1.0 - square * cosine / (even * (even - 1.0));
     }
-    (y * sine, cosine)
+    (around(y * sine, 4.0 * f64::EPSILON * y.abs()), around(cosine, 4.0 * f64::EPSILON))
+}
+
+/// The interval of the numbers within a distance.
+fn around(value: f64, distance: f64) -> Interval {
+    Interval::outward(value - distance, value + distance)
 }
 
 #[cfg(test)]

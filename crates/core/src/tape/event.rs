@@ -19,15 +19,6 @@ impl Tape {
         self.event.is_some() && !self.event_takes(arguments.t..arguments.constants)
     }
 
-    /// The arguments that the event depends on, numbered as in [`TapeSeries`](super::TapeSeries).
-    pub fn event_arguments(&self) -> Vec<usize> {
-        let places = self.arguments();
-        (places.t..places.sin)
-            .filter(|&place| self.event_takes(place..place + 1))
-            .map(|place| place - places.t)
-            .collect()
-    }
-
     /// Whether some output depends on accelerations or multipliers.
     pub fn outputs_take_forces(&self) -> bool {
         self.outputs_by_forces().contains(&true)

@@ -77,6 +77,38 @@ impl TapeSeries {
         &self.coefficients[place..][..self.width]
     }
 
+    /// The arguments that the function depends on.
+    pub fn arguments(&self) -> Vec<usize> {
+        let Nodes { nodes, results, .. } = &self.nodes;
+        let mut is_used = vec![false; nodes.len()];
+        let operands = nodes.iter().flat_map(|node| node.operands()).flatten();
+        operands.chain(results.iter().copied()).for_each(|node| is_used[node as usize] = true);
+        (0..nodes.len()).filter(|&i| is_used[i] && nodes[i] == Node::Argument).collect()
+    }
+
+    /// The degree of the function as a polynomial of its arguments and their sines and cosines; `None` if it is none.
+    pub fn degree(&self) -> Option<u32> {
+        let Nodes { nodes, results, .. } = &self.nodes;
+        let mut degrees: Vec<Option<u32>> = Vec::with_capacity(nodes.len());
+        for node in nodes {
+            let of = |node: u32| degrees[node as usize];
+            let degree = match *node {
+                Node::Argument => Some(1),
+                Node::Constant(_) => Some(0),
+                Node::Neg(a) => of(a),
+                Node::Add(a, b) | Node::Sub(a, b) => of(a).zip(of(b)).map(|(a, b)| a.max(b)),
+                Node::Mul(a, b) => of(a).zip(of(b)).map(|(a, b)| a + b),
+                Node::Div(a, b) if of(b) == Some(0) => of(a),
+                Node::Sin(a) | Node::Cos(a) if nodes[a as usize] == Node::Argument => Some(1),
+                _ if node.operands().into_iter().flatten().all(|operand| of(operand) == Some(0)) => Some(0),
+                _ => None,
+            };
+            degrees.push(degree);
+        }
+        let of_results = results.iter().map(|&node| degrees[node as usize]);
+        of_results.collect::<Option<Vec<u32>>>()?.into_iter().max()
+    }
+
     /// The number of results.
     pub fn results(&self) -> usize {
         self.nodes.results.len()

@@ -1,6 +1,6 @@
-//! The arguments of an event inside a step: polynomials of the part of the step.
+//! The arguments of a function inside a step: polynomials of the part of the step.
 
-use qrm_core::Mechanism;
+use qrm_core::{Interval, Mechanism};
 
 use crate::integrate::{quintic, quintic_coefficients};
 use crate::solve::Solver;
@@ -9,24 +9,27 @@ use crate::state::State;
 /// The largest degree of a polynomial, plus one.
 pub(super) const TERMS: usize = 6;
 
+/// Rounding errors of an argument, in parts of it.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// The largest rounding error of a rate by differences of coordinates, in parts of it.
 const MOST_ROUNDING: f64 = 1e-11;
 
 /// The largest difference of an argument from its polynomial that is small, in parts of its size.
 const SMALL: f64 = 1e-11;
 
-/// The polynomials of some arguments of an event between the ends of a step, where the part `s` is 0 and 1.
+/// The polynomials of some arguments of a function between the ends of a step, where the part `s` is 0 and 1.
 ///
 /// Coordinates are the polynomials of degree 5 through both ends, with their rates and accelerations. Rates are their
 /// derivatives. Accelerations and multipliers follow from the state: their polynomials go through those of six states.
 #[derive(Clone, Debug)]
-pub(super) struct ArgumentPolynomials {
+pub(crate) struct ArgumentPolynomials {
     pub(super) arguments: Vec<Argument>,
 }
 
 /// The polynomial of an argument.
 #[derive(Clone, Debug)]
-pub(super) struct Argument {
+pub(crate) struct Argument {
     /// Its number, as in `TapeSeries`.
     pub(super) number: usize,
     /// The coefficients in powers of `s`.
@@ -37,7 +40,7 @@ pub(super) struct Argument {
 
 impl ArgumentPolynomials {
     /// The polynomials between two states; `None` if accelerations are not determined between them.
-    pub(super) fn between(
+    pub(crate) fn between(
         mechanism: &dyn Mechanism,
         solver: Option<&mut Solver>,
         [from, to]: [&State; 2],
@@ -67,7 +70,7 @@ impl ArgumentPolynomials {
     /// Compares the polynomials with the state in the middle of the step, where their error is largest.
     ///
     /// The differences become their errors. Returns whether these are small.
-    pub(super) fn compare_with(&mut self, middle: &State) -> bool {
+    pub(crate) fn compare_with(&mut self, middle: &State) -> bool {
         let n = middle.q.len();
         let mut are_small = true;
         for Argument { number, coefficients, error } in &mut self.arguments {
@@ -84,8 +87,14 @@ impl ArgumentPolynomials {
         are_small
     }
 
+    /// The intervals of the arguments in the step.
+    pub(crate) fn ranges(&self) -> Vec<Interval> {
+        let range = |own: &Argument| coefficient_within(&moved_to(0.5, own.coefficients), (0.5, own.error), 0);
+        self.arguments.iter().map(range).collect()
+    }
+
     /// A copy of the polynomials with their errors; these ones forget them.
-    pub(super) fn take_errors(&mut self) -> Self {
+    pub(crate) fn take_errors(&mut self) -> Self {
         let with_errors = self.clone();
         self.arguments.iter_mut().for_each(|argument| argument.error = 0.0);
         with_errors
@@ -144,6 +153,24 @@ pub(super) fn moved_to(origin: f64, mut coefficients: [f64; TERMS]) -> [f64; TER
         }
     }
     coefficients
+}
+
+/// The interval of numbers within a radius, widened by rounding errors.
+pub(crate) fn ball(centre: f64, radius: f64) -> Interval {
+    let reach = radius + ROUNDING * (centre.abs() + radius);
+    Interval::new(centre - reach, centre + reach)
+}
+
+/// The Taylor coefficients of an order of a polynomial with an error, for all origins within a radius.
+pub(super) fn coefficient_within(polynomial: &[f64; TERMS], (radius, error): (f64, f64), order: usize) -> Interval {
+    let Some((&centre, higher)) = polynomial[order.min(TERMS)..].split_first() else { return Interval::ZERO };
+    let (mut reach, mut factor) = (if order == 0 { error } else { 0.0 }, 1.0);
+    for (i, coefficient) in higher.iter().enumerate() {
+        factor *= radius * (order + i + 1) as f64 / (i + 1) as f64;
+        reach += factor * coefficient.abs();
+    }
+    // Coefficients of higher order that are zero stay exact.
+    if centre == 0.0 && reach == 0.0 { Interval::ZERO } else { ball(centre, reach) }
 }
 
 #[cfg(test)]

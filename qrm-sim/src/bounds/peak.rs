@@ -1,0 +1,190 @@
+//! The search for the largest value of a function inside a step.
+//!
+//! Parts of the step whose bound exceeds no known value are excluded. Others are halved, until the function rises, falls
+//! or has one peak. The function is then evaluated on the motion itself.
+
+use qrm_core::{Interval, Mechanism};
+
+use super::arguments::ArgumentPolynomials;
+use super::function::{Bound, FunctionBounds};
+use crate::solve::Solver;
+use crate::state::State;
+
+/// The shortest part of a step.
+const SHORTEST: f64 = 1e-14;
+/// The shortest part of a step, in parts of the time.
+const RESOLUTION: f64 = 4.0 * f64::EPSILON;
+/// The largest number of times that a step is halved for its motion to be a polynomial.
+const MOST_HALVINGS: u32 = 5;
+/// The part of a step in which a function without value is undefined: rounding errors take less.
+const UNDEFINED: f64 = 1e-6;
+/// The part of a step in which a pole is located, and the smallest distance from it at which values are compared.
+const POLE: f64 = 1e-12;
+const DISTANCE: f64 = 1e-9;
+/// The ratio of distances from a pole, and the smallest ratio of the changes between them: values without bound change
+/// more from one to the next, others less.
+const NEARER: f64 = 16.0;
+const GROWS: f64 = 0.8;
+/// The smallest change of a value that is no rounding error, in parts of the value.
+const ROUNDING: f64 = 1e-9;
+
+/// The reason why the largest value is not known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum PeakError {
+    /// The function has no value at this time.
+    Undefined(f64),
+    /// The bounds do not tell.
+    Undecided,
+}
+
+/// The search for values of a function above the largest known one; with the sign -1, for those below the smallest one.
+pub(crate) struct PeakSearch<'s> {
+    pub(crate) mechanism: &'s dyn Mechanism,
+    pub(crate) bounds: &'s mut FunctionBounds,
+    /// Completes states, if the function takes accelerations or multipliers.
+    pub(crate) solver: Option<&'s mut Solver>,
+    pub(crate) sign: f64,
+    /// The best value and its time; infinite where the function has no bound.
+    pub(crate) best: (f64, f64),
+    /// Differences that do not count.
+    pub(crate) tie: f64,
+    /// The number of bounds that may still be computed.
+    pub(crate) left: &'s mut u32,
+    /// The state at a time inside the step.
+    pub(crate) at: &'s mut dyn FnMut(f64) -> Option<State>,
+    /// The function at a state.
+    pub(crate) value: &'s mut dyn FnMut(&State) -> f64,
+}
+
+impl PeakSearch<'_> {
+    /// Searches between two states.
+    ///
+    /// # Errors
+    /// The function is undefined there, or its bounds do not tell.
+    pub(crate) fn search(&mut self, ends: [&State; 2]) -> Result<(), PeakError> {
+        self.search_parts(ends, MOST_HALVINGS)
+    }
+
+    /// Halves the step until the motion is a polynomial, and searches each part.
+    fn search_parts(&mut self, [from, to]: [&State; 2], halvings: u32) -> Result<(), PeakError> {
+        let h = to.t - from.t;
+        if h <= RESOLUTION * to.t.abs() {
+            return Ok(());
+        }
+        let (solver, arguments) = (self.solver.as_deref_mut(), &self.bounds.arguments);
+        // Accelerations are not determined at a singular position.
+        let Some(mut motion) = ArgumentPolynomials::between(self.mechanism, solver, [from, to], arguments) else {
+            return Ok(());
+        };
+        let whole = self.bound(&motion, [0.0, 1.0]);
+        if self.is_excluded(whole.value) {
+            return Ok(());
+        }
+        if let Some(middle) = (self.at)(from.t + 0.5 * h) {
+            self.note(&middle);
+            if !motion.compare_with(&middle) && halvings > 0 {
+                self.search_parts([from, &middle], halvings - 1)?;
+                return self.search_parts([&middle, to], halvings - 1);
+            }
+        }
+        motion.take_errors();
+        self.search_polynomials(&motion, [from.t, h], whole)
+    }
+
+    fn search_polynomials(
+        &mut self,
+        motion: &ArgumentPolynomials,
+        [begin, h]: [f64; 2],
+        whole: Bound,
+    ) -> Result<(), PeakError> {
+        let shortest = SHORTEST.max(RESOLUTION * begin.abs().max((begin + h).abs()) / h);
+        let time = |s: f64| begin + s * h;
+        let mut parts = vec![([0.0, 1.0], whole)];
+        while let Some(([low, high], bound)) = parts.pop() {
+            let (middle, width) = (0.5 * (low + high), high - low);
+            if self.is_excluded(bound.value) {
+                continue;
+            }
+            let [slope, curvature] = [bound.slope, bound.curvature].map(|of| of * Interval::point(self.sign));
+            if slope.lo() > 0.0 || slope.hi() < 0.0 {
+                self.note_at(time(if slope.lo() > 0.0 { high } else { low }));
+                continue;
+            }
+            if curvature.hi() < 0.0 {
+                let (s, _) = self.bounds.turning_point(motion, [low, high], (self.sign, shortest));
+                self.note_at(time(s));
+                continue;
+            }
+            let is_finite = bound.value.is_finite();
+            if !is_finite && width <= UNDEFINED {
+                let values = [low, middle, high].map(|s| self.value_at(time(s)));
+                if values.iter().all(|value| value.is_nan()) {
+                    return Err(PeakError::Undefined(time(middle)));
+                }
+                if width <= POLE.max(shortest) {
+                    self.note_pole(time(middle), h * DISTANCE.max(NEARER * shortest));
+                    continue;
+                }
+            }
+            let uncertainty = self.bounds.at(motion, middle).width();
+            let is_rounding = uncertainty.is_finite() && bound.value.width() <= 2.0 * uncertainty;
+            if is_finite && (is_rounding || width <= shortest) {
+                [low, middle, high].into_iter().for_each(|s| self.note_at(time(s)));
+                continue;
+            }
+            *self.left = self.left.saturating_sub(2);
+            if *self.left == 0 {
+                return Err(PeakError::Undecided);
+            }
+            // The half with the larger bound is searched first.
+            let mut halves = [[low, middle], [middle, high]].map(|part| (part, self.bound(motion, part)));
+            let top = |(_, bound): &([f64; 2], Bound)| (bound.value * Interval::point(self.sign)).hi();
+            if top(&halves[0]) > top(&halves[1]) {
+                halves.swap(0, 1);
+            }
+            parts.extend(halves);
+        }
+        Ok(())
+    }
+
+    fn bound(&mut self, motion: &ArgumentPolynomials, part: [f64; 2]) -> Bound {
+        let (sign, most) = (self.sign, self.best.0 + self.tie);
+        self.bounds.within(motion, part, |natural| (natural * Interval::point(sign)).hi() <= most)
+    }
+
+    /// Whether no value within a bound is better than the best one.
+    fn is_excluded(&self, bound: Interval) -> bool {
+        (bound * Interval::point(self.sign)).hi() <= self.best.0 + self.tie
+    }
+
+    fn value_at(&mut self, t: f64) -> f64 {
+        (self.at)(t).map_or(f64::NAN, |at| (self.value)(&at))
+    }
+
+    fn note_at(&mut self, t: f64) {
+        if let Some(at) = (self.at)(t) {
+            self.note(&at);
+        }
+    }
+
+    fn note(&mut self, at: &State) {
+        let value = self.sign * (self.value)(at);
+        if value > self.best.0 && value.is_finite() {
+            self.best = (value, at.t);
+        }
+    }
+
+    /// Looks whether the function grows without bound towards a time, on either side.
+    fn note_pole(&mut self, t: f64, distance: f64) {
+        for side in [-1.0, 1.0] {
+            let [near, far, farther] =
+                [1.0, NEARER, NEARER * NEARER].map(|factor| self.sign * self.value_at(t + side * distance * factor));
+            let (growth, before) = (near - far, far - farther);
+            if growth > GROWS * before && before > ROUNDING * far.abs() {
+                self.best = (f64::INFINITY, t);
+            } else if near > self.best.0 {
+                self.best = (near, t + side * distance);
+            }
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! The outputs whose extremes rows may not show, and the steps between rows in which they may lie.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use qrm_core::{Interval, Mechanism, RowLayout, TapeFunction};
+
+use super::extremes::{Extremes, TIE};
+use crate::bounds::{FunctionBounds, RowBoxes};
+use crate::state::State;
+
+/// Outputs that are polynomials of lower degree, of the motion and of sines and cosines of angles, change no faster
+/// between rows than the motion does.
+const SMOOTH_DEGREE: u32 = 4;
+/// The number of bounds that an output may take inside steps, and for each sample.
+const FIRST_BOUNDS: u32 = 20_000;
+const BOUNDS_OF_SAMPLE: u32 = 20;
+/// The number of samples that are kept for the next ones: they show how fast accelerations change.
+const KEPT: usize = 3;
+
+/// The bounds of outputs that may change faster between rows than the motion does, and the samples between which they
+/// are bounded: rows and the states between them.
+#[derive(Clone, Debug)]
+pub(super) struct OutputBounds {
+    layout: RowLayout,
+    pub(super) outputs: Vec<BoundedOutput>,
+    /// Each sample has time, coordinates, rates, accelerations, multipliers and outputs.
+    samples: Vec<f64>,
+    width: usize,
+    /// The first step that was not looked at.
+    next: usize,
+}
+
+/// An output with bounds.
+#[derive(Clone, Debug)]
+pub(super) struct BoundedOutput {
+    /// Its number.
+    pub(super) output: usize,
+    pub(super) bounds: FunctionBounds,
+    /// The number of bounds that may still be computed inside steps.
+    pub(super) left: u32,
+}
+
+/// A step between samples in which an output may exceed its known extremes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct UnresolvedStep {
+    /// The number of the sample before it.
+    pub(super) step: usize,
+    /// Whether the output may be smaller, and whether it may be larger.
+    pub(super) ends: [bool; 2],
+}
+
+impl OutputBounds {
+    /// `None` if rows show the extremes of all outputs, or the mechanism has no tape.
+    pub(super) fn new(mechanism: &dyn Mechanism, layout: RowLayout) -> Option<Self> {
+        let tape = mechanism.tape()?;
+        let bounded = tape.outputs.results.iter().enumerate().filter_map(|(output, place)| {
+            let own = TapeFunction { operations: tape.outputs.operations.clone(), results: Cow::Owned(vec![*place]) };
+            let bounds = FunctionBounds::new(tape, &own, mechanism);
+            let is_smooth = bounds.degree().is_some_and(|degree| degree <= SMOOTH_DEGREE);
+            (!is_smooth).then_some(BoundedOutput { output, bounds, left: FIRST_BOUNDS })
+        });
+        let outputs: Vec<BoundedOutput> = bounded.collect();
+        let width = 1 + 3 * layout.n + layout.m + tape.outputs.results.len();
+        (!outputs.is_empty()).then_some(Self { layout, outputs, samples: Vec::new(), width, next: 0 })
+    }
+
+    /// Adds a sample: a row's state, and its outputs.
+    pub(super) fn add(&mut self, row: &[f64], outputs: &[f64]) {
+        self.samples.extend_from_slice(&row[..self.width - outputs.len()]);
+        self.samples.extend_from_slice(outputs);
+        for own in &mut self.outputs {
+            own.left = own.left.saturating_add(BOUNDS_OF_SAMPLE);
+        }
+    }
+
+    /// The state of a sample.
+    pub(super) fn state(&self, sample: usize) -> State {
+        State::from_row(self.layout, &self.samples[sample * self.width..])
+    }
+
+    /// The steps in which an output may exceed its known extremes.
+    pub(super) fn unresolved(&mut self, which: usize, known: &Extremes) -> Vec<UnresolvedStep> {
+        let Self { layout, outputs, samples, width, next } = self;
+        let BoundedOutput { output, bounds, .. } = &mut outputs[which];
+        let rows: Vec<&[f64]> = samples.chunks_exact(*width).collect();
+        let place = 1 + 3 * layout.n + layout.m + *output;
+        let tie = TIE * (known.maximum.0 - known.minimum.0);
+        let known = [known.minimum.0 - tie, known.maximum.0 + tie];
+        let mut steps = Unresolved { bounds, rows: &rows, n: layout.n, place, known, found: Vec::new() };
+        if *next + 1 < rows.len() {
+            steps.look_in(*next..rows.len() - 1);
+        }
+        steps.found
+    }
+
+    /// Forgets the samples so far, except the last ones.
+    pub(super) fn forget(&mut self) {
+        let count = self.samples.len() / self.width;
+        let kept = KEPT.min(count);
+        self.samples.drain(..(count - kept) * self.width);
+        self.next = kept.saturating_sub(1);
+    }
+}
+
+/// The search for unresolved steps of an output.
+struct Unresolved<'s> {
+    bounds: &'s mut FunctionBounds,
+    rows: &'s [&'s [f64]],
+    n: usize,
+    /// The place of the output in a row.
+    place: usize,
+    /// The known extremes.
+    known: [f64; 2],
+    found: Vec<UnresolvedStep>,
+}
+
+impl Unresolved<'_> {
+    /// Looks in some steps.
+    ///
+    /// Between rows, an output exceeds their values by at most `max |f''| h^2/8`, or `max |f'| h/2` at corners. Where it
+    /// rises, falls or has one peak, rows and the polynomials through them show its extremes.
+    fn look_in(&mut self, steps: Range<usize>) {
+        let part = self.rows.get(steps.start..=steps.end).unwrap_or_default();
+        let boxed = if self.bounds.takes_forces(self.n) {
+            &self.rows[steps.start.saturating_sub(1)..(steps.end + 2).min(self.rows.len())]
+        } else {
+            part
+        };
+        let is_known = boxed.len() > 2 || !self.bounds.takes_forces(self.n);
+        let arguments = self.bounds.arguments.clone();
+        let boxes = RowBoxes::new(boxed, self.n, &arguments);
+        let of = |coefficient: &dyn Fn(usize) -> Interval| -> Vec<Interval> {
+            arguments.iter().map(|&argument| coefficient(argument)).collect()
+        };
+        let natural = self.bounds.evaluate(0, &of(&|i| boxes.value(i)));
+        let [low, high] = self.known;
+        if is_known && low <= natural.lo() && natural.hi() <= high {
+            return;
+        }
+        let [mut slope, mut curvature] = [Interval::ENTIRE; 2];
+        if is_known && natural.is_finite() && !self.bounds.may_jump() {
+            slope = self.bounds.evaluate(1, &of(&|i| boxes.rate(i)));
+            if self.bounds.is_smooth() {
+                curvature = self.bounds.evaluate(2, &of(&|i| boxes.half_curvature(i))) * Interval::point(2.0);
+            }
+        }
+        let h = boxes.spacing;
+        let reach = (curvature.magnitude() * h * h / 8.0).min(slope.magnitude() * h / 2.0);
+        let value = |row: usize| self.rows[row][self.place];
+        let may_exceed = |step: usize, end: usize| {
+            let values = [value(step), value(step + 1)];
+            let is_within = |value: f64| if end == 0 { value - reach >= low } else { value + reach <= high };
+            // Written so that values that are not numbers may exceed.
+            !values.into_iter().all(is_within)
+        };
+        let turns = |end: usize| {
+            let sign = if end == 0 { -1.0 } else { 1.0 };
+            let is_peak = |row: usize| {
+                let [before, at, after] = [row - 1, row, row + 1].map(|row| sign * value(row));
+                before <= at && at >= after
+            };
+            (curvature * Interval::point(sign)).hi() < 0.0 && (steps.start + 1..steps.end).any(is_peak)
+        };
+        let is_monotonic = slope.lo() > 0.0 || slope.hi() < 0.0;
+        let open = [0, 1].map(|end| !is_monotonic && !turns(end));
+        let exceeding = |step: usize| [0, 1].map(|end| open[end] && may_exceed(step, end));
+        if steps.len() == 1 {
+            let ends = exceeding(steps.start);
+            if ends.contains(&true) {
+                self.found.push(UnresolvedStep { step: steps.start, ends });
+            }
+            return;
+        }
+        // Runs of steps in which it may exceed.
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        for step in steps.clone().filter(|&step| exceeding(step).contains(&true)) {
+            match runs.last_mut() {
+                Some(run) if run.end == step => run.end += 1,
+                _ => runs.push(step..step + 1),
+            }
+        }
+        for run in runs {
+            if run == steps {
+                let middle = steps.start + steps.len() / 2;
+                self.look_in(steps.start..middle);
+                self.look_in(middle..steps.end);
+            } else {
+                self.look_in(run);
+            }
+        }
+    }
+}
