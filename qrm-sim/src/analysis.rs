@@ -10,6 +10,7 @@ mod inverse_dynamics;
 mod inverse_kinematics;
 mod measure;
 mod mechanism_without_drive;
+mod motion_statistics;
 mod reference;
 mod revolution;
 mod sensitivity;
@@ -24,6 +25,7 @@ pub use inverse_dynamics::{NotPossible, Prescribed, PrescribedMotion, Prescribed
 pub use inverse_kinematics::{PositionError, inverse_kinematics};
 pub use measure::{Measurement, Repetitions, StateAt, Trial, exact_states, measure};
 pub use mechanism_without_drive::MechanismWithoutDrive;
+pub use motion_statistics::{MotionStatistics, Numbers, Statistics};
 pub use reference::{ReferenceState, reference_states};
 pub use revolution::{NoRevolution, Range, Revolution, Series, Vertex, can_revolve, revolution, wrap_angle};
 pub use sensitivity::{

@@ -172,6 +172,13 @@ impl SimdBatch {
         [get(self.layout.lowest()).min(low), get(self.layout.highest()).max(high)]
     }
 
+    /// The error of the smallest and the largest value of an output so far, as far as it comes from the times at which the
+    /// output was computed.
+    pub fn range_error(&self, lane: usize, output: usize) -> f64 {
+        let [all, last] = [self.layout.range_error(), self.layout.step_range_error()];
+        self.get(lane, all + output).max(self.get(lane, last + output))
+    }
+
     /// Whether all outputs of a lane have been numbers so far.
     pub fn is_defined(&self, lane: usize) -> bool {
         self.get(lane, DEFINED) == 0.0
@@ -183,6 +190,7 @@ impl SimdBatch {
         self.set(lane, DEFINED, &[outputs.iter().map(|value| 0.0 * value).sum()]);
         self.set(lane, self.layout.lowest(), outputs);
         self.set(lane, self.layout.highest(), outputs);
+        self.set(lane, self.layout.range_error(), &vec![0.0; outputs.len()]);
         self.begin_step(lane, outputs);
     }
 
@@ -191,6 +199,7 @@ impl SimdBatch {
         [self.layout.outputs(), self.layout.step_lowest(), self.layout.step_highest()]
             .into_iter()
             .for_each(|place| self.set(lane, place, outputs));
+        self.set(lane, self.layout.step_range_error(), &vec![0.0; outputs.len()]);
     }
 
     fn get(&self, lane: usize, place: usize) -> f64 {

@@ -61,6 +61,7 @@ pub enum NotPossible {
 }
 
 /// A mechanism whose given coordinates are prescribed functions of time, while the others follow.
+#[derive(Clone)]
 pub struct PrescribedMotion<'m> {
     drive: LoopSolver<'m>,
     position: Position,
@@ -109,6 +110,11 @@ impl<'m> PrescribedMotion<'m> {
     /// The state at the last time.
     pub fn state(&self) -> &PrescribedState {
         &self.last
+    }
+
+    /// The coordinates that are angles.
+    pub(super) fn angles(&self) -> impl Iterator<Item = usize> {
+        (0..self.last.q.len()).filter(|&i| self.drive.is_angle(i))
     }
 
     /// Moves to a later time.

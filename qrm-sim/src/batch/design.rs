@@ -8,8 +8,8 @@ use qrm_core::{Description, Mechanism};
 use crate::columns::{Kind, columns};
 use crate::integrate::{DOP853, MethodSettings, StepBounds};
 use crate::run::{
-    End, Extremes, NearestSingularity, Observer, Redundancy, RejectionReason, Request, Row, StartError, Status,
-    simulate,
+    End, ErrorEstimates, Extremes, NearestSingularity, Observer, Redundancy, RejectionReason, Request, Row, StartError,
+    Status, simulate,
 };
 
 /// The settings of every design of a sweep.
@@ -59,6 +59,8 @@ pub struct DesignResult {
     pub qd: Vec<f64>,
     /// Smallest and largest value of each output during the motion, if recorded.
     pub extremes: Vec<[f64; 2]>,
+    /// The estimated error of both extremes of each output; empty without estimates.
+    pub extreme_errors: Vec<f64>,
     /// Estimated largest error of a coordinate: in lanes over the end and two earlier times, in a separate run over all
     /// rows.
     pub estimated_error: Option<f64>,
@@ -99,7 +101,11 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
             end_time: outcome.end_time,
             q: outcome.q,
             qd: outcome.qd,
-            extremes: ranges.found,
+            extreme_errors: match &outcome.errors {
+                Some(errors) => ranges.errors(errors),
+                None => Vec::new(),
+            },
+            extremes: ranges.values(),
             is_alone: true,
         },
     }
@@ -110,7 +116,7 @@ struct Ranges {
     is_wanted: bool,
     /// The range of the outputs in the columns.
     places: Range<usize>,
-    found: Vec<[f64; 2]>,
+    found: Vec<Extremes>,
 }
 
 impl Ranges {
@@ -118,6 +124,18 @@ impl Ranges {
         let begin = columns(description).iter().position(|column| matches!(column.kind, Kind::Output(_))).unwrap_or(0);
         let places = begin..begin + description.outputs.len();
         Self { is_wanted, places, found: Vec::new() }
+    }
+
+    fn values(&self) -> Vec<[f64; 2]> {
+        self.found.iter().map(|found| [found.minimum.0, found.maximum.0]).collect()
+    }
+
+    /// The error of both extremes of each output.
+    fn errors(&self, errors: &ErrorEstimates) -> Vec<f64> {
+        let error = |(i, found): (usize, &Extremes)| {
+            errors.extremes(Kind::Output(i), found).map_or(0.0, |[low, high]| low.max(high))
+        };
+        self.found.iter().enumerate().map(error).collect()
     }
 }
 
@@ -135,8 +153,7 @@ impl Observer for Ranges {
     }
 
     fn extremes(&mut self, extremes: &[Extremes]) {
-        let outputs = extremes.get(self.places.clone()).unwrap_or_default();
-        self.found = outputs.iter().map(|found| [found.minimum.0, found.maximum.0]).collect();
+        self.found = extremes.get(self.places.clone()).unwrap_or_default().to_vec();
     }
 }
 
@@ -150,6 +167,7 @@ impl DesignResult {
             q: Vec::new(),
             qd: Vec::new(),
             extremes: Vec::new(),
+            extreme_errors: Vec::new(),
             estimated_error: None,
             rejection_reasons: Vec::new(),
             nearest_singular: None,

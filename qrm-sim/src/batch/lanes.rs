@@ -114,6 +114,10 @@ impl<'a> LaneSweep<'a> {
         if !is_explicit || settings.projection != Projection::default() || description.has_corners {
             return None;
         }
+        // Lanes look at outputs a few times in a step.
+        if request.extremes && designs.first()?.tape().is_some_and(Tape::outputs_may_be_narrow) {
+            return None;
+        }
         // Lanes look inside steps for events that are convex.
         let waits_each_step = match request.end {
             Some(End::Time(_)) => false,
@@ -291,7 +295,7 @@ impl<'a> LaneSweep<'a> {
         if let Some(companion) = companion {
             companion.compare(to);
             if to.t >= end_time {
-                return self.finish_companion(lane);
+                return self.finish_companion(lane, to);
             }
         } else {
             let has_landed = is_landing && to.t >= self.batch.schedule(lane).end_time;

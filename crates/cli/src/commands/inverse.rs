@@ -11,7 +11,7 @@ use clap::Args;
 use qrm_core::Model;
 use qrm_scene::evaluate::constant;
 use qrm_scene::names::suggestion;
-use qrm_sim::analysis::{NotPossible, PrescribedMotion, PrescribedState};
+use qrm_sim::analysis::{MotionStatistics, NotPossible, PrescribedMotion, PrescribedState, Statistics};
 use qrm_sim::position::Start;
 
 use crate::error::Error;
@@ -61,9 +61,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let setup = Setup::new(models, &scene, &MethodOptions::default())?.starting_from(&options.start)?;
     let start = setup.start();
     let motions = motions(&setup, options, &start)?;
-    let states = states(&setup, &start, &motions, options.rows)?;
     let actuators = Actuators::new(&setup, &start.given);
-    let report = Report::new(&setup, &actuators, &states);
+    let (states, statistics) = states(&setup, &start, &motions, &actuators, options.rows)?;
+    let report = Report::new(&setup, &actuators, &states, statistics);
     let folder = options.out.folder(&setup.path);
     let [table, summary, picture] = ["inverse.csv", "inverse.json", "inverse.svg"].map(|file| folder.join(file));
     save(&table, &report.csv()?)?;
@@ -227,8 +227,15 @@ fn said(motions: &[Motion], setup: &Setup) -> String {
     }
 }
 
-/// The states of the mechanism at the rows of a motion; where the acceleration jumps, before and after the jump.
-fn states(setup: &Setup, start: &Start, motions: &[Motion], rows: u32) -> Result<Vec<PrescribedState>, Error> {
+/// The states of the mechanism at the rows of a motion, and the statistics of the forces between them; where the
+/// acceleration jumps, the states before and after the jump.
+fn states(
+    setup: &Setup,
+    start: &Start,
+    motions: &[Motion],
+    actuators: &Actuators,
+    rows: u32,
+) -> Result<(Vec<PrescribedState>, Vec<Statistics>), Error> {
     let mechanism = setup.mechanism();
     let end_time = || constant(&setup.scene.run.end_time, &setup.parameters());
     let end = motions.first().map_or_else(end_time, |motion| motion.time);
@@ -244,6 +251,12 @@ fn states(setup: &Setup, start: &Start, motions: &[Motion], rows: u32) -> Result
     let wrong = |reason| not_possible(setup, &reason);
     let first = [times[0], times[1]];
     let mut moving = PrescribedMotion::new(&*mechanism, start, 0.0, &prescribed(first)).map_err(wrong)?;
+    let numbers = |state: &PrescribedState| {
+        let mut numbers = actuators.forces(state);
+        numbers.push(actuators.power(&*mechanism, state));
+        numbers
+    };
+    let mut statistics = MotionStatistics::new(moving.state(), &numbers);
     let mut states = vec![moving.state().clone()];
     for ends in times.windows(2) {
         let ends = [ends[0], ends[1]];
@@ -255,13 +268,14 @@ fn states(setup: &Setup, start: &Start, motions: &[Motion], rows: u32) -> Result
         let count = (share.round() as u32).max(1);
         for k in 1..=count {
             let t = if k == count { ends[1] } else { ends[0] + (ends[1] - ends[0]) * f64::from(k) / f64::from(count) };
-            states.push(moving.advance(t, &prescribed).map_err(wrong)?.clone());
+            statistics.advance(&mut moving, t, &prescribed, &numbers).map_err(wrong)?;
+            states.push(moving.state().clone());
             if interrupted() {
                 return Err(Error::run(format!("interrupted at t = {t} s")));
             }
         }
     }
-    Ok(states)
+    Ok((states, statistics.finish()))
 }
 
 fn not_possible(setup: &Setup, reason: &NotPossible) -> Error {

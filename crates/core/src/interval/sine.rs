@@ -57,19 +57,24 @@ fn whole(value: f64) -> i64 {
 
 /// Sine and cosine of a double of at most 1.5 in size, by their Taylor series in doubles.
 ///
-/// Horner's scheme computes `v_k = 1 - c_k v_(k+1)`, with all `v` between -1 and 1, and `c_1 <= 1.125`, `c_2 <= 0.19`,
-/// `c_3 <= 0.08` for the cosine. With the unit roundoff `u`, the error of `c_k v_(k+1)` is at most `3 u |c_k|` beside that
-/// of `v_(k+1)`, and so that of `v_1` at most `8 u`. For the sine it is smaller, and the product with `y` adds `u |y|`. The
-/// remainder of the series is below `1e-20`.
+/// Horner's scheme computes `v_k = 1 - c_k v_(k+1)` with `c_k <= 0.12` from the third term on; with the unit roundoff
+/// `u`, the error of `v_3` is below `1.2 u`, and the remainder of the series below `1e-20`. The sine is `y - y w` with
+/// `w = y^2/6 v_3 <= 0.375`, whose relative error is `4.3 u`: with both roundings that is `3 u |y|`. The cosine is
+/// `(1 - y^2/2) + w` with `w = y^4/24 v_3 <= 0.22`, whose relative error is `6 u`: with three roundings, that of `y^2/2`
+/// up to `1.13 u`, that is `3.6 u`.
 fn series(y: f64) -> (Interval, Interval) {
     let square = y * y;
     let (mut sine, mut cosine) = (1.0, 1.0);
-    for k in (1..=TERMS).rev() {
+    for k in (2..=TERMS).rev() {
         let even = f64::from(2 * k);
         sine = 1.0 - square * sine / (even * (even + 1.0));
-        cosine = 1.0 - square * cosine / (even * (even - 1.0));
+        if k > 2 {
+            cosine = 1.0 - square * cosine / (even * (even - 1.0));
+        }
     }
-    (around(y * sine, 4.0 * f64::EPSILON * y.abs()), around(cosine, 4.0 * f64::EPSILON))
+    let sine = y - y * (square / 6.0 * sine);
+    let cosine = (1.0 - 0.5 * square) + square * square / 24.0 * cosine;
+    (around(sine, 1.5 * f64::EPSILON * y.abs()), around(cosine, 1.8 * f64::EPSILON))
 }
 
 /// The interval of the numbers within a distance.

@@ -135,10 +135,22 @@ impl BatchLayout {
         self.step_lowest() + self.output_count
     }
 
+    /// The first place of the errors of the outputs' ranges.
+    #[inline(always)]
+    pub(crate) const fn range_error(self) -> usize {
+        self.step_highest() + self.output_count
+    }
+
+    /// The first place of these errors in the last step.
+    #[inline(always)]
+    pub(crate) const fn step_range_error(self) -> usize {
+        self.range_error() + self.output_count
+    }
+
     /// The first place of the outputs at the end of a part of the last step; `part` counts from 1.
     #[inline(always)]
     pub(crate) const fn sample(self, part: usize) -> usize {
-        self.step_highest() + part * self.output_count
+        self.step_range_error() + part * self.output_count
     }
 
     /// The first place of the parameters.

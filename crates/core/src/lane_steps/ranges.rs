@@ -11,6 +11,8 @@ use crate::scalar::Scalar;
 
 /// The largest ratio of fourth to second differences of a smooth output.
 const SMOOTH: f64 = 0.5;
+/// Twice the largest error of the polynomial through five values between them, as a part of the fifth difference.
+const FIFTH: f64 = 0.06;
 
 impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsBy<K, S, N, M> {
     /// Merges the ranges of the previous step into those of the motion. They stay separate for one step, so that the
@@ -23,6 +25,8 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
             let [low, high] = [layout.step_lowest() + i, layout.step_highest() + i];
             self.set_number(lowest, self.number(low).min(self.number(lowest)));
             self.set_number(highest, self.number(high).max(self.number(highest)));
+            let [error, of_step] = [layout.range_error() + i, layout.step_range_error() + i];
+            self.set_number(error, self.number(of_step).max(self.number(error)));
         }
     }
 
@@ -56,9 +60,10 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
                 values[part] = chosen(self.number(layout.sample(part) + i), before);
                 defined = values[part].mul_add(Lanes::zero(), defined);
             }
-            let [low, high] = range(&values);
+            let [low, high, error] = range(&values);
             self.set_number(layout.step_lowest() + i, low);
             self.set_number(layout.step_highest() + i, high);
+            self.set_number(layout.step_range_error() + i, error);
             self.set_number(layout.outputs() + i, values[PARTS]);
         }
         self.set_number(DEFINED, defined);
@@ -95,13 +100,15 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
     }
 }
 
-/// The smallest and the largest value over the span of five equidistant values, from the polynomial through them.
-/// Extremes are searched for up to one distance from each inner value.
+/// The smallest and the largest value over the span of five equidistant values, from the polynomial through them, and
+/// their error. Extremes are searched for up to one distance from each inner value.
 ///
-/// If fourth differences are not small against second ones, the output has a corner or jumps, and only the five values
-/// themselves count.
+/// The error is twice that of fifth differences `d5`, `0.03 d5`, which in a smooth output follow from the others as `d2 r^3`, where
+/// `r` is the larger one of `d3/d2` and `sqrt(d4/d2)`; it counts where an extreme lies between the values. If fourth differences are not small against second
+/// ones, the output has a corner or jumps, or changes too fast: only the five values themselves count, and second
+/// differences are their error.
 #[inline(always)]
-fn range<S: Token>(values: &[Lanes<S>; PARTS + 1]) -> [Lanes<S>; 2] {
+fn range<S: Token>(values: &[Lanes<S>; PARTS + 1]) -> [Lanes<S>; 3] {
     let number = Lanes::<S>::from_f64;
     let [v0, v1, v2, v3, v4] = *values;
     let [before, at, after] = [(v0 - v1) + (v2 - v1), (v1 - v2) + (v3 - v2), (v2 - v3) + (v4 - v3)];
@@ -116,8 +123,10 @@ fn range<S: Token>(values: &[Lanes<S>; PARTS + 1]) -> [Lanes<S>; 2] {
         let first = (d4 * number(1.0 / 3.0)).mul_add(s, d3).mul_add(s * number(0.5), d2).mul_add(s, d1);
         [first, second, third]
     };
-    let roughness = d4 / before.abs().max(at.abs()).max(after.abs());
-    let (mut low, mut high) = (v0.min(v4), v0.max(v4));
+    let most = before.abs().max(at.abs()).max(after.abs());
+    let roughness = d4 / most;
+    let [lowest, highest] = [v0.min(v1).min(v2).min(v3).min(v4), v0.max(v1).max(v2).max(v3).max(v4)];
+    let (mut low, mut high) = (lowest, highest);
     for (value, place) in [(v1, -1.0), (v2, 0.0), (v3, 1.0)] {
         let here = taylor(number(place), [d1, d2, d3]);
         // One step of Newton's method towards the place where the polynomial is stationary.
@@ -131,5 +140,10 @@ fn range<S: Token>(values: &[Lanes<S>; PARTS + 1]) -> [Lanes<S>; 2] {
         low = low.min(extreme);
         high = high.max(extreme);
     }
-    [low, high]
+    // Zero where the values themselves are the extremes.
+    let beyond = (lowest - low) + (high - highest);
+    let ratio = d3 / most;
+    let square = roughness.abs().max(ratio * ratio);
+    let smooth = beyond.choose(0.0, Lanes::zero(), number(FIFTH) * most * square * square.sqrt());
+    [low, high, roughness.choose(SMOOTH, smooth, most)]
 }

@@ -40,6 +40,15 @@ impl Tape {
         self.outputs.results.iter().map(|place| takes[*place as usize]).collect()
     }
 
+    /// Whether outputs have operations that may change within a small part of the motion alone: exponentials, hyperbolic
+    /// tangents, and the choices of tables.
+    pub fn outputs_may_be_narrow(&self) -> bool {
+        let is_narrow = |operation: &Operation| {
+            matches!(operation, Operation::Exp(_) | Operation::Tanh(_) | Operation::Min(..) | Operation::Max(..))
+        };
+        self.outputs.operations.iter().any(is_narrow)
+    }
+
     /// Whether the event reads a value at one of some places.
     fn event_takes(&self, places: Range<usize>) -> bool {
         let Some(event) = &self.event else { return false };

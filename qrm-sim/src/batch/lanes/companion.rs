@@ -33,6 +33,8 @@ pub(super) struct Companion {
     rate: f64,
     /// The largest difference of each coordinate so far.
     differences: Vec<f64>,
+    /// The outputs at the end of the design.
+    outputs: Vec<f64>,
 }
 
 impl LaneSweep<'_> {
@@ -46,25 +48,34 @@ impl LaneSweep<'_> {
         let Some(Lane { design, first, bounds, .. }) = self.lanes[lane].take() else { return };
         let rate = rate(self.designs[design].description(), &ranges, [&first, at]);
         let differences = vec![0.0; self.size.0];
-        let companion = Some(Companion { result, checkpoints, ranges, rate, differences });
+        let outputs = self.outputs(design, at);
+        let companion = Some(Companion { result, checkpoints, ranges, rate, differences, outputs });
         self.waiting.push(Lane { companion, ..Lane::new(design, first, bounds, at.t) });
     }
 
     /// Takes up the end of a companion.
-    pub(super) fn finish_companion(&mut self, lane: usize) {
+    pub(super) fn finish_companion(&mut self, lane: usize, at: &State) {
         let Some(Lane { design, companion: Some(companion), .. }) = &self.lanes[lane] else { return };
         let (design, Companion { result, ranges, differences, .. }) = (*design, companion);
         let tolerance = Some(LOOSER * self.request.settings.tolerance);
         let accepted = accepted_errors(self.designs[design].description(), ranges, tolerance, result.steps);
-        let rounding = rounding(largest(ranges.as_flattened()).1, result.steps);
-        let errors: Vec<f64> = differences.iter().map(|difference| difference.max(rounding)).collect();
+        let rounding_of_motion = rounding(largest(ranges.as_flattened()).1, result.steps);
+        let errors: Vec<f64> = differences.iter().map(|difference| difference.max(rounding_of_motion)).collect();
         if worst(&errors, &accepted).is_some() {
             self.leave(lane);
             return;
         }
+        let of_companion = self.outputs(design, at);
         let Some(Lane { companion: Some(companion), .. }) = self.lanes[lane].take() else { return };
-        let result = companion.result;
+        let Companion { mut result, ranges, outputs, .. } = companion;
         let margin = if result.steps < FEW_STEPS { CHANCE } else { 1.0 };
+        let relative = errors.iter().zip(&ranges).map(|(error, [low, high])| error / (high - low));
+        let relative = relative.filter(|part| part.is_finite()).fold(0.0, f64::max);
+        for (i, error) in result.extreme_errors.iter_mut().enumerate() {
+            let [low, high] = result.extremes[i];
+            let of_motion = (outputs[i] - of_companion[i]).abs().max(relative * (high - low));
+            *error += margin * of_motion.max(rounding(low.abs().max(high.abs()), result.steps));
+        }
         self.finished[design] = Some(DesignResult { estimated_error: Some(margin * largest(&errors).1), ..result });
     }
 }

@@ -7,6 +7,10 @@ use crate::state::State;
 
 /// With fewer steps, a design and its companion may make the same ones.
 const FEWEST_STEPS: u64 = 10;
+/// The largest error of an output's extremes, in parts of its range, and the smallest one that is no rounding error, in
+/// parts of its size, or of 1 if that is larger.
+const RESOLVED: f64 = 1e-3;
+const ROUNDING: f64 = 1e-12;
 
 impl LaneSweep<'_> {
     /// Takes up the end of a lane's design.
@@ -18,11 +22,15 @@ impl LaneSweep<'_> {
             self.leave(lane);
             return;
         }
-        let result = self.result(lane, design, status, at);
+        let mut result = self.result(lane, design, status, at);
+        if !are_resolved(&result) {
+            return self.leave(lane);
+        }
         if self.request.estimate_error {
             self.await_companion(lane, result, at);
         } else {
             self.lanes[lane] = None;
+            result.extreme_errors.clear();
             self.finished[design] = Some(result);
         }
     }
@@ -64,6 +72,7 @@ impl LaneSweep<'_> {
             end_time: at.t,
             q: at.q.clone(),
             qd: at.qd.clone(),
+            extreme_errors: (0..outputs.len()).map(|output| self.batch.range_error(lane, output)).collect(),
             extremes: outputs.iter().enumerate().map(range).collect(),
             estimated_error: None,
             rejection_reasons: Vec::new(),
@@ -83,4 +92,11 @@ impl LaneSweep<'_> {
     pub(super) fn run_alone(&mut self, design: usize) {
         self.finished[design] = Some(run_alone(design, &*self.designs[design], self.request));
     }
+}
+
+/// Whether the steps show how the outputs change.
+fn are_resolved(result: &DesignResult) -> bool {
+    result.extremes.iter().zip(&result.extreme_errors).all(|([low, high], error)| {
+        *error <= RESOLVED * (high - low) || *error <= ROUNDING * low.abs().max(high.abs()).max(1.0)
+    })
 }

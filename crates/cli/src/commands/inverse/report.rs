@@ -1,13 +1,13 @@
 //! The results of inverse dynamics as text, table, summary and figure.
 
-use qrm_sim::analysis::PrescribedState;
+use qrm_sim::analysis::{PrescribedState, Statistics};
 use qrm_sim::columns::columns;
 use qrm_view::figure::{Abscissa, Curve, Extremes, Figure, Panel, Scale};
 use serde::Serialize;
 
 use super::actuators::Actuators;
 use crate::error::Error;
-use crate::format::number;
+use crate::format::with_error;
 use crate::output::{Named, csv};
 use crate::setup::Setup;
 
@@ -17,7 +17,7 @@ pub(super) struct Report<'r> {
     scene: &'static str,
     end_time: f64,
     rows: usize,
-    results: Named<Statistics>,
+    results: Named<Entry>,
     #[serde(skip)]
     setup: &'r Setup,
     #[serde(skip)]
@@ -27,18 +27,26 @@ pub(super) struct Report<'r> {
     columns: Vec<Vec<f64>>,
 }
 
-/// A force, torque or power over the motion.
+/// A force, torque or power over the motion; extremes have their times.
 #[derive(Serialize)]
-struct Statistics {
+struct Entry {
     unit: &'static str,
     minimum: [f64; 2],
     maximum: [f64; 2],
+    /// The error of both extremes.
+    extreme_error: f64,
     mean: f64,
+    mean_error: f64,
     root_mean_square: f64,
 }
 
 impl<'r> Report<'r> {
-    pub(super) fn new(setup: &'r Setup, actuators: &Actuators, states: &'r [PrescribedState]) -> Self {
+    pub(super) fn new(
+        setup: &'r Setup,
+        actuators: &Actuators,
+        states: &'r [PrescribedState],
+        statistics: Vec<Statistics>,
+    ) -> Self {
         let forces: Vec<Vec<f64>> = states.iter().map(|state| actuators.forces(state)).collect();
         let mut columns: Vec<Vec<f64>> =
             (0..actuators.all.len()).map(|place| forces.iter().map(|row| row[place]).collect()).collect();
@@ -54,11 +62,10 @@ impl<'r> Report<'r> {
             name
         };
         let names = names.chain([("power".to_owned(), "W")]).map(|(name, unit)| (free(name), unit));
-        let times: Vec<f64> = states.iter().map(|state| state.t).collect();
-        let results = names.zip(&columns).map(|((name, unit), values)| (name, Statistics::new(unit, &times, values)));
+        let results = names.zip(statistics).map(|((name, unit), own)| (name, Entry::new(unit, &own)));
         Self {
             scene: setup.description.name,
-            end_time: times.last().copied().unwrap_or(0.0),
+            end_time: states.last().map_or(0.0, |state| state.t),
             rows: states.len(),
             results: Named(results.collect()),
             setup,
@@ -70,15 +77,16 @@ impl<'r> Report<'r> {
     /// The results as text with this title.
     pub(super) fn text(&self, title: &str) -> String {
         let mut text = format!(
-            "{title}\n\n  {:12}{:>15}{:>12}{:>15}{:>12}{:>15}{:>15}\n",
+            "{title}\n\n  {:12}{:>20}{:>12}{:>20}{:>12}{:>20}{:>20}\n",
             "", "minimum", "at t", "maximum", "at t", "mean", "rms"
         );
         for (name, own) in &self.results.0 {
-            let [(low, at_low), (high, at_high)] = [own.minimum, own.maximum].map(|[value, t]| (number(value), t));
-            let (mean, rms) = (number(own.mean), number(own.root_mean_square));
+            let [(low, at_low), (high, at_high)] =
+                [own.minimum, own.maximum].map(|[value, t]| (with_error(value, own.extreme_error), t));
+            let [mean, rms] = [own.mean, own.root_mean_square].map(|value| with_error(value, own.mean_error));
             let unit = own.unit;
             text +=
-                &format!("  {name:12}{low:>15}{at_low:>12.6}{high:>15}{at_high:>12.6}{mean:>15}{rms:>15}  {unit}\n");
+                &format!("  {name:12}{low:>20}{at_low:>12.6}{high:>20}{at_high:>12.6}{mean:>20}{rms:>20}  {unit}\n");
         }
         text
     }
@@ -99,7 +107,7 @@ impl<'r> Report<'r> {
 
     /// Forces and torques over time, a panel for each, and the power.
     pub(super) fn figure(&self) -> Figure {
-        let panel = |((name, own), values): (&(String, Statistics), &Vec<f64>)| {
+        let panel = |((name, own), values): (&(String, Entry), &Vec<f64>)| {
             let points = self.states.iter().zip(values).map(|(state, value)| (state.t, *value)).collect();
             let mark = |[value, t]: [f64; 2]| (t, value);
             let extremes = Extremes { minimum: mark(own.minimum), maximum: mark(own.maximum) };
@@ -121,56 +129,17 @@ impl<'r> Report<'r> {
     }
 }
 
-impl Statistics {
-    fn new(unit: &'static str, times: &[f64], values: &[f64]) -> Self {
-        let extreme = |is_beyond: fn(f64, f64) -> bool| {
-            let places = 0..values.len();
-            let place = places.reduce(|best, place| if is_beyond(values[place], values[best]) { place } else { best });
-            let row = place.map_or([0.0; 2], |place| [values[place], times[place]]);
-            let vertex = place.and_then(|place| vertex(times, values, place));
-            vertex.filter(|vertex| is_beyond(vertex[0], row[0])).unwrap_or(row)
-        };
-        let whole = times.last().copied().unwrap_or(0.0) - times.first().copied().unwrap_or(0.0);
-        let mean = |of: fn(f64) -> f64| {
-            let pieces = times.windows(2).zip(values.windows(2));
-            pieces.map(|(t, v)| 0.5 * (t[1] - t[0]) * (of(v[0]) + of(v[1]))).sum::<f64>() / whole
-        };
+impl Entry {
+    fn new(unit: &'static str, own: &Statistics) -> Self {
+        let extreme = |(value, t): (f64, f64)| [value, t];
         Self {
             unit,
-            minimum: extreme(|value, best| value < best),
-            maximum: extreme(|value, best| value > best),
-            mean: mean(|value| value),
-            root_mean_square: mean(|value| value * value).sqrt(),
+            minimum: extreme(own.minimum),
+            maximum: extreme(own.maximum),
+            extreme_error: own.extreme_error,
+            mean: own.mean,
+            mean_error: own.mean_error,
+            root_mean_square: own.root_mean_square,
         }
-    }
-}
-
-/// Value and time at the vertex of the parabola through a row and its neighbours; `None` at the ends.
-fn vertex(times: &[f64], values: &[f64], place: usize) -> Option<[f64; 2]> {
-    let [before, after] = [place.checked_sub(1)?, place + 1];
-    let (t, v) = (times[place], values[place]);
-    let [left, right] = [t - times[before], times.get(after)? - t];
-    // Two rows at the same time mean a jump.
-    if left <= 0.0 || right <= 0.0 {
-        return None;
-    }
-    let [fall, rise] = [(v - values[before]) / left, (values[after] - v) / right];
-    let bend = (rise - fall) / (left + right);
-    let slope = (fall * right + rise * left) / (left + right);
-    let offset = -slope / (2.0 * bend);
-    (-left < offset && offset < right).then(|| [v + slope * offset / 2.0, t + offset])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn extremes_lie_between_rows() {
-        let times = [0.0, 0.1, 0.3, 0.4];
-        let values = times.map(|t| 2.0 - 3.0 * (t - 0.15_f64).powi(2));
-        let result = Statistics::new("N", &times, &values);
-        assert!((result.maximum[0] - 2.0).abs() < 1e-14 && (result.maximum[1] - 0.15).abs() < 1e-14);
-        assert_eq!(result.minimum, [values[3], 0.4]);
     }
 }

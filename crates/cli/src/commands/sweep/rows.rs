@@ -75,6 +75,8 @@ pub(crate) enum Field {
     Rate(usize),
     Minimum(usize),
     Maximum(usize),
+    /// The error of both extremes of an output.
+    ExtremeError(usize),
     EstimatedError,
 }
 
@@ -125,9 +127,13 @@ pub(super) fn columns(setup: &Setup, axes: &Axes, has_extremes: bool) -> Vec<Col
     });
     let outputs = if has_extremes { description.outputs } else { &[] };
     let extremes = outputs.iter().enumerate().flat_map(|(i, output): (usize, &QuantityDescription)| {
-        [("min", "smallest", Field::Minimum(i)), ("max", "largest", Field::Maximum(i))].map(|(end, what, field)| {
-            let doc = format!("{what} value in the motion: {}", output.doc);
-            Column::new(format!("{}_{end}", output.name), output.unit, doc, field)
+        let of_output = [
+            ("min", "smallest value in the motion", Field::Minimum(i)),
+            ("max", "largest value in the motion", Field::Maximum(i)),
+            ("error", "estimated error of both extremes", Field::ExtremeError(i)),
+        ];
+        of_output.map(|(end, what, field)| {
+            Column::new(format!("{}_{end}", output.name), output.unit, format!("{what}: {}", output.doc), field)
         })
     });
     let mut columns = vec![design];
@@ -185,9 +191,15 @@ pub(super) fn row(
         Field::Rate(i) => number(finished.qd.get(i)),
         Field::Minimum(i) => number(finished.extremes.get(i).map(|e| &e[0])),
         Field::Maximum(i) => number(finished.extremes.get(i).map(|e| &e[1])),
+        Field::ExtremeError(i) => number(finished.extreme_errors.get(i).map(two_digits).as_ref()),
         Field::EstimatedError => number(finished.estimated_error.as_ref()),
     };
     let is_done = reason.is_empty();
     let warnings = if is_done { design_warnings(finished, setup.description) } else { Vec::new() };
     Row { cells: columns.iter().map(cell).collect(), is_done, warnings }
+}
+
+/// An error in as many digits as are known of it.
+fn two_digits(error: &f64) -> f64 {
+    format!("{error:.1e}").parse().unwrap_or(*error)
 }

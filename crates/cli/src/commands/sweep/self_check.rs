@@ -222,6 +222,7 @@ mod tests {
             q: vec![q],
             qd: vec![2.0],
             extremes: Vec::new(),
+            extreme_errors: Vec::new(),
             estimated_error: Some(estimated),
             rejection_reasons: Vec::new(),
             nearest_singular: None,
