@@ -20,6 +20,7 @@ mod corpus;
 mod driven;
 mod energy_integral;
 mod error_estimates;
+mod extremes;
 mod figures;
 mod formulae;
 mod friction;

@@ -68,7 +68,7 @@ fn range(values: &[f64]) -> [f64; 2] {
 }
 
 /// A random expression of terms between -1 and 1.
-fn expression(random: &mut fastrand::Rng, terms: &[(String, f64, f64)], depth: u32) -> String {
+pub(crate) fn expression(random: &mut fastrand::Rng, terms: &[(String, f64, f64)], depth: u32) -> String {
     if depth == 0 || random.f64() < 0.15 {
         let (name, middle, half) = &terms[random.usize(..terms.len())];
         let term = format!("(({name} - ({middle:.3e}))/{half:.3e})");

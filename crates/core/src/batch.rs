@@ -172,11 +172,14 @@ impl SimdBatch {
         [get(self.layout.lowest()).min(low), get(self.layout.highest()).max(high)]
     }
 
-    /// The error of the smallest and the largest value of an output so far, as far as it comes from the times at which the
-    /// output was computed.
-    pub fn range_error(&self, lane: usize, output: usize) -> f64 {
-        let [all, last] = [self.layout.range_error(), self.layout.step_range_error()];
-        self.get(lane, all + output).max(self.get(lane, last + output))
+    /// The errors of the smallest and of the largest value of an output so far, as far as they come from the times at which
+    /// the output was computed.
+    pub fn range_errors(&self, lane: usize, output: usize) -> [f64; 2] {
+        let get = |place: usize| self.get(lane, place + output);
+        let [low, high] = self.range(lane, output);
+        let least = get(self.layout.least()).min(get(self.layout.step_least()));
+        let most = get(self.layout.most()).max(get(self.layout.step_most()));
+        [low - least, most - high]
     }
 
     /// Whether all outputs of a lane have been numbers so far.
@@ -190,16 +193,16 @@ impl SimdBatch {
         self.set(lane, DEFINED, &[outputs.iter().map(|value| 0.0 * value).sum()]);
         self.set(lane, self.layout.lowest(), outputs);
         self.set(lane, self.layout.highest(), outputs);
-        self.set(lane, self.layout.range_error(), &vec![0.0; outputs.len()]);
+        self.set(lane, self.layout.least(), outputs);
+        self.set(lane, self.layout.most(), outputs);
         self.begin_step(lane, outputs);
     }
 
     /// Starts the ranges of a step of a lane with these outputs.
     fn begin_step(&mut self, lane: usize, outputs: &[f64]) {
-        [self.layout.outputs(), self.layout.step_lowest(), self.layout.step_highest()]
-            .into_iter()
-            .for_each(|place| self.set(lane, place, outputs));
-        self.set(lane, self.layout.step_range_error(), &vec![0.0; outputs.len()]);
+        let layout = self.layout;
+        let of_step = [layout.step_lowest(), layout.step_highest(), layout.step_least(), layout.step_most()];
+        [layout.outputs()].into_iter().chain(of_step).for_each(|place| self.set(lane, place, outputs));
     }
 
     fn get(&self, lane: usize, place: usize) -> f64 {

@@ -59,8 +59,8 @@ pub struct DesignResult {
     pub qd: Vec<f64>,
     /// Smallest and largest value of each output during the motion, if recorded.
     pub extremes: Vec<[f64; 2]>,
-    /// The estimated error of both extremes of each output; empty without estimates.
-    pub extreme_errors: Vec<f64>,
+    /// The estimated errors of the smallest and of the largest value of each output; empty without estimates.
+    pub extreme_errors: Vec<[f64; 2]>,
     /// Estimated largest error of a coordinate: in lanes over the end and two earlier times, in a separate run over all
     /// rows.
     pub estimated_error: Option<f64>,
@@ -130,11 +130,9 @@ impl Ranges {
         self.found.iter().map(|found| [found.minimum.0, found.maximum.0]).collect()
     }
 
-    /// The error of both extremes of each output.
-    fn errors(&self, errors: &ErrorEstimates) -> Vec<f64> {
-        let error = |(i, found): (usize, &Extremes)| {
-            errors.extremes(Kind::Output(i), found).map_or(0.0, |[low, high]| low.max(high))
-        };
+    /// The errors of the extremes of each output.
+    fn errors(&self, errors: &ErrorEstimates) -> Vec<[f64; 2]> {
+        let error = |(i, found): (usize, &Extremes)| errors.extremes(Kind::Output(i), found).unwrap_or_default();
         self.found.iter().enumerate().map(error).collect()
     }
 }

@@ -25,6 +25,8 @@ const DISTANCE: f64 = 1e-9;
 /// more from one to the next, others less.
 const NEARER: f64 = 16.0;
 const GROWS: f64 = 0.8;
+/// The largest difference from zero that rounding errors of zero have.
+const ZERO: f64 = 1e-200;
 /// The smallest change of a value that is no rounding error, in parts of the value.
 const ROUNDING: f64 = 1e-9;
 
@@ -126,8 +128,11 @@ impl PeakSearch<'_> {
                     continue;
                 }
             }
-            let uncertainty = self.bounds.at(motion, middle).width();
-            let is_rounding = uncertainty.is_finite() && bound.value.width() <= 2.0 * uncertainty;
+            // Halves would tell no more than numbers, where those have errors as large as the bound.
+            let is_rounding = [low, middle, high].into_iter().all(|s| {
+                let uncertainty = self.bounds.at(motion, s).width();
+                uncertainty.is_finite() && bound.value.width() <= 2.0 * uncertainty
+            });
             if is_finite && (is_rounding || width <= shortest) {
                 [low, middle, high].into_iter().for_each(|s| self.note_at(time(s)));
                 continue;
@@ -148,13 +153,13 @@ impl PeakSearch<'_> {
     }
 
     fn bound(&mut self, motion: &ArgumentPolynomials, part: [f64; 2]) -> Bound {
-        let (sign, most) = (self.sign, self.best.0 + self.tie);
+        let (sign, most) = (self.sign, self.best.0 + self.tie.max(ZERO));
         self.bounds.within(motion, part, |natural| (natural * Interval::point(sign)).hi() <= most)
     }
 
     /// Whether no value within a bound is better than the best one.
     fn is_excluded(&self, bound: Interval) -> bool {
-        (bound * Interval::point(self.sign)).hi() <= self.best.0 + self.tie
+        (bound * Interval::point(self.sign)).hi() <= self.best.0 + self.tie.max(ZERO)
     }
 
     fn value_at(&mut self, t: f64) -> f64 {

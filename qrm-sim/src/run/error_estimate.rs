@@ -28,6 +28,9 @@ pub struct ErrorEstimate {
     pub at_end: f64,
 }
 
+/// The largest difference between two values, in largest errors of the column, that these explain.
+const EXPLAINED: f64 = 3.0;
+
 impl ErrorEstimates {
     /// The error of a quantity; `None` for times, parameters and residuals.
     pub fn column(&self, kind: Kind) -> Option<ErrorEstimate> {
@@ -35,11 +38,15 @@ impl ErrorEstimates {
         Some(ErrorEstimate { largest: self.largest[place], at_end: self.at_end[place] })
     }
 
-    /// The errors of the smallest and of the largest value of a quantity; zero in the first row.
+    /// The errors of the smallest and of the largest value of a quantity; those of the motion are zero in the first row.
     pub fn extremes(&self, kind: Kind, extremes: &Extremes) -> Option<[f64; 2]> {
         let place = self.quantities.place(kind)?;
         let times = [extremes.minimum.1, extremes.maximum.1];
-        Some([0, 1].map(|end| if times[end] == self.start { 0.0 } else { self.at_extremes[end][place] }))
+        let of_motion = |end: usize| if times[end] == self.start { 0.0 } else { self.at_extremes[end][place] };
+        // Equal extremes of a periodic motion differ by its error.
+        let unexplained =
+            extremes.excess.map(|excess| if excess <= EXPLAINED * self.largest[place] { 0.0 } else { excess });
+        Some([0, 1].map(|end| of_motion(end) + unexplained[end]))
     }
 
     /// The error of the time at which a condition ended the run, in s; `None` if the run ended at a fixed time.

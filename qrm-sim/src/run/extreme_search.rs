@@ -5,7 +5,7 @@ use qrm_core::{Mechanism, RowLayout};
 use super::extremes::Vertex;
 use super::extremes_tracker::ExtremesTracker;
 use super::outcome::{NonFiniteQuantity, Status};
-use super::output_bounds::{BoundedOutput, OutputBounds, UnresolvedStep};
+use super::output_bounds::{OutputBounds, UnresolvedStep};
 use crate::bounds::{PeakError, PeakSearch};
 use crate::columns::number;
 use crate::integrate::Integrator;
@@ -13,7 +13,7 @@ use crate::maximum::{peak_between, vertex_beside};
 use crate::state::State;
 
 /// Whether extremes are searched for between rows.
-const SEARCHES: bool = cfg!(feature = "extremes");
+pub(super) const SEARCHES: bool = cfg!(feature = "extremes");
 
 /// The distance from a row, relative to that of rows, at which a column is tested for a rise.
 const NEIGHBOUR_DISTANCE: f64 = 1e-3;
@@ -61,11 +61,13 @@ impl ExtremeSearch {
         rows: &[f64],
         (extremes, bounds): (&mut ExtremesTracker, Option<&mut OutputBounds>),
     ) -> Result<(), Status> {
+        if !SEARCHES {
+            extremes.note_estimates();
+            return Ok(());
+        }
         self.refine_vertices(mechanism, run, rows, extremes);
         match bounds {
-            Some(bounds) if SEARCHES && !extremes.found().is_empty() => {
-                self.refine_outputs(mechanism, run, bounds, extremes)
-            }
+            Some(bounds) if !extremes.found().is_empty() => self.refine_outputs(mechanism, run, bounds, extremes),
             _ => Ok(()),
         }
     }
@@ -78,10 +80,6 @@ impl ExtremeSearch {
         rows: &[f64],
         extremes: &mut ExtremesTracker,
     ) {
-        if !SEARCHES {
-            extremes.note_estimates();
-            return;
-        }
         let vertices = extremes.take_vertices();
         if vertices.is_empty() {
             return;
@@ -147,15 +145,15 @@ impl ExtremeSearch {
                 for end in (0..2).filter(|&end| ends[end]) {
                     let known = extremes.found()[column];
                     let (sign, best) = if end == 0 { (-1.0, known.minimum) } else { (1.0, known.maximum) };
-                    let BoundedOutput { bounds, left, .. } = &mut bounds.outputs[which];
+                    let OutputBounds { outputs, left, .. } = &mut *bounds;
                     let mut search = PeakSearch {
                         mechanism,
-                        bounds,
+                        bounds: &mut outputs[which].bounds,
                         solver: Some(&mut solver),
                         sign,
                         best: (sign * best.0, best.1),
-                        tie: ROUNDING * (known.maximum.0 - known.minimum.0),
-                        left,
+                        tie: ROUNDING * known.range(),
+                        left: &mut left[which],
                         at: &mut |t| integrator.between(mechanism, &from, t).ok(),
                         value: &mut |at| number(mechanism, at, column),
                     };
@@ -171,12 +169,13 @@ impl ExtremeSearch {
                         Err(PeakError::Undefined(t)) => {
                             return Err(Status::NotFinite { t, what: NonFiniteQuantity::Output(output) });
                         }
+                        Err(PeakError::Undecided) if self.undecided.contains(&output) => {}
                         Err(PeakError::Undecided) => self.undecided.push(output),
                     }
                 }
             }
         }
-        bounds.outputs.retain(|own| !self.undecided.contains(&own.output));
+        self.undecided.iter().for_each(|output| bounds.leave_out(*output));
         bounds.forget();
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Tracks the extremes of columns row by row, including those between rows.
 
-use super::extremes::{Extremes, TIE, Vertex};
+use super::extreme_search::SEARCHES;
+use super::extremes::{Extremes, Vertex};
 use super::polynomial::{Number, Polynomial};
 
 /// The smallest ratio of curvatures at neighbouring rows to that at a vertex, for a smooth column.
@@ -55,7 +56,7 @@ impl<D: Number> ExtremesTracker<D> {
     /// Adds the next row, with as many values as the first one.
     pub fn row(&mut self, t: D, values: &[D]) {
         if self.rows == 0 {
-            self.found = values.iter().map(|value| Extremes { minimum: (*value, t), maximum: (*value, t) }).collect();
+            self.found = values.iter().map(|value| Extremes::new(t, *value)).collect();
             self.vertices = vec![[const { Vec::new() }; 2]; values.len()];
             self.times = vec![t; ROWS];
             self.values = values.iter().map(|value| [*value; ROWS]).collect();
@@ -136,15 +137,28 @@ impl<D: Number> ExtremesTracker<D> {
     }
 
     /// Whether a candidate with this value at its estimated time certainly does not replace a known extreme before it.
-    pub(crate) fn is_below(&self, vertex: &Vertex<D>, value: f64) -> bool {
+    pub(crate) fn is_below(&mut self, vertex: &Vertex<D>, value: f64) -> bool {
         let (known, t) = self.extreme(vertex.column, vertex.end);
         let leads = [value, vertex.estimate.0.re()].map(|value| sign(vertex.end) * (value - known.re()));
         let uncertainty = UNCERTAINTY * (leads[0] - leads[1]).abs();
-        t.re() < vertex.bracket[0].re() && leads[0].max(leads[1]) + uncertainty <= self.tie(vertex.column)
+        let lead = leads[0].max(leads[1]) + uncertainty;
+        let is_below = t.re() < vertex.bracket[0].re() && lead <= self.tie(vertex.column);
+        if is_below {
+            self.note_excess(vertex, lead);
+        }
+        is_below
+    }
+
+    /// Takes up how far a value that is not an extreme lies beyond it.
+    fn note_excess(&mut self, vertex: &Vertex<D>, lead: f64) {
+        if SEARCHES {
+            let excess = &mut self.found[vertex.column].excess[vertex.end];
+            *excess = excess.max(lead);
+        }
     }
 
     fn extreme(&self, column: usize, end: usize) -> (D, D) {
-        let Extremes { minimum, maximum } = self.found[column];
+        let Extremes { minimum, maximum, .. } = self.found[column];
         [minimum, maximum][end]
     }
 
@@ -187,9 +201,32 @@ impl<D: Number> ExtremesTracker<D> {
     /// Records the value and the time of a candidate; among tied values at different times, the first one counts.
     pub(crate) fn note(&mut self, vertex: &Vertex<D>, found: (D, D)) {
         if self.replaces(vertex, found) {
-            let Extremes { minimum, maximum } = &mut self.found[vertex.column];
-            *(if vertex.end == 0 { minimum } else { maximum }) = found;
+            self.set(vertex, found);
+        } else {
+            let (known, _) = self.extreme(vertex.column, vertex.end);
+            self.note_excess(vertex, sign(vertex.end) * (found.0.re() - known.re()));
         }
+    }
+
+    /// Records the value and the time of a candidate, also where a row that happens to lie at the extreme has the same
+    /// value: its time does not depend on parameters.
+    pub(crate) fn note_located(&mut self, vertex: &Vertex<D>, found: (D, D)) {
+        let (known, t) = self.extreme(vertex.column, vertex.end);
+        let is_here = vertex.bracket[0].re() <= t.re() && t.re() <= vertex.bracket[1].re();
+        let is_same = is_here && (found.0.re() - known.re()).abs() <= self.tie(vertex.column);
+        if is_same || self.replaces(vertex, found) {
+            self.set(vertex, found);
+        }
+    }
+
+    fn set(&mut self, vertex: &Vertex<D>, found: (D, D)) {
+        let Extremes { minimum, maximum, excess } = &mut self.found[vertex.column];
+        let known = if vertex.end == 0 { minimum } else { maximum };
+        let lead = sign(vertex.end) * (found.0.re() - known.0.re());
+        if SEARCHES {
+            excess[vertex.end] = (excess[vertex.end] - lead).max(0.0);
+        }
+        *known = found;
     }
 
     /// Whether the value and the time of a candidate replace the known extreme.
@@ -203,8 +240,7 @@ impl<D: Number> ExtremesTracker<D> {
 
     /// The largest difference between tied values of a column.
     fn tie(&self, column: usize) -> f64 {
-        let Extremes { minimum, maximum } = &self.found[column];
-        TIE * (maximum.0.re() - minimum.0.re())
+        self.found[column].tie()
     }
 
     /// Records the candidates between rows with their estimated values.
@@ -327,6 +363,6 @@ mod tests {
         tracker.finish();
         tracker.note_estimates();
         let found = tracker.found()[0];
-        assert_eq!(found, Extremes { minimum: (1.0, 0.0), maximum: (4.0, 2.0) });
+        assert_eq!((found.minimum, found.maximum), ((1.0, 0.0), (4.0, 2.0)));
     }
 }

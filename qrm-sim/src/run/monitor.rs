@@ -3,6 +3,7 @@
 use qrm_core::{Mechanism, RowLayout, RowQuantities, StateRef};
 
 use super::balance::Balance;
+use super::extreme_search::SEARCHES;
 use super::extremes_tracker::ExtremesTracker;
 use super::observer::{Observer, Row};
 use super::outcome::{NonFiniteQuantity, Status};
@@ -85,7 +86,11 @@ impl RunMonitor {
             rank,
             unbounded_at: None,
             extremes: has_extremes.then(ExtremesTracker::default),
-            output_bounds: if has_extremes && has_outputs { OutputBounds::new(mechanism, layout) } else { None },
+            output_bounds: if SEARCHES && has_extremes && has_outputs {
+                OutputBounds::new(mechanism, layout)
+            } else {
+                None
+            },
         }
     }
 
@@ -221,7 +226,7 @@ impl RunMonitor {
         if self.outputs.iter().all(|value| value.is_finite()) {
             write_row(t, [q, qd, qdd], multipliers, &self.outputs, [0.0; CHECKS], &mut self.columns);
             self.note_extremes(&state);
-        } else if let Some(bounds) = &mut self.output_bounds {
+        } else if SEARCHES && let Some(bounds) = &mut self.output_bounds {
             bounds.add(&state, &self.outputs);
         }
     }
@@ -231,7 +236,7 @@ impl RunMonitor {
         if let Some(extremes) = &mut self.extremes {
             extremes.row(state[0], &self.columns[..self.columns.len() - CHECKS]);
         }
-        if let Some(bounds) = &mut self.output_bounds {
+        if SEARCHES && let Some(bounds) = &mut self.output_bounds {
             bounds.add(state, &self.outputs);
         }
     }

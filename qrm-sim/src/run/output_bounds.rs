@@ -1,19 +1,17 @@
 //! The outputs whose extremes rows may not show, and the steps between rows in which they may lie.
 
-use std::borrow::Cow;
 use std::ops::Range;
 
-use qrm_core::{Interval, Mechanism, RowLayout, TapeFunction};
+use qrm_core::{Interval, Mechanism, RowLayout};
 
-use super::extremes::{Extremes, TIE};
-use crate::bounds::{FunctionBounds, RowBoxes};
+use super::extremes::Extremes;
+use crate::bounds::{BoundedOutput, FunctionBounds, RowBoxes, bounded_outputs};
 use crate::state::State;
 
-/// Outputs that are polynomials of lower degree, of the motion and of sines and cosines of angles, change no faster
-/// between rows than the motion does.
-const SMOOTH_DEGREE: u32 = 4;
+/// Values beyond an extreme that do not count, in parts of the output's range.
+const ROUNDING: f64 = 1e-13;
 /// The number of bounds that an output may take inside steps, and for each sample.
-const FIRST_BOUNDS: u32 = 20_000;
+const FIRST_BOUNDS: u32 = 100_000;
 const BOUNDS_OF_SAMPLE: u32 = 20;
 /// The number of samples that are kept for the next ones: they show how fast accelerations change.
 const KEPT: usize = 3;
@@ -24,21 +22,13 @@ const KEPT: usize = 3;
 pub(super) struct OutputBounds {
     layout: RowLayout,
     pub(super) outputs: Vec<BoundedOutput>,
+    /// The number of bounds that each of them may still take inside steps.
+    pub(super) left: Vec<u32>,
     /// Each sample has time, coordinates, rates, accelerations, multipliers and outputs.
     samples: Vec<f64>,
     width: usize,
     /// The first step that was not looked at.
     next: usize,
-}
-
-/// An output with bounds.
-#[derive(Clone, Debug)]
-pub(super) struct BoundedOutput {
-    /// Its number.
-    pub(super) output: usize,
-    pub(super) bounds: FunctionBounds,
-    /// The number of bounds that may still be computed inside steps.
-    pub(super) left: u32,
 }
 
 /// A step between samples in which an output may exceed its known extremes.
@@ -53,24 +43,18 @@ pub(super) struct UnresolvedStep {
 impl OutputBounds {
     /// `None` if rows show the extremes of all outputs, or the mechanism has no tape.
     pub(super) fn new(mechanism: &dyn Mechanism, layout: RowLayout) -> Option<Self> {
-        let tape = mechanism.tape()?;
-        let bounded = tape.outputs.results.iter().enumerate().filter_map(|(output, place)| {
-            let own = TapeFunction { operations: tape.outputs.operations.clone(), results: Cow::Owned(vec![*place]) };
-            let bounds = FunctionBounds::new(tape, &own, mechanism);
-            let is_smooth = bounds.degree().is_some_and(|degree| degree <= SMOOTH_DEGREE);
-            (!is_smooth).then_some(BoundedOutput { output, bounds, left: FIRST_BOUNDS })
-        });
-        let outputs: Vec<BoundedOutput> = bounded.collect();
-        let width = 1 + 3 * layout.n + layout.m + tape.outputs.results.len();
-        (!outputs.is_empty()).then_some(Self { layout, outputs, samples: Vec::new(), width, next: 0 })
+        let outputs = bounded_outputs(mechanism);
+        let width = 1 + 3 * layout.n + layout.m + mechanism.description().outputs.len();
+        let left = vec![FIRST_BOUNDS; outputs.len()];
+        (!outputs.is_empty()).then_some(Self { layout, outputs, left, samples: Vec::new(), width, next: 0 })
     }
 
     /// Adds a sample: a row's state, and its outputs.
     pub(super) fn add(&mut self, row: &[f64], outputs: &[f64]) {
         self.samples.extend_from_slice(&row[..self.width - outputs.len()]);
         self.samples.extend_from_slice(outputs);
-        for own in &mut self.outputs {
-            own.left = own.left.saturating_add(BOUNDS_OF_SAMPLE);
+        for left in &mut self.left {
+            *left = left.saturating_add(BOUNDS_OF_SAMPLE);
         }
     }
 
@@ -81,17 +65,25 @@ impl OutputBounds {
 
     /// The steps in which an output may exceed its known extremes.
     pub(super) fn unresolved(&mut self, which: usize, known: &Extremes) -> Vec<UnresolvedStep> {
-        let Self { layout, outputs, samples, width, next } = self;
-        let BoundedOutput { output, bounds, .. } = &mut outputs[which];
+        let Self { layout, outputs, samples, width, next, .. } = self;
+        let BoundedOutput { output, bounds } = &mut outputs[which];
         let rows: Vec<&[f64]> = samples.chunks_exact(*width).collect();
         let place = 1 + 3 * layout.n + layout.m + *output;
-        let tie = TIE * (known.maximum.0 - known.minimum.0);
+        let tie = ROUNDING * known.range();
         let known = [known.minimum.0 - tie, known.maximum.0 + tie];
         let mut steps = Unresolved { bounds, rows: &rows, n: layout.n, place, known, found: Vec::new() };
         if *next + 1 < rows.len() {
             steps.look_in(*next..rows.len() - 1);
         }
         steps.found
+    }
+
+    /// Bounds an output no more.
+    pub(super) fn leave_out(&mut self, output: usize) {
+        let kept = |own: &BoundedOutput| own.output != output;
+        let mut places = self.outputs.iter().map(kept).collect::<Vec<_>>().into_iter();
+        self.left.retain(|_| places.next().unwrap_or(true));
+        self.outputs.retain(kept);
     }
 
     /// Forgets the samples so far, except the last ones.

@@ -196,6 +196,11 @@ fn no_sensitivity(setup: &Setup, reason: &SensitivityError) -> Error {
             Message::new(format!("at or after t = {t} s some formula has no value, or no derivative"))
                 .help("look for roots of what becomes zero there, and for powers with exponents below one")
         }
+        SensitivityError::Unresolved { t, output } => {
+            let output = setup.description.outputs[*output].name;
+            Message::new(format!("`{output}` changes so fast before t = {t} s that its integral is not known"))
+                .help("use a shorter --step, or write its formula in a smoother form")
+        }
         SensitivityError::EventNotReached { end_time } => {
             Message::new(format!("the stop condition did not become true up to t = {end_time} s"))
                 .help(format!("`qrm run {name}` says how near it came"))

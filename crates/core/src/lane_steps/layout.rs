@@ -135,22 +135,34 @@ impl BatchLayout {
         self.step_lowest() + self.output_count
     }
 
-    /// The first place of the errors of the outputs' ranges.
+    /// The first place of the smallest values that the outputs may have had.
     #[inline(always)]
-    pub(crate) const fn range_error(self) -> usize {
+    pub(crate) const fn least(self) -> usize {
         self.step_highest() + self.output_count
     }
 
-    /// The first place of these errors in the last step.
+    /// The first place of the largest values that the outputs may have had.
     #[inline(always)]
-    pub(crate) const fn step_range_error(self) -> usize {
-        self.range_error() + self.output_count
+    pub(crate) const fn most(self) -> usize {
+        self.least() + self.output_count
+    }
+
+    /// The first place of the smallest values that the outputs may have had in the last step.
+    #[inline(always)]
+    pub(crate) const fn step_least(self) -> usize {
+        self.most() + self.output_count
+    }
+
+    /// The first place of the largest values that the outputs may have had in the last step.
+    #[inline(always)]
+    pub(crate) const fn step_most(self) -> usize {
+        self.step_least() + self.output_count
     }
 
     /// The first place of the outputs at the end of a part of the last step; `part` counts from 1.
     #[inline(always)]
     pub(crate) const fn sample(self, part: usize) -> usize {
-        self.step_range_error() + part * self.output_count
+        self.step_most() + part * self.output_count
     }
 
     /// The first place of the parameters.

@@ -21,12 +21,12 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
     pub(super) fn accept_ranges(&mut self) {
         let layout = self.layout();
         for i in 0..layout.output_count {
-            let [lowest, highest] = [layout.lowest() + i, layout.highest() + i];
-            let [low, high] = [layout.step_lowest() + i, layout.step_highest() + i];
-            self.set_number(lowest, self.number(low).min(self.number(lowest)));
-            self.set_number(highest, self.number(high).max(self.number(highest)));
-            let [error, of_step] = [layout.range_error() + i, layout.step_range_error() + i];
-            self.set_number(error, self.number(of_step).max(self.number(error)));
+            for (all, of_step) in [(layout.lowest(), layout.step_lowest()), (layout.least(), layout.step_least())] {
+                self.set_number(all + i, self.number(of_step + i).min(self.number(all + i)));
+            }
+            for (all, of_step) in [(layout.highest(), layout.step_highest()), (layout.most(), layout.step_most())] {
+                self.set_number(all + i, self.number(of_step + i).max(self.number(all + i)));
+            }
         }
     }
 
@@ -63,7 +63,8 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
             let [low, high, error] = range(&values);
             self.set_number(layout.step_lowest() + i, low);
             self.set_number(layout.step_highest() + i, high);
-            self.set_number(layout.step_range_error() + i, error);
+            self.set_number(layout.step_least() + i, low - error);
+            self.set_number(layout.step_most() + i, high + error);
             self.set_number(layout.outputs() + i, values[PARTS]);
         }
         self.set_number(DEFINED, defined);

@@ -40,12 +40,11 @@ impl Tape {
         self.outputs.results.iter().map(|place| takes[*place as usize]).collect()
     }
 
-    /// Whether outputs have operations that may change within a small part of the motion alone: exponentials, hyperbolic
-    /// tangents, and the choices of tables.
+    /// Whether outputs have operations that may peak within a small part of the motion: exponentials, and the signs by
+    /// which tables choose.
     pub fn outputs_may_be_narrow(&self) -> bool {
-        let is_narrow = |operation: &Operation| {
-            matches!(operation, Operation::Exp(_) | Operation::Tanh(_) | Operation::Min(..) | Operation::Max(..))
-        };
+        use Operation as Op;
+        let is_narrow = |operation: &Op| matches!(operation, Op::Exp(_) | Op::Sign(_) | Op::Min(..) | Op::Max(..));
         self.outputs.operations.iter().any(is_narrow)
     }
 

@@ -68,10 +68,14 @@ impl<T: Inner> Columns<T> {
             }
             tracker.finish();
             tracker.note_estimates();
-            let Extremes { minimum, maximum } = tracker.found()[0];
+            let Extremes { minimum, maximum, .. } = tracker.found()[0];
             let found = [minimum, maximum][end];
             let is_inside = times[0] < found.1.re() && found.1.re() < times[4];
-            self.extremes.note(&vertex, if is_inside { found } else { estimate });
+            if is_inside {
+                self.extremes.note_located(&vertex, found);
+            } else {
+                self.extremes.note(&vertex, estimate);
+            }
         }
         Ok(())
     }

@@ -14,6 +14,7 @@ use super::number::{Inner, Number, number};
 use super::result::Motion;
 use super::start::start;
 use super::stepper::DualStepper;
+use crate::bounds::Resolution;
 use crate::event::End;
 use crate::integrate::Formula;
 use crate::run::{StartError, check_condition, check_step};
@@ -33,6 +34,7 @@ pub(super) struct DualRun<'a, T: Inner> {
     /// The last rows.
     last_rows: VecDeque<DualState<T>>,
     columns: Columns<T>,
+    resolution: Resolution,
     /// The number of steps so far.
     steps: u64,
     keep_running: Option<&'a dyn Fn(f64, f64) -> bool>,
@@ -73,7 +75,8 @@ impl<'a, T: Inner> DualRun<'a, T> {
         let event = DualEvent::new(&stepper, request.end);
         let columns = Columns::new(mechanism.description().outputs.len());
         let (last_rows, keep_running) = (VecDeque::new(), request.keep_running);
-        Ok(Self { stepper, mesh, event, rows, end_time, state, last_rows, columns, steps: 0, keep_running })
+        let resolution = Resolution::new(mechanism, if is_halved { 0.25 } else { 1.0 });
+        Ok(Self { stepper, mesh, event, rows, end_time, state, last_rows, columns, resolution, steps: 0, keep_running })
     }
 
     /// Follows the motion to its end.
@@ -131,14 +134,30 @@ impl<'a, T: Inner> DualRun<'a, T> {
         Ok(is_at_end || is_at_event)
     }
 
-    /// Takes the state as a row, and looks for extremes between the last rows.
+    /// Takes the state as a row, and looks for extremes between the last rows. Where an output changes fast, rows between
+    /// are taken too.
     fn take_row(&mut self, formula: Formula) -> Result<(), SensitivityError> {
-        let Self { stepper, columns, last_rows, state, .. } = self;
-        columns.row(&mut stepper.equations, state)?;
+        if !self.resolution.is_needed() {
+            return self.add_row(formula, self.state.clone());
+        }
+        let outputs = self.stepper.equations.outputs(&self.state).into_iter().map(Scalar::to_f64).collect();
+        let times = self.resolution.times(self.stepper.equations.mechanism, &[(self.state.real(), outputs)])?;
+        if let Some(before) = self.last_rows.back().cloned() {
+            for t in times {
+                let between = self.stepper.advance(formula, &before, Number::from_f64(t))?;
+                self.add_row(formula, between)?;
+            }
+        }
+        self.add_row(formula, self.state.clone())
+    }
+
+    fn add_row(&mut self, formula: Formula, state: DualState<T>) -> Result<(), SensitivityError> {
+        let Self { stepper, columns, last_rows, .. } = self;
+        columns.row(&mut stepper.equations, &state)?;
         if last_rows.len() == ROWS {
             last_rows.pop_front();
         }
-        last_rows.push_back(state.clone());
+        last_rows.push_back(state);
         columns.refine(|t| outputs(stepper, formula, last_rows, t))
     }
 

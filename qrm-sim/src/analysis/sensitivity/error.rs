@@ -1,5 +1,6 @@
 //! Why there are no derivatives.
 
+use crate::bounds::Unresolved;
 use crate::integrate::StepError;
 use crate::run::StartError;
 
@@ -26,6 +27,13 @@ pub enum SensitivityError {
         /// The time.
         t: f64,
     },
+    /// An output changes so fast before this row that its integral and its extremes are not known.
+    Unresolved {
+        /// The time of the row.
+        t: f64,
+        /// The output.
+        output: usize,
+    },
     /// The stop condition did not become true.
     EventNotReached {
         /// The latest end.
@@ -46,4 +54,10 @@ pub enum SensitivityError {
         /// The name.
         name: String,
     },
+}
+
+impl From<Unresolved> for SensitivityError {
+    fn from(Unresolved { t, output }: Unresolved) -> Self {
+        Self::Unresolved { t, output }
+    }
 }

@@ -79,7 +79,7 @@ impl Sensitivity {
         self.qd.resize_with(motion.qd.len(), Derivatives::default);
         self.outputs.resize_with(motion.outputs.len(), OutputValues::default);
         let outputs = motion.outputs.into_iter().flat_map(|output| {
-            let Extremes { minimum, maximum } = output.extremes;
+            let Extremes { minimum, maximum, .. } = output.extremes;
             [output.end, minimum.0, minimum.1, maximum.0, maximum.1, output.integral]
         });
         let numbers = std::iter::once(motion.end_time).chain(motion.q).chain(motion.qd).chain(outputs);

@@ -71,10 +71,11 @@ impl LaneSweep<'_> {
         let margin = if result.steps < FEW_STEPS { CHANCE } else { 1.0 };
         let relative = errors.iter().zip(&ranges).map(|(error, [low, high])| error / (high - low));
         let relative = relative.filter(|part| part.is_finite()).fold(0.0, f64::max);
-        for (i, error) in result.extreme_errors.iter_mut().enumerate() {
+        for (i, errors) in result.extreme_errors.iter_mut().enumerate() {
             let [low, high] = result.extremes[i];
             let of_motion = (outputs[i] - of_companion[i]).abs().max(relative * (high - low));
-            *error += margin * of_motion.max(rounding(low.abs().max(high.abs()), result.steps));
+            let of_motion = margin * of_motion.max(rounding(low.abs().max(high.abs()), result.steps));
+            *errors = errors.map(|error| error + of_motion);
         }
         self.finished[design] = Some(DesignResult { estimated_error: Some(margin * largest(&errors).1), ..result });
     }

@@ -9,7 +9,7 @@ use crate::state::State;
 const FEWEST_STEPS: u64 = 10;
 /// The largest error of an output's extremes, in parts of its range, and the smallest one that is no rounding error, in
 /// parts of its size, or of 1 if that is larger.
-const RESOLVED: f64 = 1e-3;
+const RESOLVED: f64 = 0.05;
 const ROUNDING: f64 = 1e-12;
 
 impl LaneSweep<'_> {
@@ -72,7 +72,7 @@ impl LaneSweep<'_> {
             end_time: at.t,
             q: at.q.clone(),
             qd: at.qd.clone(),
-            extreme_errors: (0..outputs.len()).map(|output| self.batch.range_error(lane, output)).collect(),
+            extreme_errors: (0..outputs.len()).map(|output| self.batch.range_errors(lane, output)).collect(),
             extremes: outputs.iter().enumerate().map(range).collect(),
             estimated_error: None,
             rejection_reasons: Vec::new(),
@@ -96,7 +96,8 @@ impl LaneSweep<'_> {
 
 /// Whether the steps show how the outputs change.
 fn are_resolved(result: &DesignResult) -> bool {
-    result.extremes.iter().zip(&result.extreme_errors).all(|([low, high], error)| {
-        *error <= RESOLVED * (high - low) || *error <= ROUNDING * low.abs().max(high.abs()).max(1.0)
+    result.extremes.iter().zip(&result.extreme_errors).all(|([low, high], errors)| {
+        let error = errors[0].max(errors[1]);
+        error <= RESOLVED * (high - low) || error <= ROUNDING * low.abs().max(high.abs()).max(1.0)
     })
 }

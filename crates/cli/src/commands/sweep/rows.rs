@@ -75,8 +75,8 @@ pub(crate) enum Field {
     Rate(usize),
     Minimum(usize),
     Maximum(usize),
-    /// The error of both extremes of an output.
-    ExtremeError(usize),
+    MinimumError(usize),
+    MaximumError(usize),
     EstimatedError,
 }
 
@@ -129,8 +129,9 @@ pub(super) fn columns(setup: &Setup, axes: &Axes, has_extremes: bool) -> Vec<Col
     let extremes = outputs.iter().enumerate().flat_map(|(i, output): (usize, &QuantityDescription)| {
         let of_output = [
             ("min", "smallest value in the motion", Field::Minimum(i)),
+            ("min_error", "estimated error of the smallest value", Field::MinimumError(i)),
             ("max", "largest value in the motion", Field::Maximum(i)),
-            ("error", "estimated error of both extremes", Field::ExtremeError(i)),
+            ("max_error", "estimated error of the largest value", Field::MaximumError(i)),
         ];
         of_output.map(|(end, what, field)| {
             Column::new(format!("{}_{end}", output.name), output.unit, format!("{what}: {}", output.doc), field)
@@ -191,7 +192,8 @@ pub(super) fn row(
         Field::Rate(i) => number(finished.qd.get(i)),
         Field::Minimum(i) => number(finished.extremes.get(i).map(|e| &e[0])),
         Field::Maximum(i) => number(finished.extremes.get(i).map(|e| &e[1])),
-        Field::ExtremeError(i) => number(finished.extreme_errors.get(i).map(two_digits).as_ref()),
+        Field::MinimumError(i) => number(finished.extreme_errors.get(i).map(|e| two_digits(e[0])).as_ref()),
+        Field::MaximumError(i) => number(finished.extreme_errors.get(i).map(|e| two_digits(e[1])).as_ref()),
         Field::EstimatedError => number(finished.estimated_error.as_ref()),
     };
     let is_done = reason.is_empty();
@@ -200,6 +202,6 @@ pub(super) fn row(
 }
 
 /// An error in as many digits as are known of it.
-fn two_digits(error: &f64) -> f64 {
-    format!("{error:.1e}").parse().unwrap_or(*error)
+fn two_digits(error: f64) -> f64 {
+    format!("{error:.1e}").parse().unwrap_or(error)
 }
