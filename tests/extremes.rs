@@ -191,7 +191,7 @@ fn no_row_exceeds_the_extremes_of_random_outputs() {
                     let rounding = 1e-11 * (range[1] - range[0]).max(of_rows.abs());
                     assert!(
                         sign * (of_rows - value) <= 3.0 * error + rounding,
-                        "{name} by {method}, step {step}: {end} {value} with an error of {error:e}, {of_rows} in a row\n{text}"
+                        "{name} by {method}, step {step}: {end} {value}, error {error:e}, {of_rows} in a row\n{text}"
                     );
                 }
             }

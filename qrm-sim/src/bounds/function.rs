@@ -50,8 +50,8 @@ impl FunctionBounds {
         if value.is_finite() && !self.series.may_jump() { value.width() } else { 0.0 }
     }
 
-    /// Bounds in a part of a step: the value's natural bound, and a Taylor expansion about the middle unless the natural
-    /// bound is enough.
+    /// Bounds in a part of a step: the value's natural bound, and a Taylor expansion about the middle unless the
+    /// natural bound is enough.
     ///
     /// The remainder has order [`ORDER`], or order 1 where the function may have a corner.
     pub(crate) fn within(

@@ -1,7 +1,7 @@
 //! The search for the largest value of a function inside a step.
 //!
-//! Parts of the step whose bound exceeds no known value are excluded. Others are halved, until the function rises, falls
-//! or has one peak. The function is then evaluated on the motion itself.
+//! Parts of the step whose bound exceeds no known value are excluded. Others are halved, until the function rises,
+//! falls or has one peak. The function is then evaluated on the motion itself.
 
 use qrm_core::{Interval, Mechanism};
 

@@ -38,7 +38,7 @@ impl ErrorEstimates {
         Some(ErrorEstimate { largest: self.largest[place], at_end: self.at_end[place] })
     }
 
-    /// The errors of the smallest and of the largest value of a quantity; those of the motion are zero in the first row.
+    /// The errors of the smallest and of the largest value of a quantity. That of the motion is zero in the first row.
     pub fn extremes(&self, kind: Kind, extremes: &Extremes) -> Option<[f64; 2]> {
         let place = self.quantities.place(kind)?;
         let times = [extremes.minimum.1, extremes.maximum.1];

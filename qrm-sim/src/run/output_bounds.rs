@@ -11,7 +11,7 @@ use crate::state::State;
 /// Values beyond an extreme that do not count, in parts of the output's range.
 const ROUNDING: f64 = 1e-13;
 /// The number of bounds that an output may take inside steps, and for each sample.
-const FIRST_BOUNDS: u32 = 100_000;
+const FIRST_BOUNDS: u32 = 20_000;
 const BOUNDS_OF_SAMPLE: u32 = 20;
 /// The number of samples that are kept for the next ones: they show how fast accelerations change.
 const KEPT: usize = 3;
@@ -110,8 +110,8 @@ struct Unresolved<'s> {
 impl Unresolved<'_> {
     /// Looks in some steps.
     ///
-    /// Between rows, an output exceeds their values by at most `max |f''| h^2/8`, or `max |f'| h/2` at corners. Where it
-    /// rises, falls or has one peak, rows and the polynomials through them show its extremes.
+    /// Between rows, an output exceeds their values by at most `max |f''| h^2/8`, or `max |f'| h/2` at corners. Where
+    /// it rises, falls or has one peak, rows and the polynomials through them show its extremes.
     fn look_in(&mut self, steps: Range<usize>) {
         let part = self.rows.get(steps.start..=steps.end).unwrap_or_default();
         let boxed = if self.bounds.takes_forces(self.n) {

@@ -60,8 +60,8 @@ fn whole(value: f64) -> i64 {
 /// Horner's scheme computes `v_k = 1 - c_k v_(k+1)` with `c_k <= 0.12` from the third term on; with the unit roundoff
 /// `u`, the error of `v_3` is below `1.2 u`, and the remainder of the series below `1e-20`. The sine is `y - y w` with
 /// `w = y^2/6 v_3 <= 0.375`, whose relative error is `4.3 u`: with both roundings that is `3 u |y|`. The cosine is
-/// `(1 - y^2/2) + w` with `w = y^4/24 v_3 <= 0.22`, whose relative error is `6 u`: with three roundings, that of `y^2/2`
-/// up to `1.13 u`, that is `3.6 u`.
+/// `(1 - y^2/2) + w` with `w = y^4/24 v_3 <= 0.22`, whose relative error is `6 u`: with three roundings, that of
+/// `y^2/2` up to `1.13 u`, that is `3.6 u`.
 fn series(y: f64) -> (Interval, Interval) {
     let square = y * y;
     let (mut sine, mut cosine) = (1.0, 1.0);

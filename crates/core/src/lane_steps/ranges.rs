@@ -104,10 +104,10 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsB
 /// The smallest and the largest value over the span of five equidistant values, from the polynomial through them, and
 /// their error. Extremes are searched for up to one distance from each inner value.
 ///
-/// The error is twice that of fifth differences `d5`, `0.03 d5`, which in a smooth output follow from the others as `d2 r^3`, where
-/// `r` is the larger one of `d3/d2` and `sqrt(d4/d2)`; it counts where an extreme lies between the values. If fourth differences are not small against second
-/// ones, the output has a corner or jumps, or changes too fast: only the five values themselves count, and second
-/// differences are their error.
+/// The error is twice that of fifth differences `d5`, `0.03 d5`. In a smooth output they follow from the others as
+/// `d2 r^3`, where `r` is the larger one of `d3/d2` and `sqrt(d4/d2)`. It counts where an extreme lies between the
+/// values. If fourth differences are not small against second ones, the output has a corner or jumps, or changes
+/// too fast: only the five values themselves count, and second differences are their error.
 #[inline(always)]
 fn range<S: Token>(values: &[Lanes<S>; PARTS + 1]) -> [Lanes<S>; 3] {
     let number = Lanes::<S>::from_f64;
