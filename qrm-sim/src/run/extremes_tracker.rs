@@ -144,7 +144,7 @@ impl<D: Number> ExtremesTracker<D> {
         let lead = leads[0].max(leads[1]) + uncertainty;
         let is_below = t.re() < vertex.bracket[0].re() && lead <= self.tie(vertex.column);
         if is_below {
-            self.note_excess(vertex, lead);
+            self.note_excess(vertex, leads[0]);
         }
         is_below
     }

@@ -31,8 +31,10 @@ pub(super) struct DualRun<'a, T: Inner> {
     /// The end of the rows, and its derivatives.
     end_time: Number<T>,
     state: DualState<T>,
-    /// The last rows.
-    last_rows: VecDeque<DualState<T>>,
+    /// The times of the last rows.
+    last_rows: VecDeque<f64>,
+    /// The states at the ends of the steps since the first of these.
+    last_states: VecDeque<DualState<T>>,
     columns: Columns<T>,
     resolution: Resolution,
     /// The number of steps so far.
@@ -74,9 +76,21 @@ impl<'a, T: Inner> DualRun<'a, T> {
         let mesh = mesh.map_err(|error| SensitivityError::Start(StartError::Step(error)))?;
         let event = DualEvent::new(&stepper, request.end);
         let columns = Columns::new(mechanism.description().outputs.len());
-        let (last_rows, keep_running) = (VecDeque::new(), request.keep_running);
         let resolution = Resolution::new(mechanism, if is_halved { 0.25 } else { 1.0 });
-        Ok(Self { stepper, mesh, event, rows, end_time, state, last_rows, columns, resolution, steps: 0, keep_running })
+        Ok(Self {
+            stepper,
+            mesh,
+            event,
+            rows,
+            end_time,
+            last_rows: VecDeque::new(),
+            last_states: VecDeque::from([state.clone()]),
+            state,
+            columns,
+            resolution,
+            steps: 0,
+            keep_running: request.keep_running,
+        })
     }
 
     /// Follows the motion to its end.
@@ -126,6 +140,7 @@ impl<'a, T: Inner> DualRun<'a, T> {
         } else if is_at_end && value.is_some() {
             return Err(SensitivityError::EventNotReached { end_time: self.rows.end_time });
         }
+        self.last_states.push_back(next.clone());
         self.state = next;
         self.steps += 1;
         if step.is_row || is_at_event {
@@ -138,49 +153,55 @@ impl<'a, T: Inner> DualRun<'a, T> {
     /// are taken too.
     fn take_row(&mut self, formula: Formula) -> Result<(), SensitivityError> {
         if !self.resolution.is_needed() {
-            return self.add_row(formula, self.state.clone());
+            return self.add_row(formula, &self.state.clone());
         }
         let outputs = self.stepper.equations.outputs(&self.state).into_iter().map(Scalar::to_f64).collect();
         let times = self.resolution.times(self.stepper.equations.mechanism, &[(self.state.real(), outputs)])?;
-        if let Some(before) = self.last_rows.back().cloned() {
-            for t in times {
-                let between = self.stepper.advance(formula, &before, Number::from_f64(t))?;
-                self.add_row(formula, between)?;
-            }
+        for t in times {
+            let between = state_at(&mut self.stepper, formula, &self.last_states, t)?;
+            self.add_row(formula, &between)?;
         }
-        self.add_row(formula, self.state.clone())
+        self.add_row(formula, &self.state.clone())
     }
 
-    fn add_row(&mut self, formula: Formula, state: DualState<T>) -> Result<(), SensitivityError> {
-        let Self { stepper, columns, last_rows, .. } = self;
-        columns.row(&mut stepper.equations, &state)?;
+    fn add_row(&mut self, formula: Formula, state: &DualState<T>) -> Result<(), SensitivityError> {
+        let Self { stepper, columns, last_rows, last_states, .. } = self;
+        columns.row(&mut stepper.equations, state)?;
         if last_rows.len() == ROWS {
             last_rows.pop_front();
         }
-        last_rows.push_back(state);
-        columns.refine(|t| outputs(stepper, formula, last_rows, t))
+        last_rows.push_back(state.t.to_f64());
+        while last_states.get(1).is_some_and(|second| second.t.to_f64() <= last_rows[0]) {
+            last_states.pop_front();
+        }
+        columns.refine(|t| {
+            let at = state_at(stepper, formula, last_states, t)?;
+            Ok(stepper.equations.outputs(&at))
+        })
     }
 
     fn finish(self, formula: Formula) -> Result<Motion<T>, SensitivityError> {
-        let Self { mut stepper, mut columns, last_rows, state, steps, .. } = self;
+        let Self { mut stepper, mut columns, last_states, state, steps, .. } = self;
         columns.finish();
-        columns.refine(|t| outputs(&mut stepper, formula, &last_rows, t))?;
+        columns.refine(|t| {
+            let at = state_at(&mut stepper, formula, &last_states, t)?;
+            Ok(stepper.equations.outputs(&at))
+        })?;
         let derived = |numbers: &[Number<T>]| numbers.iter().map(|number| number.0).collect();
         let DualState { t, q, qd, .. } = &state;
         Ok(Motion { steps, end_time: t.0, q: derived(q), qd: derived(qd), outputs: columns.outputs() })
     }
 }
 
-/// The outputs at a time, by a step from a row before it.
-fn outputs<T: Inner>(
+/// The state at a time, by a step from the last of some states before it.
+fn state_at<T: Inner>(
     stepper: &mut DualStepper<T>,
     formula: Formula,
-    rows: &VecDeque<DualState<T>>,
+    states: &VecDeque<DualState<T>>,
     t: f64,
-) -> Result<Vec<Number<T>>, SensitivityError> {
-    let from = rows.iter().rev().find(|row| row.t.to_f64() <= t).unwrap_or(&rows[0]);
-    let at = stepper.advance(formula, from, Number::from_f64(t))?;
-    Ok(stepper.equations.outputs(&at))
+) -> Result<DualState<T>, SensitivityError> {
+    let from = states.iter().rev().find(|state| state.t.to_f64() < t).unwrap_or(&states[0]);
+    stepper.advance(formula, from, Number::from_f64(t))
 }
 
 /// Gives the parameters their values, and the derivatives by themselves and along the direction.
