@@ -31,9 +31,9 @@ pub use solver::Solver;
 pub use stats::SolverStats;
 
 pub(crate) use matrix::{is_positive, subtract_combination};
-pub(crate) use precise::{Number, PreciseEquations};
+pub(crate) use precise::{Number, PreciseEquations, PreciseSaddlePoint};
 pub(crate) use rank::row_products;
 pub(crate) use response::Response;
 pub(crate) use saddle_point::{SaddlePoint, minv_ct, schur_complement};
 pub(crate) use singular_position::SingularPositions;
-pub(crate) use singularity_distance::{IRREGULAR, NEAR, SingularityDistance};
+pub(crate) use singularity_distance::{IRREGULAR, NEAR, SINGULAR, SingularityDistance};

@@ -125,6 +125,8 @@ pub struct SensitivityRequest<'a> {
     pub step: Option<f64>,
     /// The end; the scene's if `None`.
     pub end: Option<End<'a>>,
+    /// The numbers of the outputs that are asked for, all if `None`; extremes and integrals of others are those of rows.
+    pub outputs: Option<&'a [usize]>,
     /// A direction by names of parameters, others being zero: the products of Hessians with it are computed too.
     pub direction: &'a [(&'a str, f64)],
     /// Whether errors are estimated, by another motion with steps half as long.

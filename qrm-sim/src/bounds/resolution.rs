@@ -43,9 +43,11 @@ pub(crate) struct Resolution {
 }
 
 impl Resolution {
-    /// Begins without rows; the deviation may be smaller than usual by a factor.
-    pub(crate) fn new(mechanism: &dyn Mechanism, factor: f64) -> Self {
-        let (outputs, n) = (bounded_outputs(mechanism), mechanism.description().coordinates.len());
+    /// Begins without rows, for these outputs, or all; the deviation may be smaller than usual by a factor.
+    pub(crate) fn new(mechanism: &dyn Mechanism, which: Option<&[usize]>, factor: f64) -> Self {
+        let n = mechanism.description().coordinates.len();
+        let mut outputs = bounded_outputs(mechanism);
+        outputs.retain(|own| which.is_none_or(|which| which.contains(&own.output)));
         let takes_forces = outputs.iter().any(|own| own.bounds.takes_forces(n));
         Self {
             ranges: vec![[f64::INFINITY, f64::NEG_INFINITY]; outputs.len()],
@@ -135,14 +137,16 @@ fn parts(bounds: &mut FunctionBounds, motion: &ArgumentPolynomials, range: f64, 
             return None;
         }
         let (bound, width) = (bounds.within(motion, [begin, end], |_| false), end - begin);
-        let scale = *scale.get_or_insert(range.max(bound.value.width()).max(SMALLEST_RANGE));
+        if bound.value.is_finite() {
+            scale.get_or_insert(range.max(bound.value.width()).max(SMALLEST_RANGE));
+        }
         let reach = (bound.curvature.magnitude() * width * width / 8.0)
             .min(bound.slope.magnitude() * width / 2.0)
             .min(bound.value.width());
         // What is computed may be rounding errors alone.
         let rounding = bounds.at(motion, 0.5 * (begin + end)).width();
         let is_rounding = rounding.is_finite() && bound.value.width() <= 4.0 * rounding;
-        if reach <= resolved * scale && scale.is_finite() || is_rounding || width <= SHORTEST {
+        if scale.is_some_and(|scale| reach <= resolved * scale) || is_rounding || width <= SHORTEST {
             found.extend((end < 1.0).then_some(end));
         } else {
             let middle = 0.5 * (begin + end);

@@ -4,7 +4,7 @@ use super::matrix::{Matrix, dot};
 
 /// The threshold of suspicious numbers in matrices of products: pivots relative to their diagonal entry, and diagonal
 /// entries relative to the largest one.
-const SUSPICIOUS: f64 = 1e-7;
+pub(super) const SUSPICIOUS: f64 = 1e-7;
 
 /// The factors of a positive definite matrix, `A = L D L'`.
 ///

@@ -2,11 +2,13 @@
 
 mod elimination;
 mod least_norm;
+mod saddle_point;
 
 use qrm_core::{DoubleDouble, Scalar, Tape, TapeEvaluator};
 
 use self::elimination::Elimination;
 use self::least_norm::least_norm;
+pub(crate) use self::saddle_point::PreciseSaddlePoint;
 
 /// A double-double number, about 32 digits.
 pub(crate) type Number = DoubleDouble;

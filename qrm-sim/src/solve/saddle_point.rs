@@ -1,7 +1,7 @@
 //! The saddle-point system of accelerations and multipliers at any position, including singular ones.
 
 use super::buffers::Dynamics;
-use super::ldl::{Ldl, PivotedLdl};
+use super::ldl::{Ldl, PivotedLdl, SUSPICIOUS};
 use super::matrix::{Matrix, dot, subtract_combination};
 use super::stats::SolverStats;
 
@@ -85,14 +85,20 @@ impl SaddlePoint {
     }
 
     /// Factors `Mbar` and the Schur complement; false if one of them is singular, or nearly so.
-    pub(crate) fn factor(&mut self) -> bool {
+    fn factor(&mut self) -> bool {
+        self.factor_above(SUSPICIOUS)
+    }
+
+    /// Factors `Mbar` and the Schur complement; false if `Mbar` is singular, or pivots of the Schur complement are below
+    /// this fraction of their diagonal entries.
+    pub(crate) fn factor_above(&mut self, smallest: f64) -> bool {
         let Self { dynamics, mass, minv_ct: pull, schur, schur_factors, .. } = self;
         if !mass.factor(&dynamics.mass_matrix) {
             return false;
         }
         minv_ct(mass, &dynamics.constraint_jacobian, pull);
         schur_complement(&dynamics.constraint_jacobian, pull, schur);
-        schur_factors.factor_products(schur)
+        schur_factors.factor_products_above(schur, smallest)
     }
 
     /// Solves the equations with the factors; forces and bias may have changed since.

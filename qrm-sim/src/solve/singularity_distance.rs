@@ -12,6 +12,8 @@ pub(crate) const NEAR: f64 = 0.03;
 /// The fraction below which single states are near a singular position, and rounding errors of forces in rows are
 /// irregular.
 pub(crate) const IRREGULAR: f64 = 0.1;
+/// The fraction below which derivatives are lost.
+pub(crate) const SINGULAR: f64 = 3e-4;
 /// The fraction below which forces lose digits.
 const LOSING: f64 = 0.3;
 

@@ -7,12 +7,9 @@ use super::ldl::Ldl;
 use super::rank::constraint_rank;
 use super::saddle_point::{SaddlePoint, Undetermined};
 use super::singular_position::{PreciseState, SingularPositions};
-use super::singularity_distance::{IRREGULAR, SingularityDistance};
+use super::singularity_distance::{IRREGULAR, SINGULAR, SingularityDistance};
 use super::stage_interpolation;
 use super::stats::SolverStats;
-
-/// The smallest singular value, as a fraction of that at regular positions, below which derivatives are lost.
-const SINGULAR: f64 = 3e-4;
 
 /// Solves the equations of successive states of a mechanism, without allocations.
 #[derive(Clone, Debug)]

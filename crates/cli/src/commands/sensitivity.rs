@@ -108,9 +108,11 @@ impl DerivativeRequest {
         let direction: Vec<(&str, f64)> = vector.iter().map(|(name, entry)| (name.as_str(), *entry)).collect();
         let checking = if is_checked { check::motions(by.len()) } else { 0 };
         let progress = Progress::motions(SensitivityRequest::motions(by.len()) + checking);
+        let outputs = outputs(setup, &of);
         let request = SensitivityRequest {
             by: &by,
             settings: setup.settings,
+            outputs: outputs.as_deref(),
             direction: &direction,
             estimate_errors: is_checked,
             ..SensitivityRequest::default()
@@ -153,6 +155,12 @@ fn parameters(setup: &Setup, asked: &[String]) -> Result<Vec<&'static str>, Erro
             .help("give a number a name under [parameters]"));
     }
     Ok(by)
+}
+
+/// The numbers of the requested outputs; `None` for all.
+fn outputs(setup: &Setup, of: &[String]) -> Option<Vec<usize>> {
+    let is_asked = |i: &usize| of.iter().any(|of| of == setup.description.outputs[*i].name);
+    (!of.is_empty()).then(|| (0..setup.description.outputs.len()).filter(is_asked).collect())
 }
 
 /// Returns an error if the scene lacks a requested output.
@@ -199,7 +207,7 @@ fn no_sensitivity(setup: &Setup, reason: &SensitivityError) -> Error {
         SensitivityError::Unresolved { t, output } => {
             let output = setup.description.outputs[*output].name;
             Message::new(format!("`{output}` changes so fast before t = {t} s that its integral is not known"))
-                .help("use a shorter --step, or write its formula in a smoother form")
+                .help("use a shorter --step, or ask for other quantities by --of")
         }
         SensitivityError::EventNotReached { end_time } => {
             Message::new(format!("the stop condition did not become true up to t = {end_time} s"))

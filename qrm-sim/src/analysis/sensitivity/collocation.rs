@@ -12,6 +12,8 @@ use crate::quadrature::gauss_legendre;
 
 /// Most iterations of a step; where more are needed, shorter steps take less work.
 const MOST_ITERATIONS: usize = 100;
+/// Most times that a step is halved: it was short enough for the same iteration without derivatives.
+const MOST_HALVINGS: u32 = 10;
 /// Slopes that change by this part of the largest have converged.
 const CONVERGED: f64 = 1e-15;
 /// Changes below this part that fall no more are rounding errors.
@@ -26,16 +28,23 @@ pub(super) fn step<T: Inner>(
     from: &DualState<T>,
     t: Number<T>,
 ) -> Result<DualState<T>, StepError> {
+    halved(equations, from, t, MOST_HALVINGS)
+}
+
+/// The state at `t` by one step, or by two that are halved as often as is left.
+fn halved<T: Inner>(
+    equations: &mut DualEquations<T>,
+    from: &DualState<T>,
+    t: Number<T>,
+    halvings: u32,
+) -> Result<DualState<T>, StepError> {
     if let Some(made) = iterated(equations, from, t)? {
         return Ok(made);
     }
     let half = Number::from_f64(0.5) * (t - from.t);
-    let (begin, h) = (from.t.to_f64(), half.to_f64());
-    if !(h.abs() > f64::EPSILON * begin.abs()) {
-        return Err(StepError::StepTooShort { h });
-    }
-    let middle = step(equations, from, from.t + half)?;
-    step(equations, &middle, t)
+    let left = halvings.checked_sub(1).ok_or(StepError::StepTooShort { h: half.to_f64() })?;
+    let middle = halved(equations, from, from.t + half, left)?;
+    halved(equations, &middle, t, left)
 }
 
 /// The state at `t` by one step: collocation at the zeros of a Legendre polynomial, solved by fixed-point iteration,

@@ -76,7 +76,7 @@ impl<'a, T: Inner> DualRun<'a, T> {
         let mesh = mesh.map_err(|error| SensitivityError::Start(StartError::Step(error)))?;
         let event = DualEvent::new(&stepper, request.end);
         let columns = Columns::new(mechanism.description().outputs.len());
-        let resolution = Resolution::new(mechanism, if is_halved { 0.25 } else { 1.0 });
+        let resolution = Resolution::new(mechanism, request.outputs, if is_halved { 0.25 } else { 1.0 });
         Ok(Self {
             stepper,
             mesh,

@@ -3,13 +3,19 @@
 use qrm_core::Scalar;
 
 use super::number::{Inner, Number, complete, constants};
-use crate::solve::{SaddlePoint, SolverStats, Undetermined};
+use crate::solve::{PreciseSaddlePoint, SINGULAR, SaddlePoint, SingularityDistance, SolverStats, Undetermined};
+
+/// The smallest pivot of the Schur complement for which solutions have twelve digits. Masses that differ by many orders
+/// of magnitude make it smaller, although the constraints are independent.
+const DIGITS: f64 = 1e-4;
 
 /// Solves `M x + J' w = f`, `J x + b = 0` on dual numbers.
 pub(super) struct DualSaddlePoint {
     /// Statistics of the solves so far.
     pub(super) stats: SolverStats,
     reals: SaddlePoint,
+    /// The distance of positions from singular ones, since the first.
+    distance: Option<SingularityDistance>,
     /// The number of parameters.
     parts: usize,
 }
@@ -25,7 +31,7 @@ pub(super) struct Equations<'a, T: Inner> {
 impl DualSaddlePoint {
     /// Room for `n` unknowns and `m` constraints, with derivatives by so many parameters.
     pub(super) fn zero(n: usize, m: usize, parts: usize) -> Self {
-        Self { stats: SolverStats::default(), reals: SaddlePoint::zero(n, m), parts }
+        Self { stats: SolverStats::default(), reals: SaddlePoint::zero(n, m), distance: None, parts }
     }
 
     /// The solution `x`, then `w`.
@@ -33,12 +39,16 @@ impl DualSaddlePoint {
     /// # Errors
     /// `M` is singular on the null space of `J`, or a value is not finite.
     pub(super) fn solve<T: Inner>(&mut self, equations: &Equations<T>) -> Result<Vec<Number<T>>, Undetermined> {
-        let Self { stats, reals, parts } = self;
         let n = equations.forces.len();
-        copy_values(equations.mass_matrix, reals.dynamics.mass_matrix.entries_mut());
-        copy_values(equations.jacobian, reals.dynamics.constraint_jacobian.entries_mut());
-        let is_regular = reals.factor();
+        copy_values(equations.mass_matrix, self.reals.dynamics.mass_matrix.entries_mut());
+        copy_values(equations.jacobian, self.reals.dynamics.constraint_jacobian.entries_mut());
+        let is_regular = self.reals.factor_above(DIGITS);
+        let precise = if is_regular { None } else { self.precise() };
+        let Self { stats, reals, parts, .. } = self;
         let mut solve = |mut solution: Vec<f64>| {
+            if let Some(precise) = &precise {
+                return Ok(precise.solve(&solution));
+            }
             let (x, w) = solution.split_at_mut(n);
             reals.dynamics.generalized_forces.copy_from_slice(x);
             reals.dynamics.constraint_bias.iter_mut().zip(&*w).for_each(|(bias, right)| *bias = -right);
@@ -53,6 +63,15 @@ impl DualSaddlePoint {
         let mut x = constants(&solve(right.map(Scalar::to_f64).collect())?);
         complete(&mut x, *parts, |x| Ok(equations.open(x)), solve)?;
         Ok(x)
+    }
+
+    /// The factors in double-double precision, unless the position is near a singular one.
+    fn precise(&mut self) -> Option<PreciseSaddlePoint> {
+        let dynamics = &self.reals.dynamics;
+        let (n, m) = (dynamics.generalized_forces.len(), dynamics.constraint_bias.len());
+        let distance = self.distance.get_or_insert_with(|| SingularityDistance::new(m, n, m));
+        let value = distance.measure(&dynamics.constraint_jacobian)?;
+        if distance.fraction(value, SINGULAR).is_some() { None } else { PreciseSaddlePoint::factored(dynamics) }
     }
 }
 

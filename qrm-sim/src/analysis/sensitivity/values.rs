@@ -26,12 +26,13 @@ const ROWS: usize = 8;
 pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) -> Result<Sensitivity, SensitivityError> {
     let mut columns = Columns {
         mechanism,
+        wants_extremes: request.outputs.is_none_or(|outputs| !outputs.is_empty()),
         keep_running: request.keep_running,
         located: ExtremesTracker::default(),
         extremes: Vec::new(),
         integrals: Vec::new(),
         outputs: Vec::new(),
-        resolution: Resolution::new(mechanism, 1.0),
+        resolution: Resolution::new(mechanism, request.outputs, 1.0),
         solver: Solver::new(mechanism),
         before: None,
         waiting: Vec::new(),
@@ -56,10 +57,11 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
     let value = |value: f64| Derivatives { value, ..Derivatives::default() };
     let description = mechanism.description();
     let first = 1 + 3 * description.coordinates.len() + description.constraints.len();
-    let extremes = columns.extremes.iter().skip(first);
     columns.located.finish();
     columns.located.note_estimates();
-    let outputs = columns.outputs.iter().zip(&columns.integrals).zip(extremes.zip(columns.located.found()));
+    let located = columns.located.found();
+    let extremes = columns.extremes.get(first..).unwrap_or(located);
+    let outputs = columns.outputs.iter().zip(&columns.integrals).zip(extremes.iter().zip(located));
     let output = |((end, integral), (extremes, located)): ((&f64, &Integral<f64>), (&Extremes, &Extremes))| {
         let range = extremes.maximum.0 - extremes.minimum.0;
         // Both name the same extreme where their values agree.
@@ -84,6 +86,8 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
 /// The columns of the outputs.
 struct Columns<'a> {
     mechanism: &'a dyn Mechanism,
+    /// Whether extremes are asked for.
+    wants_extremes: bool,
     keep_running: Option<&'a dyn Fn(f64, f64) -> bool>,
     /// The extremes of outputs by polynomials through rows, whose times are smooth functions of parameters.
     located: ExtremesTracker,
@@ -149,7 +153,7 @@ impl Observer for Columns<'_> {
     }
 
     fn wants_extremes(&self) -> bool {
-        true
+        self.wants_extremes
     }
 
     fn extremes(&mut self, extremes: &[Extremes]) {

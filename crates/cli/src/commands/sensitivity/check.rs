@@ -52,6 +52,7 @@ pub(super) fn check(
     let tolerance = (TIGHTER * setup.settings.tolerance).max(TIGHTEST);
     let settings = MethodSettings { tolerance, ..setup.settings };
     let values = setup.model.parameter_values(&setup.replace());
+    let outputs = super::outputs(setup, of);
     let mut checks = Vec::new();
     for (place, parameter) in by.iter().enumerate() {
         let at = setup.description.parameters.iter().position(|p| p.name == *parameter).map_or(0.0, |i| values[i]);
@@ -61,7 +62,8 @@ pub(super) fn check(
         for (steps, weight) in QUOTIENT {
             let own = setup.replace();
             let replace = |name: &str| if name == *parameter { Some(at + steps * change) } else { own(name) };
-            let request = SensitivityRequest { settings, ..SensitivityRequest::default() };
+            let outputs = outputs.as_deref();
+            let request = SensitivityRequest { settings, outputs, ..SensitivityRequest::default() };
             let Ok(moved) = super::derive((setup, progress), &replace, request) else {
                 quotients.clear();
                 break;
