@@ -4,6 +4,7 @@ mod assembly;
 mod assembly_branch;
 mod loop_solver;
 mod start;
+mod start_uncertainty;
 
 pub use assembly::{NotAssembled, assemble_from_guesses};
 pub use assembly_branch::assemble;
@@ -13,3 +14,4 @@ pub use start::Start;
 pub(crate) use assembly::DependentCoordinates;
 pub(crate) use assembly_branch::AssemblyBranch;
 pub(crate) use loop_solver::CONTINUATION;
+pub(crate) use start_uncertainty::{StartUncertainty, start_uncertainty};

@@ -102,7 +102,7 @@ fn search(
 }
 
 /// The rates that are not given, from `C_q qd + C_t = 0`.
-fn rates(constraints: &LoopConstraints, start: &Start, q: &[f64]) -> Result<Vec<f64>, NotAssembled> {
+pub(super) fn rates(constraints: &LoopConstraints, start: &Start, q: &[f64]) -> Result<Vec<f64>, NotAssembled> {
     let mut qd: Vec<f64> =
         start.qd.iter().zip(&start.given_rates).map(|(qd, given)| if *given { *qd } else { 0.0 }).collect();
     let dependents = DependentCoordinates::new(&constraints.constraint_jacobian, &start.given_rates);

@@ -10,6 +10,7 @@ use super::quantities::Quantities;
 use super::stop_condition::StopCondition;
 use crate::columns::number;
 use crate::integrate::{COMPANION_STEP_RATIO, Corner, Integrator, MethodSettings, StepError};
+use crate::position::StartUncertainty;
 use crate::solve::IRREGULAR;
 use crate::state::{State, state_in};
 
@@ -22,6 +23,9 @@ const COMPANION_STEPS: [u64; 2] = [3, 2];
 const ORDER4_THRESHOLD: f64 = 1e-8;
 /// The smallest tolerance that double precision supports.
 const SMALLEST_TOLERANCE: f64 = 1e-15;
+
+/// The relative change of the companion's first state.
+const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
 /// Whether the errors of extremes and of the end time are estimated.
 pub(super) const ESTIMATES_EXTREMES: bool = cfg!(feature = "extremes");
@@ -76,12 +80,13 @@ impl Companion {
         let settings = MethodSettings { tolerance, ..*settings };
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         let quantities = Quantities::new(mechanism.description(), has_outputs);
+        let at = beside(first);
         Some(Self {
-            integrator: integrator(mechanism, settings, first, end_time).ok()?,
+            integrator: integrator(mechanism, settings, &at, end_time).ok()?,
             layout,
             start: first.t,
-            at: first.clone(),
-            next: first.clone(),
+            next: at.clone(),
+            at,
             row: 0,
             rows: Vec::new(),
             differences: Differences::new(quantities, mechanism, &first.as_ref()),
@@ -90,6 +95,21 @@ impl Companion {
             of_end_time: None,
             failed: false,
         })
+    }
+
+    /// Begins at another start, as far from the run's as this is uncertain: differences contain its uncertainty.
+    pub(crate) fn beginning_at(
+        mut self,
+        mechanism: &dyn Mechanism,
+        other: &StartUncertainty,
+        end_time: f64,
+    ) -> Option<Self> {
+        let first = self.at.clone();
+        (self.at.q, self.at.qd) = (other.q.clone(), other.qd.clone());
+        self.integrator.solver_mut().complete(mechanism, &mut self.at).ok()?;
+        self.integrator = integrator(mechanism, self.integrator.settings, &self.at, end_time).ok()?;
+        self.differences.take(mechanism, &first.as_ref(), &self.at.as_ref());
+        Some(self)
     }
 
     /// Advances to the state `end` of the run, where the parameters change, and continues from the state `first` of the
@@ -272,6 +292,16 @@ impl Companion {
     pub(crate) fn failed(&self) -> bool {
         self.failed
     }
+}
+
+/// A state whose coordinates and rates differ by rounding errors: differences then show how much the motion amplifies
+/// them.
+fn beside(first: &State) -> State {
+    let mut at = first.clone();
+    for (i, value) in at.q.iter_mut().chain(&mut at.qd).enumerate() {
+        *value *= if i % 2 == 0 { 1.0 + ROUNDING } else { 1.0 - ROUNDING };
+    }
+    at
 }
 
 /// The change of a column along the motion within the time resolution of corners. If the column has a corner there,

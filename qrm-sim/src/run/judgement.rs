@@ -192,7 +192,7 @@ pub(crate) fn is_balanced(imbalance: f64, largest_kinetic_energy: f64, largest_e
 }
 
 /// The accepted error of each coordinate after a number of steps: a fraction of the range of its motion, for an angle
-/// of one turn at most.
+/// of one turn at most. Rounding errors are accepted too, except those of angles so large that they lose their digits.
 pub(crate) fn accepted_errors(
     description: &Description,
     ranges: &[[f64; 2]],
@@ -203,12 +203,12 @@ pub(crate) fn accepted_errors(
     let sizes: Vec<f64> = ranges.iter().map(|[low, high]| low.abs().max(high.abs())).collect();
     let rounding = ROUNDING * rounding(largest(&sizes).1, steps);
     let accepted = |(i, [low, high]): (usize, &[f64; 2])| {
-        let scale = if description.is_angle(i) {
-            (high - low).clamp(SMALLEST_RANGE, TAU)
+        if description.is_angle(i) {
+            let scale = (high - low).clamp(SMALLEST_RANGE, TAU);
+            fraction * scale + rounding.min(TOLERABLE_ERROR * scale)
         } else {
-            (high - low).max(SMALLEST_RANGE * sizes[i])
-        };
-        fraction * scale + rounding
+            fraction * (high - low).max(SMALLEST_RANGE * sizes[i]) + rounding
+        }
     };
     ranges.iter().enumerate().map(accepted).collect()
 }
@@ -299,6 +299,13 @@ mod tests {
         assert_eq!(rejection_reasons(&pole), [RejectionReason::UnboundedForces { t: 0.5 }]);
         let moved = Evidence { corrections: &[0.0, 1.1e-8], ..trusted() };
         assert!(matches!(rejection_reasons(&moved)[..], [RejectionReason::Correction { coordinate: 1, .. }]));
+    }
+
+    #[test]
+    fn an_angle_without_digits_is_a_reason() {
+        let ranges = &[[1e16, 1e16], [2e-5, 3e-5]];
+        let large = Evidence { ranges, estimated_errors: Some(&[14.0, 0.0]), corrections: &[], ..trusted() };
+        assert!(matches!(rejection_reasons(&large)[..], [RejectionReason::Error { coordinate: 0, .. }]));
     }
 
     #[test]

@@ -39,6 +39,9 @@ pub struct Outcome {
     pub nearest_singular: Option<NearestSingularity>,
     /// The outputs whose extremes between rows are not known.
     pub extremes_of_rows: Vec<usize>,
+    /// The coordinate that follows least surely from the given ones at the start, and its possible error; `None` if that
+    /// is as small as rounding errors.
+    pub start_uncertainty: Option<(usize, f64)>,
     /// Redundant constraints; `None` if all are independent.
     pub redundancy: Option<Redundancy>,
     /// Largest kinetic energy in any row.

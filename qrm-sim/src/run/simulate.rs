@@ -17,7 +17,7 @@ use super::sampler::Sampler;
 use super::stop_condition::StopCondition;
 use crate::event::{End, Reached};
 use crate::integrate::{Integrator, IntermediateRows};
-use crate::position::{AssemblyBranch, Start};
+use crate::position::{AssemblyBranch, Start, StartUncertainty, start_uncertainty};
 use crate::solve::SolverStats;
 use crate::state::State;
 use crate::stopwatch::Stopwatch;
@@ -43,7 +43,8 @@ pub fn simulate(
     check_step(step, end_time)?;
     let start = request.start.clone().unwrap_or_else(|| Start::new(mechanism));
     let branch = AssemblyBranch::with_parameters(mechanism, request.scene_parameters.clone());
-    let first = first_state(mechanism, &branch, start)?;
+    let first = first_state(mechanism, &branch, start.clone())?;
+    let uncertainty = start_uncertainty(mechanism, &start, &first.q);
     let settings = request.settings;
     let mut run = Run {
         mechanism,
@@ -60,10 +61,15 @@ pub fn simulate(
         integrator: Integrator::new(mechanism, settings, &first, end_time).map_err(StartError::Step)?,
         sampler: Sampler::new(mechanism, &settings, &first, end_time),
         companion: if request.estimate_error {
-            Companion::new(mechanism, &settings, &first, end_time, observer.needs_outputs())
+            let companion = Companion::new(mechanism, &settings, &first, end_time, observer.needs_outputs());
+            match &uncertainty {
+                Some(uncertainty) => companion.and_then(|own| own.beginning_at(mechanism, uncertainty, end_time)),
+                None => companion,
+            }
         } else {
             None
         },
+        uncertainty: uncertainty.map(|StartUncertainty { coordinate, error, .. }| (coordinate, error)),
         redundancy: Redundancy::at(mechanism, &first),
         monitor: RunMonitor::new(mechanism, &first, [observer.needs_outputs(), observer.wants_extremes()]),
         condition: StopCondition::new(mechanism, request.end, &first)?,
@@ -84,6 +90,8 @@ struct Run<'a> {
     /// Repeats some of the kernel's steps.
     sampler: Option<Sampler>,
     companion: Option<Companion>,
+    /// The coordinate that is known least at the start, with its possible error.
+    uncertainty: Option<(usize, f64)>,
     redundancy: Option<Redundancy>,
     monitor: RunMonitor,
     condition: Option<StopCondition<'a>>,
@@ -259,6 +267,7 @@ impl<'a> Run<'a> {
             largest_kinetic_energy: monitor.largest_kinetic_energy,
             largest_energy: monitor.largest_energy,
             extremes_of_rows: search.undecided,
+            start_uncertainty: self.uncertainty,
             nearest_singular: monitor.singularity.nearest(),
             redundancy: self.redundancy.take(),
             energy_imbalance: monitor.imbalance(

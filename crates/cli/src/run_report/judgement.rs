@@ -1,6 +1,6 @@
 //! The judgement on the results of a run.
 
-use qrm_core::Description;
+use qrm_core::{Description, QuantityDescription};
 use qrm_scene::document::Side;
 use qrm_sim::batch::DesignResult;
 use qrm_sim::columns::Kind;
@@ -51,6 +51,14 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
     let mut warnings = Vec::new();
     if distrust.is_empty() {
         warnings.extend(near_singular(outcome.nearest_singular, description, SINGULAR));
+    }
+    if let Some((coordinate, error)) = outcome.start_uncertainty {
+        let QuantityDescription { name, unit, .. } = description.coordinates[coordinate];
+        let text = format!(
+            "at the start the given coordinates determine `{name}` only within {error:.0e} {unit}: they hardly change \
+             with it there"
+        );
+        warnings.push(Message::new(text).help(format!("give `{name}` in their place, under [initial]")));
     }
     for output in &outcome.extremes_of_rows {
         let name = description.outputs[*output].name;
