@@ -79,26 +79,29 @@ fn an_output_that_is_undefined_between_rows_ends_the_run() {
     }
 }
 
+/// The integral of a bell curve, sqrt(pi)/100 over v, and that of a peak with long tails, 100 (atan(40) + atan(60)) for
+/// v = 1. A change of v moves the peaks, and the end of the second.
 #[test]
 #[ignore = "full tier: engine"]
 fn integrals_of_narrow_outputs_have_their_digits() {
+    let bell = std::f64::consts::PI.sqrt() / 100.0;
+    let tails = 100.0 * (40_f64.atan() + 60_f64.atan());
     for arguments in [&["--step", "0.1"][..], &["--step", "0.01"], &["--method", "dop853", "--step", "0.5"]] {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let table = folder.path().join("sensitivity.csv");
-        let output = qrm(&["sensitivity", &scene("narrow"), "--by", "v", "--of", "g"])
-            .args(arguments)
-            .arg("--out")
-            .arg(folder.path())
-            .output()
-            .expect("it starts");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let text = fs::read_to_string(table).expect("a table");
-        let line = text.lines().find(|line| line.contains("integral")).expect("a row of the integral");
-        let numbers: Vec<f64> = line.split(',').filter_map(|field| field.parse().ok()).collect();
-        // The integral of the bell curve, sqrt(pi)/100 over v.
-        let exact = std::f64::consts::PI.sqrt() / 100.0;
-        assert!((numbers[0] - exact).abs() < 1e-8 * exact, "{arguments:?}: {line}");
-        assert!((numbers[1] + exact).abs() < 1e-6 * exact, "{arguments:?}: {line}");
+        for (output, exact, by_v) in [("g", bell, -bell), ("p", tails, 1.0 / 0.1601 - tails)] {
+            let folder = tempfile::tempdir().expect("a temporary folder");
+            let run = qrm(&["sensitivity", &scene("narrow"), "--by", "v", "--of", output])
+                .args(arguments)
+                .arg("--out")
+                .arg(folder.path())
+                .output()
+                .expect("it starts");
+            assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+            let text = fs::read_to_string(folder.path().join("sensitivity.csv")).expect("a table");
+            let line = text.lines().find(|line| line.contains("integral")).expect("a row of the integral");
+            let numbers: Vec<f64> = line.split(',').filter_map(|field| field.parse().ok()).collect();
+            assert!((numbers[0] - exact).abs() < 1e-8 * exact, "{arguments:?}: {line}");
+            assert!((numbers[1] - by_v).abs() < 1e-7 * exact, "{arguments:?}: {line}");
+        }
     }
 }
 

@@ -19,5 +19,6 @@ pub mod state;
 mod bounds;
 mod event;
 mod maximum;
+mod polynomial;
 mod quadrature;
 mod stopwatch;

@@ -16,7 +16,6 @@ mod monitor;
 mod observer;
 mod outcome;
 mod output_bounds;
-mod polynomial;
 mod quantities;
 mod redundancy;
 mod request;

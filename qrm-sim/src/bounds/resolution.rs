@@ -1,23 +1,35 @@
 //! The times between rows at which outputs must be computed to show how they change.
 
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
 use qrm_core::{Interval, Mechanism};
 
 use super::arguments::ArgumentPolynomials;
 use super::function::FunctionBounds;
 use super::rows::RowBoxes;
 use super::{BoundedOutput, bounded_outputs};
+use crate::polynomial::Polynomial;
 use crate::solve::Solver;
 use crate::state::State;
 
-/// The largest deviation of an output from the line between two times, in parts of its range: polynomials of degree 5
-/// through such rows have errors of about 1e-9 of it.
+/// The largest deviation of an output from the line between two rows, in parts of its range, for which rows show how it
+/// changes.
 const RESOLVED: f64 = 1e-4;
+/// The largest deviation from the line between parts of a step, in which no change is missed.
+const SEEN: f64 = 1e-2;
+/// The largest error of a polynomial through six parts, in parts of the range.
+const INTERPOLATED: f64 = 1e-9;
+/// The number of parts for a polynomial.
+const WINDOW: usize = 6;
 /// A range that is as small as zero.
 const SMALLEST_RANGE: f64 = 1e-30;
 /// The number of rows before the end of a step that show how fast accelerations change.
-const BEFORE: usize = 4;
-/// The largest number of bounds in a step.
-const MOST_BOUNDS: usize = 10_000;
+const BEFORE: usize = 5;
+/// The largest ratio of distances between neighbouring times.
+const GRADE: f64 = 2.1;
+/// The largest number of parts of a step.
+const MOST_PARTS: usize = 10_000;
 /// The shortest part of a step.
 const SHORTEST: f64 = 1e-6;
 
@@ -37,9 +49,13 @@ pub(crate) struct Resolution {
     ranges: Vec<[f64; 2]>,
     /// Time, coordinates, rates, accelerations and multipliers of each row.
     rows: Vec<Vec<f64>>,
+    /// The outputs in these rows.
+    values: Vec<Vec<f64>>,
     solver: Option<Solver>,
-    /// The largest deviation.
-    resolved: f64,
+    /// The distance of the last time from the one before it, if it was needed between rows.
+    spacing: Option<f64>,
+    /// The part of the usual deviations that is accepted.
+    factor: f64,
 }
 
 impl Resolution {
@@ -52,8 +68,10 @@ impl Resolution {
         Self {
             ranges: vec![[f64::INFINITY, f64::NEG_INFINITY]; outputs.len()],
             rows: Vec::new(),
+            values: Vec::new(),
             solver: takes_forces.then(|| Solver::new(mechanism)),
-            resolved: factor * RESOLVED,
+            spacing: None,
+            factor,
             outputs,
         }
     }
@@ -76,6 +94,7 @@ impl Resolution {
         let known = self.rows.len();
         for (at, outputs) in new {
             self.rows.push([&[at.t][..], &at.q, &at.qd, &at.qdd, &at.multipliers].concat());
+            self.values.push(outputs.clone());
             for (own, [low, high]) in self.outputs.iter().zip(&mut self.ranges) {
                 let value = outputs[own.output];
                 (*low, *high) = (low.min(value), high.max(value));
@@ -86,27 +105,65 @@ impl Resolution {
         for (BoundedOutput { output, bounds }, [low, high]) in self.outputs.iter_mut().zip(&self.ranges) {
             let range = high - low;
             // All steps at once, or each by itself.
-            if rows.len() < 2 || is_resolved_by(bounds, (&rows, n), range, self.resolved) {
+            if rows.len() < 2 || is_resolved_by(bounds, (&rows, n), range, self.factor * RESOLVED) {
                 continue;
             }
             for end in known.max(1)..rows.len() {
                 let (before, around) = (rows[end - 1], end.saturating_sub(BEFORE)..(end + 2).min(rows.len()));
-                if before[0] >= rows[end][0] || is_resolved_by(bounds, (&rows[around], n), range, self.resolved) {
+                if before[0] >= rows[end][0]
+                    || is_resolved_by(bounds, (&rows[around], n), range, self.factor * RESOLVED)
+                {
                     continue;
                 }
                 let [from, to] = [before, rows[end]].map(|row| state(row, n));
                 let ends = [&from, &to];
                 let motion = ArgumentPolynomials::between(mechanism, self.solver.as_mut(), ends, &bounds.arguments);
                 let Some(motion) = motion else { continue };
-                let parts =
-                    parts(bounds, &motion, range, self.resolved).ok_or(Unresolved { t: to.t, output: *output })?;
-                times.extend(parts.into_iter().map(|s| from.t + s * (to.t - from.t)));
+                let h = to.t - from.t;
+                let known = (end.saturating_sub(WINDOW - 1)..=end)
+                    .map(|row| ((rows[row][0] - from.t) / h, self.values[row][*output]))
+                    .filter(|(s, _)| *s == 1.0 || *s <= 0.0);
+                let parts = parts(bounds, &motion, known.collect(), range, self.factor);
+                let parts = parts.ok_or(Unresolved { t: to.t, output: *output })?;
+                times.extend(parts.into_iter().map(|s| from.t + s * h));
             }
         }
-        times.sort_by(f64::total_cmp);
-        times.dedup();
-        self.rows.drain(..self.rows.len().saturating_sub(BEFORE));
+        if !times.is_empty() || self.spacing.is_some() {
+            let ends = &rows[known.saturating_sub(1)..];
+            times.extend(ends.iter().map(|row| row[0]));
+            times = graded(times, self.spacing);
+            self.spacing = match times[..] {
+                [.., before, last] => Some(last - before),
+                _ => None,
+            };
+            times.retain(|t| ends.iter().all(|row| row[0] != *t));
+        }
+        let old = self.rows.len().saturating_sub(BEFORE);
+        self.rows.drain(..old);
+        self.values.drain(..old);
         Ok(times)
+    }
+}
+
+/// The times with others between them, so that none is more than twice as far from its neighbour on one side as from
+/// that on the other: a polynomial through times at very different distances oscillates. The times begin after others
+/// with a spacing.
+fn graded(mut times: Vec<f64>, before: Option<f64>) -> Vec<f64> {
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    loop {
+        let widths: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let is_wide = |i: usize| {
+            let neighbours = [i.checked_sub(1).map_or(before, |i| Some(widths[i])), widths.get(i + 1).copied()];
+            neighbours.into_iter().flatten().any(|width| widths[i] > GRADE * width)
+        };
+        let middles: Vec<f64> =
+            (0..widths.len()).filter(|&i| is_wide(i)).map(|i| 0.5 * (times[i] + times[i + 1])).collect();
+        if middles.is_empty() {
+            return times;
+        }
+        times.extend(middles);
+        times.sort_by(f64::total_cmp);
     }
 }
 
@@ -123,37 +180,114 @@ fn is_resolved_by(bounds: &mut FunctionBounds, (rows, n): (&[&[f64]], usize), ra
     }
     bounds.evaluate(1, &of(&|i| boxes.rate(i)));
     let curvature = 2.0 * bounds.evaluate(2, &of(&|i| boxes.half_curvature(i))).magnitude();
-    curvature * boxes.spacing * boxes.spacing / 8.0 <= resolved * range.max(natural.width()).max(SMALLEST_RANGE)
+    curvature * boxes.spacing * boxes.spacing / 8.0 <= resolved * range.max(SMALLEST_RANGE)
 }
 
-/// The parts of a step, except its ends, between which an output with this range is near a line; `None` if they are too
-/// many.
-fn parts(bounds: &mut FunctionBounds, motion: &ArgumentPolynomials, range: f64, resolved: f64) -> Option<Vec<f64>> {
-    let (mut found, mut open, mut count) = (Vec::new(), vec![[0.0, 1.0]], 0);
-    let mut scale = None;
-    while let Some([begin, end]) = open.pop() {
-        count += 1;
-        if count > MOST_BOUNDS {
-            return None;
-        }
+/// The ends of the parts of a step, except its own, between which polynomials give an output with this range; `None` if
+/// they are too many. The output is known at the step's ends, and at parts before it.
+///
+/// The part that may be farthest from a line is halved first: the range grows with the values between its halves.
+fn parts(
+    bounds: &mut FunctionBounds,
+    motion: &ArgumentPolynomials,
+    known: Vec<(f64, f64)>,
+    range: f64,
+    factor: f64,
+) -> Option<Vec<f64>> {
+    let mut part = |begin: f64, end: f64| {
         let (bound, width) = (bounds.within(motion, [begin, end], |_| false), end - begin);
-        if bound.value.is_finite() {
-            scale.get_or_insert(range.max(bound.value.width()).max(SMALLEST_RANGE));
-        }
         let reach = (bound.curvature.magnitude() * width * width / 8.0)
             .min(bound.slope.magnitude() * width / 2.0)
             .min(bound.value.width());
+        let middle = bounds.at(motion, 0.5 * (begin + end));
         // What is computed may be rounding errors alone.
-        let rounding = bounds.at(motion, 0.5 * (begin + end)).width();
-        let is_rounding = rounding.is_finite() && bound.value.width() <= 4.0 * rounding;
-        if scale.is_some_and(|scale| reach <= resolved * scale) || is_rounding || width <= SHORTEST {
-            found.extend((end < 1.0).then_some(end));
-        } else {
-            let middle = 0.5 * (begin + end);
-            open.extend([[middle, end], [begin, middle]]);
+        let is_rounding = middle.is_finite() && bound.value.width() <= 4.0 * middle.width();
+        let is_final = is_rounding || width <= SHORTEST;
+        (Part { reach: if is_final { 0.0 } else { reach }, begin, end }, middle)
+    };
+    let (first, middle) = part(0.0, 1.0);
+    let (mut open, mut ends, mut values) = (BinaryHeap::from([first]), Vec::new(), middle);
+    while let Some(Part { reach, begin, end }) = open.pop() {
+        if reach <= SEEN * range.max(values.width()).max(SMALLEST_RANGE) {
+            break;
+        }
+        if open.len() > MOST_PARTS {
+            return None;
+        }
+        let at = 0.5 * (begin + end);
+        ends.push(at);
+        for (half, middle) in [part(begin, at), part(at, end)] {
+            open.push(half);
+            if middle.is_finite() {
+                values = if values.is_finite() { values.hull(middle) } else { middle };
+            }
         }
     }
-    Some(found)
+    let scale = range.max(values.width()).max(SMALLEST_RANGE);
+    refined(known, ends, factor * scale, |s| bounds.at(motion, s).mid())
+}
+
+/// The ends of parts with others, so that polynomials through six of them give an output between them; `None` if they
+/// are too many.
+fn refined(
+    mut points: Vec<(f64, f64)>,
+    ends: Vec<f64>,
+    scale: f64,
+    mut at: impl FnMut(f64) -> f64,
+) -> Option<Vec<f64>> {
+    points.extend(ends.into_iter().map(|s| (s, at(s))));
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Whether the part behind each point is known.
+    let mut known: Vec<bool> = points.iter().map(|(s, _)| *s < 0.0).collect();
+    while points.len() <= MOST_PARTS {
+        let mut next = Vec::with_capacity(2 * points.len());
+        for i in 0..points.len() {
+            next.push((points[i], known[i]));
+            let Some(&(end, _)) = points.get(i + 1) else { continue };
+            let (begin, _) = points[i];
+            if known[i] || end - begin <= SHORTEST {
+                continue;
+            }
+            let first = (i + 1).saturating_sub(WINDOW / 2).min(points.len().saturating_sub(WINDOW));
+            let window = &points[first..points.len().min(first + WINDOW)];
+            let middle = 0.5 * (begin + end);
+            let value = at(middle);
+            let error = (Polynomial::through(window).value(middle) - value).abs();
+            if window.len() < WINDOW || !(error <= INTERPOLATED * scale) {
+                next.push(((middle, value), false));
+            } else if let Some((_, is_known)) = next.last_mut() {
+                *is_known = true;
+            }
+        }
+        if next.len() == points.len() {
+            return Some(points.into_iter().map(|(s, _)| s).filter(|s| 0.0 < *s && *s < 1.0).collect());
+        }
+        (points, known) = next.into_iter().unzip();
+    }
+    None
+}
+
+/// A part of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Part {
+    /// The largest deviation of the output from a line.
+    reach: f64,
+    begin: f64,
+    end: f64,
+}
+
+impl Eq for Part {}
+
+impl Ord for Part {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.reach.total_cmp(&other.reach).then(other.begin.total_cmp(&self.begin))
+    }
+}
+
+impl PartialOrd for Part {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
 }
 
 /// The state of a row.

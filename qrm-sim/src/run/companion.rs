@@ -17,6 +17,11 @@ use crate::state::{State, state_in};
 /// The numbers of steps of a run and of its companion over the same time. As neither is a multiple of the other, the
 /// two sample loads at different times, and pass singular positions at different distances.
 const COMPANION_STEPS: [u64; 2] = [3, 2];
+/// Those of the second companion. Where steps are long, errors depend on them irregularly, and two runs of a short
+/// motion may agree by chance.
+const SECOND_COMPANION_STEPS: [u64; 2] = [5, 3];
+/// The largest number of rows that the second companion follows: in a longer motion a chance agreement does not last.
+const MOST_SECOND_ROWS: u64 = 4096;
 
 /// The tolerance below which a companion's tolerance is reduced by the factor for order 4: smaller ones may be
 /// unreachable near singular positions.
@@ -36,6 +41,10 @@ pub(super) const ESTIMATES_EXTREMES: bool = cfg!(feature = "extremes");
 pub(crate) struct Companion {
     integrator: Integrator,
     layout: RowLayout,
+    /// The numbers of steps of the run and of the companion over the same time.
+    steps: [u64; 2],
+    /// A companion with other steps, for a short motion by fixed steps.
+    second: Option<Box<Companion>>,
     at: State,
     next: State,
     /// The common start time.
@@ -81,9 +90,12 @@ impl Companion {
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         let quantities = Quantities::new(mechanism.description(), has_outputs);
         let at = beside(first);
-        Some(Self {
-            integrator: integrator(mechanism, settings, &at, end_time).ok()?,
+        let integrator = integrator(mechanism, settings, &at, end_time).ok()?;
+        let mut companion = Self {
+            integrator,
             layout,
+            steps: COMPANION_STEPS,
+            second: None,
             start: first.t,
             next: at.clone(),
             at,
@@ -94,7 +106,11 @@ impl Companion {
             before: vec![0.0; quantities.count()],
             of_end_time: None,
             failed: false,
-        })
+        };
+        if companion.integrator.is_fixed() {
+            companion.second = Some(Box::new(Self { steps: SECOND_COMPANION_STEPS, ..companion.clone() }));
+        }
+        Some(companion)
     }
 
     /// Begins at another start, as far from the run's as this is uncertain: differences contain its uncertainty.
@@ -109,6 +125,10 @@ impl Companion {
         self.integrator.solver_mut().complete(mechanism, &mut self.at).ok()?;
         self.integrator = integrator(mechanism, self.integrator.settings, &self.at, end_time).ok()?;
         self.differences.take(mechanism, &first.as_ref(), &self.at.as_ref());
+        self.second = match self.second {
+            Some(second) => Some(Box::new(second.beginning_at(mechanism, other, end_time)?)),
+            None => None,
+        };
         Some(self)
     }
 
@@ -118,6 +138,7 @@ impl Companion {
     /// Differences are summed, but not propagated: a program that changes parameters in response to the run, such as a
     /// controller, corrects the errors of the run, and would not correct those of another motion.
     pub(crate) fn change(&mut self, [old, new]: [&dyn Mechanism; 2], [end, first]: [&State; 2]) {
+        self.second = None;
         if !self.failed {
             self.failed = self.try_change([old, new], [end, first]).is_err();
         }
@@ -157,6 +178,9 @@ impl Companion {
 
     /// Advances to the end of the run, at which `condition` may have become true.
     pub(crate) fn finish(&mut self, mechanism: &dyn Mechanism, end: &State, condition: Option<&StopCondition>) {
+        if let Some(second) = &mut self.second {
+            second.finish(mechanism, end, condition);
+        }
         // The companion may have passed the end of a run that failed.
         if self.failed || self.at.t > end.t {
             return;
@@ -169,6 +193,10 @@ impl Companion {
 
     /// Follows rows of the run, except a last one that is not a whole step.
     pub(crate) fn follow(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, block: RowBlock) {
+        self.second.take_if(|_| block.first > MOST_SECOND_ROWS);
+        if let Some(second) = &mut self.second {
+            second.follow(mechanism, request, block);
+        }
         let RowBlock { rows, first, steps, .. } = block;
         let width = self.layout.width();
         let count = (rows.len() / width) as u64;
@@ -187,7 +215,7 @@ impl Companion {
 
     /// Makes longer steps, up to the last common row of both before row number `end` of the run.
     fn follow_steps(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, block: RowBlock, end: u64) {
-        let (width, [of_run, own]) = (self.layout.width(), COMPANION_STEPS);
+        let (width, [of_run, own]) = (self.layout.width(), self.steps);
         let steps = end.saturating_sub(1 + self.row) / of_run * own;
         let length = (steps as usize + 1) * width;
         if self.rows.len() < length {

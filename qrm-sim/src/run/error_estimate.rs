@@ -32,6 +32,17 @@ pub struct ErrorEstimate {
 const EXPLAINED: f64 = 3.0;
 
 impl ErrorEstimates {
+    /// Increases errors to others of the same run.
+    pub(crate) fn increase_to(&mut self, others: &Self) {
+        let increase = |own: &mut Vec<f64>, others: &[f64]| {
+            own.iter_mut().zip(others).for_each(|(own, other)| *own = own.max(*other));
+        };
+        increase(&mut self.largest, &others.largest);
+        increase(&mut self.at_end, &others.at_end);
+        self.at_extremes.iter_mut().zip(&others.at_extremes).for_each(|(own, other)| increase(own, other));
+        self.of_end_time = self.of_end_time.map(|own| own.max(others.of_end_time.unwrap_or(0.0)));
+    }
+
     /// The error of a quantity; `None` for times, parameters and residuals.
     pub fn column(&self, kind: Kind) -> Option<ErrorEstimate> {
         let place = self.quantities.place(kind)?;

@@ -1,7 +1,7 @@
 //! The smallest and largest values of columns, and their times.
 
 use super::extreme_search::SEARCHES;
-use super::polynomial::Number;
+use crate::polynomial::Number;
 
 /// The relative difference, in parts of the range, below which extremes tie and the first one counts: otherwise
 /// rounding errors would decide.

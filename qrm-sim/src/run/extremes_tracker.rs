@@ -2,7 +2,7 @@
 
 use super::extreme_search::SEARCHES;
 use super::extremes::{Extremes, Vertex};
-use super::polynomial::{Number, Polynomial};
+use crate::polynomial::{Number, Polynomial};
 
 /// The smallest ratio of curvatures at neighbouring rows to that at a vertex, for a smooth column.
 const EVEN: f64 = 0.3;

@@ -1,6 +1,6 @@
 //! The integral of a column over time.
 
-use super::polynomial::{Number, Polynomial};
+use crate::polynomial::{Number, Polynomial};
 use crate::quadrature::GAUSS_3;
 
 /// The number of rows for a polynomial.

@@ -33,7 +33,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
-    /// Skip the second run, at 3/2 of the step, that estimates the error
+    /// Skip the runs with other steps that estimate the error
     #[arg(long)]
     no_error_estimate: bool,
     /// Draw no figures

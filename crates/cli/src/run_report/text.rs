@@ -104,8 +104,8 @@ impl RunReport {
 
     fn error_line(&self) -> String {
         let Some(error) = self.estimated_error else { return "not estimated".to_owned() };
-        let second = if self.tolerance.is_some() { "a run with shorter steps" } else { "a run at 3/2 of the step" };
-        format!("about {error:.1e} at most in the coordinates, judged by {second}")
+        let others = if self.tolerance.is_some() { "shorter" } else { "longer" };
+        format!("about {error:.1e} at most in the coordinates, estimated by comparison with {others} steps")
     }
 
     fn residual_line(&self) -> String {

@@ -33,7 +33,7 @@ impl<D: Number> Polynomial<D> {
     }
 
     /// The value and the first two derivatives of the polynomial at time `t`.
-    pub(super) fn at(&self, t: D) -> [D; 3] {
+    pub(crate) fn at(&self, t: D) -> [D; 3] {
         let zero = D::from(0.0);
         let [mut value, mut slope, mut curve] = [zero; 3];
         for (coefficient, time) in self.coefficients.iter().zip(&self.times).rev() {
