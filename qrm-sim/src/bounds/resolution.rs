@@ -151,11 +151,13 @@ impl Resolution {
 fn graded(mut times: Vec<f64>, before: Option<f64>) -> Vec<f64> {
     times.sort_by(f64::total_cmp);
     times.dedup();
+    let [Some(first), Some(last)] = [times.first(), times.last()] else { return times };
+    let least = SHORTEST * (last - first);
     loop {
         let widths: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let is_wide = |i: usize| {
             let neighbours = [i.checked_sub(1).map_or(before, |i| Some(widths[i])), widths.get(i + 1).copied()];
-            neighbours.into_iter().flatten().any(|width| widths[i] > GRADE * width)
+            neighbours.into_iter().flatten().any(|width| widths[i] > GRADE * width.max(least))
         };
         let middles: Vec<f64> =
             (0..widths.len()).filter(|&i| is_wide(i)).map(|i| 0.5 * (times[i] + times[i + 1])).collect();
@@ -294,4 +296,30 @@ impl PartialOrd for Part {
 fn state(row: &[f64], n: usize) -> State {
     let [q, qd, qdd] = [0, 1, 2].map(|order| row[1 + order * n..1 + (order + 1) * n].to_vec());
     State { t: row[0], q, qd, qdd, multipliers: row[1 + 3 * n..].to_vec(), corrections: 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbouring_distances_differ_by_a_factor_of_two() {
+        let times = graded(vec![0.0, 1.0, 1.001, 3.0], Some(0.05));
+        let widths: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        assert!(widths.windows(2).all(|pair| pair[0] <= GRADE * pair[1] && pair[1] <= GRADE * pair[0]), "{widths:?}");
+        assert!(widths[0] <= GRADE * 0.05, "{widths:?}");
+    }
+
+    #[test]
+    fn times_a_rounding_error_apart_are_one() {
+        let times = graded(vec![0.0, 0.5, 0.5 + f64::EPSILON, 1.0], None);
+        assert!(times.len() < 100, "{}", times.len());
+    }
+
+    #[test]
+    fn a_corner_is_surrounded_by_times() {
+        let ends = refined(vec![(0.0, 0.3), (1.0, 0.7)], Vec::new(), 1.0, |s| (s - 0.3).abs()).expect("few");
+        let nearest = ends.iter().map(|s| (s - 0.3).abs()).fold(1.0, f64::min);
+        assert!(nearest < 1e-5 && ends.len() < 500, "{nearest}, {}", ends.len());
+    }
 }

@@ -29,6 +29,8 @@ const ORDER4_THRESHOLD: f64 = 1e-8;
 /// The smallest tolerance that double precision supports.
 const SMALLEST_TOLERANCE: f64 = 1e-15;
 
+/// Whether there is a second companion; a page has no room for it.
+pub(super) const HAS_SECOND: bool = cfg!(feature = "extremes");
 /// The relative change of the companion's first state.
 const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
@@ -87,15 +89,28 @@ impl Companion {
         let finer = |order: u32| settings.tolerance * COMPANION_STEP_RATIO.powi(order as i32);
         let tolerance = finer(settings.method.order).max(finer(4).min(ORDER4_THRESHOLD)).max(SMALLEST_TOLERANCE);
         let settings = MethodSettings { tolerance, ..*settings };
+        let begin =
+            |steps, second| Self::with_steps(mechanism, (settings, steps, second), first, end_time, has_outputs);
+        let has_second = HAS_SECOND && !settings.method.is_adaptive();
+        let second = if has_second { Some(Box::new(begin(SECOND_COMPANION_STEPS, None)?)) } else { None };
+        begin(COMPANION_STEPS, second)
+    }
+
+    fn with_steps(
+        mechanism: &dyn Mechanism,
+        (settings, steps, second): (MethodSettings, [u64; 2], Option<Box<Self>>),
+        first: &State,
+        end_time: f64,
+        has_outputs: bool,
+    ) -> Option<Self> {
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         let quantities = Quantities::new(mechanism.description(), has_outputs);
         let at = beside(first);
-        let integrator = integrator(mechanism, settings, &at, end_time).ok()?;
-        let mut companion = Self {
-            integrator,
+        Some(Self {
+            integrator: integrator(mechanism, settings, &at, end_time).ok()?,
             layout,
-            steps: COMPANION_STEPS,
-            second: None,
+            steps,
+            second,
             start: first.t,
             next: at.clone(),
             at,
@@ -106,11 +121,7 @@ impl Companion {
             before: vec![0.0; quantities.count()],
             of_end_time: None,
             failed: false,
-        };
-        if companion.integrator.is_fixed() {
-            companion.second = Some(Box::new(Self { steps: SECOND_COMPANION_STEPS, ..companion.clone() }));
-        }
-        Some(companion)
+        })
     }
 
     /// Begins at another start, as far from the run's as this is uncertain: differences contain its uncertainty.
@@ -138,7 +149,9 @@ impl Companion {
     /// Differences are summed, but not propagated: a program that changes parameters in response to the run, such as a
     /// controller, corrects the errors of the run, and would not correct those of another motion.
     pub(crate) fn change(&mut self, [old, new]: [&dyn Mechanism; 2], [end, first]: [&State; 2]) {
-        self.second = None;
+        if HAS_SECOND {
+            self.second = None;
+        }
         if !self.failed {
             self.failed = self.try_change([old, new], [end, first]).is_err();
         }
@@ -178,7 +191,7 @@ impl Companion {
 
     /// Advances to the end of the run, at which `condition` may have become true.
     pub(crate) fn finish(&mut self, mechanism: &dyn Mechanism, end: &State, condition: Option<&StopCondition>) {
-        if let Some(second) = &mut self.second {
+        if HAS_SECOND && let Some(second) = &mut self.second {
             second.finish(mechanism, end, condition);
         }
         // The companion may have passed the end of a run that failed.
@@ -193,8 +206,10 @@ impl Companion {
 
     /// Follows rows of the run, except a last one that is not a whole step.
     pub(crate) fn follow(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, block: RowBlock) {
-        self.second.take_if(|_| block.first > MOST_SECOND_ROWS);
-        if let Some(second) = &mut self.second {
+        if HAS_SECOND {
+            self.second.take_if(|_| block.first > MOST_SECOND_ROWS);
+        }
+        if HAS_SECOND && let Some(second) = &mut self.second {
             second.follow(mechanism, request, block);
         }
         let RowBlock { rows, first, steps, .. } = block;
@@ -215,7 +230,7 @@ impl Companion {
 
     /// Makes longer steps, up to the last common row of both before row number `end` of the run.
     fn follow_steps(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, block: RowBlock, end: u64) {
-        let (width, [of_run, own]) = (self.layout.width(), self.steps);
+        let (width, [of_run, own]) = (self.layout.width(), if HAS_SECOND { self.steps } else { COMPANION_STEPS });
         let steps = end.saturating_sub(1 + self.row) / of_run * own;
         let length = (steps as usize + 1) * width;
         if self.rows.len() < length {
@@ -326,9 +341,8 @@ impl Companion {
 /// them.
 fn beside(first: &State) -> State {
     let mut at = first.clone();
-    for (i, value) in at.q.iter_mut().chain(&mut at.qd).enumerate() {
-        *value *= if i % 2 == 0 { 1.0 + ROUNDING } else { 1.0 - ROUNDING };
-    }
+    at.q.iter_mut().for_each(|q| *q *= 1.0 + ROUNDING);
+    at.qd.iter_mut().for_each(|qd| *qd *= 1.0 - ROUNDING);
     at
 }
 

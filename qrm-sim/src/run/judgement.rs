@@ -149,11 +149,10 @@ impl RejectionReason {
                 )
             }
             Self::CompanionFailed if tolerance.is_some() => {
-                "the second run that estimates the error, with shorter steps, broke off".to_owned()
+                "the run that estimates the error, with shorter steps, broke off".to_owned()
             }
             Self::CompanionFailed => {
-                "the second run that estimates the error broke off, so the step is near the limit of what is stable"
-                    .to_owned()
+                "the run that estimates the error broke off, so the step is near the limit of what is stable".to_owned()
             }
             Self::Correction { coordinate: i, correction, residual } => {
                 let (name, unit) = coordinate(i);

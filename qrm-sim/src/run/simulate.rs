@@ -44,7 +44,8 @@ pub fn simulate(
     let start = request.start.clone().unwrap_or_else(|| Start::new(mechanism));
     let branch = AssemblyBranch::with_parameters(mechanism, request.scene_parameters.clone());
     let first = first_state(mechanism, &branch, start.clone())?;
-    let uncertainty = start_uncertainty(mechanism, &start, &first.q);
+    // A page has no room for it.
+    let uncertainty = if cfg!(feature = "events") { start_uncertainty(mechanism, &start, &first.q) } else { None };
     let settings = request.settings;
     let mut run = Run {
         mechanism,

@@ -4,13 +4,14 @@ use std::f64::consts::TAU;
 
 use super::super::differences::Difference;
 use super::super::error_estimate::{ErrorEstimates, rounding};
-use super::{Companion, ESTIMATES_EXTREMES, SECOND_COMPANION_STEPS};
+use super::{Companion, ESTIMATES_EXTREMES, HAS_SECOND, SECOND_COMPANION_STEPS};
 
 /// The divisor of the difference that gives the error of the finer run. For errors of order p it is `(3/2)^p - 1`, 4.06
 /// for order 4; in long steps the ratio is smaller.
 const RICHARDSON_FACTOR: f64 = 2.0;
-/// The same divisor for the second companion, whose differences are `(5/3)^4 - 1` of the errors, 6.72, for order 4.
-const RICHARDSON_FACTOR_OF_SECOND: f64 = 3.3;
+/// The same divisor for the second companion, whose differences are `(5/3)^4 - 1` of the errors, 6.72, for order 4. There
+/// the error by the first companion is the larger one, so that pages, which have no second one, show it too.
+const RICHARDSON_FACTOR_OF_SECOND: f64 = 4.0;
 /// The divisor for steps so long that errors follow no order. Ratios from 0.43 to 4.06 were measured, and estimates
 /// should hold within a factor of 3 in both directions.
 const RATIO_OF_LONG_STEPS: f64 = 1.37;
@@ -25,7 +26,7 @@ impl Companion {
     /// was never compared with the run.
     pub(crate) fn errors(&self, steps: u64) -> Option<ErrorEstimates> {
         let mut errors = self.own_errors(steps)?;
-        if let Some(second) = self.second.as_ref().and_then(|second| second.own_errors(steps)) {
+        if HAS_SECOND && let Some(second) = self.second.as_ref().and_then(|second| second.own_errors(steps)) {
             errors.increase_to(&second);
         }
         Some(errors)
@@ -70,7 +71,7 @@ impl Companion {
         if !self.integrator.is_fixed() {
             return 1.0;
         }
-        if self.steps == SECOND_COMPANION_STEPS {
+        if HAS_SECOND && self.steps == SECOND_COMPANION_STEPS {
             return RICHARDSON_FACTOR_OF_SECOND;
         }
         let of_coordinates = &self.differences.each[..self.layout.n];
