@@ -15,6 +15,8 @@ const NOISE: f64 = 1e-8;
 const FALLING: f64 = 4.0;
 /// The largest number of times that a piece is halved.
 const MOST_HALVINGS: u32 = 20;
+/// The largest number of pieces between two rows, halved ones included.
+const MOST_PIECES: u32 = 20_000;
 /// The number of equal parts of a piece at whose ends the series is compared with the known extremes.
 const PARTS: usize = 64;
 /// Rounding errors of a number, in parts of its size.
@@ -49,6 +51,9 @@ pub struct MotionStatistics {
     sums: Vec<Sum>,
     nodes: [(f64, f64); NODES],
     time: f64,
+    /// The time of the last row, and the number of pieces that may follow before the next one.
+    row: f64,
+    left: u32,
 }
 
 /// The sums of a number.
@@ -72,13 +77,19 @@ impl MotionStatistics {
             last_term: 0.0,
             last_terms: 0.0,
         };
-        Self { sums: numbers(first).into_iter().map(sum).collect(), nodes: gauss_legendre::<NODES>(), time: 0.0 }
+        Self {
+            sums: numbers(first).into_iter().map(sum).collect(),
+            nodes: gauss_legendre::<NODES>(),
+            time: 0.0,
+            row: first.t,
+            left: 0,
+        }
     }
 
     /// Moves to a later time, and adds the motion up to there.
     ///
     /// # Errors
-    /// The mechanism locks before that time.
+    /// The mechanism locks before that time, or the motion goes too far.
     pub fn advance(
         &mut self,
         motion: &mut PrescribedMotion,
@@ -86,6 +97,7 @@ impl MotionStatistics {
         prescribed: Prescribed,
         numbers: Numbers,
     ) -> Result<(), NotPossible> {
+        (self.row, self.left) = (motion.state().t, MOST_PIECES);
         while motion.state().t < t {
             let state = motion.state();
             let fastest = motion.angles().fold(0.0_f64, |fastest, i| fastest.max(state.qd[i].abs()));
@@ -106,6 +118,7 @@ impl MotionStatistics {
         (prescribed, numbers): (Prescribed, Numbers),
         (halvings, before): (u32, &[f64]),
     ) -> Result<(), NotPossible> {
+        self.left = self.left.checked_sub(1).ok_or(NotPossible::TooFast { t: self.row })?;
         let begin = motion.clone();
         let (from, h) = (begin.state().t, end - begin.state().t);
         let mut values = Vec::with_capacity(NODES);
