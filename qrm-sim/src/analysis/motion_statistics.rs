@@ -8,7 +8,8 @@ use crate::quadrature::gauss_legendre;
 const NODES: usize = 12;
 /// The largest change of an angle in a piece that is tried.
 const LONGEST: f64 = 1.0;
-/// The largest part of a number in the last two terms of its Legendre series; other pieces are halved.
+/// The largest part of a number, in this piece or so far, in the last two terms of its Legendre series; other pieces are
+/// halved.
 const RESOLVED: f64 = 1e-11;
 /// Terms that are as small as that, and that halving did not make smaller by this factor, are rounding errors.
 const NOISE: f64 = 1e-8;
@@ -127,12 +128,15 @@ impl MotionStatistics {
         }
         let series: Vec<[f64; NODES]> =
             (0..self.sums.len()).map(|i| self.series(&std::array::from_fn(|node| values[node][i]))).collect();
-        let size = |series: &[f64; NODES]| series.iter().fold(0.0_f64, |size, c| size.max(c.abs()));
+        let size = |i: usize, series: &[f64; NODES]| {
+            let known = self.sums[i].extremes.iter().map(|(value, _)| value);
+            series.iter().chain(known).fold(0.0_f64, |size, c| size.max(c.abs()))
+        };
         let last = |series: &[f64; NODES]| series[NODES - 1].abs().max(series[NODES - 2].abs());
         let lasts: Vec<f64> = series.iter().map(last).collect();
         let is_resolved = series.iter().enumerate().all(|(i, series)| {
             let is_noise = before.get(i).is_some_and(|before| lasts[i] > before / FALLING);
-            lasts[i] <= if is_noise { NOISE } else { RESOLVED } * size(series)
+            lasts[i] <= if is_noise { NOISE } else { RESOLVED } * size(i, series)
         });
         let middle = from + 0.5 * h;
         if !is_resolved && halvings > 0 && from < middle && middle < end {
