@@ -137,7 +137,7 @@ fn random_scene(random: &mut fastrand::Rng) -> String {
     let mut output = |i: usize| {
         let depth = random.u32(1..4);
         let formula = expression(random, &terms, depth);
-        // Where a sign is zero, a formula has a value of its own at a single time.
+        // The sign of zero is zero: a formula with it may jump to another value at a single time.
         let formula = match random.u32(..if formula.contains("sign") { 1 } else { 6 }) {
             _ if formula.contains("sign") => formula,
             0 => format!("1/({formula} + 0.37)"),

@@ -172,8 +172,8 @@ fn an_interrupted_motion_says_so() {
     }
 }
 
-/// The Schur complement of the constraints has no digits, although the position is regular: the rocker weighs 15 mg, the
-/// crank 12 t. The command compares with difference quotients itself.
+/// The Schur complement of the constraints has no digits, although the position is regular: the rocker weighs 15 mg,
+/// the crank 12 t. The command compares with difference quotients itself.
 #[test]
 #[ignore = "full tier: engine"]
 fn masses_may_differ_by_many_orders_of_magnitude() {

@@ -30,7 +30,7 @@ pub(crate) fn largest_between<E>(
 const LOCATED: f64 = 1e-5;
 /// The distance, relative to the interval, of the values whose parabola is tried for a peak.
 const PARABOLA: f64 = 2e-3;
-/// The same distance for a peak that is located already.
+/// The distance of these values for a peak that is located already.
 const NARROW_PARABOLA: f64 = 1e-4;
 /// The largest error of a parabola at the peak, relative to its height over the values that it passes through.
 const FITTING: f64 = 1e-3;
@@ -55,8 +55,8 @@ pub(crate) fn peak_between(
     }
 }
 
-/// The vertex of the parabola through a point and its two neighbours at a distance, in parts of the interval, if it is a
-/// peak between them.
+/// The vertex of the parabola through a point and its two neighbours at a distance, in parts of the interval, if it is
+/// a peak between them.
 #[allow(clippy::option_option, reason = "no value and no vertex are different")]
 fn vertex_near(
     (t, middle): (f64, f64),
@@ -80,8 +80,8 @@ fn vertex_near(
     Some(is_peak.then_some(best))
 }
 
-/// The peak of the parabola through a point near a peak and its two neighbours, and the value there, if it is larger than
-/// that of the point.
+/// The peak of the parabola through a point near a peak and its two neighbours, and the value there, if it is larger
+/// than the value of the point.
 pub(crate) fn vertex_beside(first: (f64, f64), ends: [f64; 2], at: &mut dyn FnMut(f64) -> Option<f64>) -> (f64, f64) {
     vertex_near(first, (ends, NARROW_PARABOLA), at).flatten().unwrap_or(first)
 }

@@ -17,14 +17,20 @@ pub(crate) fn gauss_legendre<const N: usize>() -> [(f64, f64); N] {
         for _ in 0..10 {
             let (mut before, mut now) = (1.0, x);
             for k in 2..=N {
-                let k = k as f64;
-                (before, now) = (now, ((2.0 * k - 1.0) * x * now - (k - 1.0) * before) / k);
+                (before, now) = (now, next_legendre(k, x, [before, now]));
             }
             slope = n * (x * now - before) / (x * x - 1.0);
             x -= now / slope;
         }
         (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope))
     })
+}
+
+/// The Legendre polynomial of degree `k` at `x`, from the two of lower degrees.
+#[inline]
+pub(crate) fn next_legendre(k: usize, x: f64, [before, now]: [f64; 2]) -> f64 {
+    let k = k as f64;
+    ((2.0 * k - 1.0) * x * now - (k - 1.0) * before) / k
 }
 
 #[cfg(test)]

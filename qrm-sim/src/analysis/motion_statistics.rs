@@ -2,14 +2,14 @@
 
 use super::inverse_dynamics::{NotPossible, Prescribed, PrescribedMotion, PrescribedState};
 use crate::maximum::peak_between;
-use crate::quadrature::gauss_legendre;
+use crate::quadrature::{gauss_legendre, next_legendre};
 
 /// The number of times in a piece of the motion at which the numbers are computed.
 const NODES: usize = 12;
 /// The largest change of an angle in a piece that is tried.
 const LONGEST: f64 = 1.0;
-/// The largest part of a number, in this piece or so far, in the last two terms of its Legendre series; other pieces are
-/// halved.
+/// The largest part of a number, in this piece or so far, in the last two terms of its Legendre series; other pieces
+/// are halved.
 const RESOLVED: f64 = 1e-11;
 /// Terms that are as small as that, and that halving did not make smaller by this factor, are rounding errors.
 const NOISE: f64 = 1e-8;
@@ -45,8 +45,8 @@ pub struct Statistics {
 
 /// The sums over the pieces of a motion.
 ///
-/// In each piece a number is a sum of Legendre polynomials, with the coefficients `c_k = (2k + 1)/2 sum w_i f(x_i) P_k(x_i)`
-/// by Gauss-Legendre quadrature. A piece is halved until the last two terms are small. Extremes are searched for on the
+/// In each piece a number is a sum of Legendre polynomials, with the coefficients
+/// `c_k = (2k + 1)/2 sum w_i f(x_i) P_k(x_i)` by Gauss-Legendre quadrature. A piece is halved until the last two terms are small. Extremes are searched for on the
 /// motion itself where the sum exceeds those that are known.
 pub struct MotionStatistics {
     sums: Vec<Sum>,
@@ -234,8 +234,7 @@ fn legendre(x: f64) -> [f64; NODES] {
     let mut values = [1.0; NODES];
     values[1] = x;
     for k in 2..NODES {
-        let n = k as f64;
-        values[k] = ((2.0 * n - 1.0) * x * values[k - 1] - (n - 1.0) * values[k - 2]) / n;
+        values[k] = next_legendre(k, x, [values[k - 2], values[k - 1]]);
     }
     values
 }

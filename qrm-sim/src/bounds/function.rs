@@ -3,6 +3,7 @@
 use qrm_core::{Interval, Mechanism, Tape, TapeFunction, TapeSeries};
 
 use super::arguments::{Argument, ArgumentPolynomials, coefficient_within, moved_to};
+use super::rows::RowBoxes;
 
 /// The order of the Taylor expansion whose remainder is bounded.
 const ORDER: usize = 4;
@@ -34,7 +35,8 @@ impl FunctionBounds {
         Self { arguments: series.arguments(), series }
     }
 
-    /// The degree of the function as a polynomial of its arguments and their sines and cosines; `None` if it is none.
+    /// The degree of the function as a polynomial of its arguments and their sines and cosines; `None` if the function is
+    /// no such polynomial.
     pub(crate) fn degree(&self) -> Option<u32> {
         self.series.degree()
     }
@@ -118,9 +120,8 @@ impl FunctionBounds {
         self.arguments.last().is_some_and(|last| *last > 2 * n)
     }
 
-    /// The coefficient of an order, for all arguments within a distance from a part of the step.
-    ///
-    /// Those of lower orders are known.
+    /// The coefficient of an order, for all arguments within a distance from a part of the step; coefficients of lower
+    /// orders are known.
     fn expand(&mut self, motion: &ArgumentPolynomials, s: f64, radius: f64, order: usize) -> Interval {
         for Argument { number, coefficients, error } in &motion.arguments {
             let coefficient = coefficient_within(&moved_to(s, *coefficients), (radius, *error), order);
@@ -130,7 +131,13 @@ impl FunctionBounds {
         self.series.result(order, 0)[0]
     }
 
-    /// The coefficient of an order, from those of the arguments.
+    /// The coefficient of an order among rows; coefficients of lower orders are known.
+    pub(crate) fn among(&mut self, boxes: &RowBoxes, order: usize) -> Interval {
+        let coefficients = boxes.coefficients(order, &self.arguments);
+        self.evaluate(order, &coefficients)
+    }
+
+    /// The coefficient of an order, from the coefficients of the arguments.
     pub(crate) fn evaluate(&mut self, order: usize, coefficients: &[Interval]) -> Interval {
         for (argument, coefficient) in self.arguments.iter().zip(coefficients) {
             self.series.set(order, *argument, &[*coefficient]);

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use qrm_core::{Interval, Mechanism};
+use qrm_core::{Mechanism, RowLayout};
 
 use super::arguments::ArgumentPolynomials;
 use super::function::FunctionBounds;
@@ -47,10 +47,8 @@ pub(crate) struct Resolution {
     outputs: Vec<BoundedOutput>,
     /// The smallest and the largest value of each of them.
     ranges: Vec<[f64; 2]>,
-    /// Time, coordinates, rates, accelerations and multipliers of each row.
+    /// Time, coordinates, rates, accelerations, multipliers and outputs of each row.
     rows: Vec<Vec<f64>>,
-    /// The outputs in these rows.
-    values: Vec<Vec<f64>>,
     solver: Option<Solver>,
     /// The distance of the last time from the one before it, if it was needed between rows.
     spacing: Option<f64>,
@@ -68,7 +66,6 @@ impl Resolution {
         Self {
             ranges: vec![[f64::INFINITY, f64::NEG_INFINITY]; outputs.len()],
             rows: Vec::new(),
-            values: Vec::new(),
             solver: takes_forces.then(|| Solver::new(mechanism)),
             spacing: None,
             factor,
@@ -90,11 +87,12 @@ impl Resolution {
         mechanism: &dyn Mechanism,
         new: &[(State, Vec<f64>)],
     ) -> Result<Vec<f64>, Unresolved> {
-        let Some(n) = new.first().map(|(at, _)| at.q.len()) else { return Ok(Vec::new()) };
+        let Some((first, _)) = new.first() else { return Ok(Vec::new()) };
+        let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
+        let n = layout.n;
         let known = self.rows.len();
         for (at, outputs) in new {
-            self.rows.push([&[at.t][..], &at.q, &at.qd, &at.qdd, &at.multipliers].concat());
-            self.values.push(outputs.clone());
+            self.rows.push([&[at.t][..], &at.q, &at.qd, &at.qdd, &at.multipliers, outputs].concat());
             for (own, [low, high]) in self.outputs.iter().zip(&mut self.ranges) {
                 let value = outputs[own.output];
                 (*low, *high) = (low.min(value), high.max(value));
@@ -104,7 +102,7 @@ impl Resolution {
         let mut times = Vec::new();
         for (BoundedOutput { output, bounds }, [low, high]) in self.outputs.iter_mut().zip(&self.ranges) {
             let range = high - low;
-            // All steps at once, or each by itself.
+            // All steps are tried at once first.
             if rows.len() < 2 || is_resolved_by(bounds, (&rows, n), range, self.factor * RESOLVED) {
                 continue;
             }
@@ -115,15 +113,16 @@ impl Resolution {
                 {
                     continue;
                 }
-                let [from, to] = [before, rows[end]].map(|row| state(row, n));
+                let [from, to] = [before, rows[end]].map(|row| State::from_row(layout, row));
                 let ends = [&from, &to];
                 let motion = ArgumentPolynomials::between(mechanism, self.solver.as_mut(), ends, &bounds.arguments);
                 let Some(motion) = motion else { continue };
                 let h = to.t - from.t;
-                let known = (end.saturating_sub(WINDOW - 1)..=end)
-                    .map(|row| ((rows[row][0] - from.t) / h, self.values[row][*output]))
-                    .filter(|(s, _)| *s == 1.0 || *s <= 0.0);
-                let parts = parts(bounds, &motion, known.collect(), range, self.factor);
+                let place = 1 + 3 * n + layout.m + *output;
+                let known = rows[end.saturating_sub(WINDOW - 1)..=end].iter();
+                let known = known.map(|row| ((row[0] - from.t) / h, row[place]));
+                let known = known.filter(|(s, _)| *s == 1.0 || *s <= 0.0).collect();
+                let parts = parts(bounds, &motion, known, range, self.factor);
                 let parts = parts.ok_or(Unresolved { t: to.t, output: *output })?;
                 times.extend(parts.into_iter().map(|s| from.t + s * h));
             }
@@ -138,9 +137,7 @@ impl Resolution {
             };
             times.retain(|t| ends.iter().all(|row| row[0] != *t));
         }
-        let old = self.rows.len().saturating_sub(BEFORE);
-        self.rows.drain(..old);
-        self.values.drain(..old);
+        self.rows.drain(..self.rows.len().saturating_sub(BEFORE));
         Ok(times)
     }
 }
@@ -172,16 +169,12 @@ fn graded(mut times: Vec<f64>, before: Option<f64>) -> Vec<f64> {
 /// Whether rows show how an output with this range changes between them.
 fn is_resolved_by(bounds: &mut FunctionBounds, (rows, n): (&[&[f64]], usize), range: f64, resolved: f64) -> bool {
     let boxes = RowBoxes::new(rows, n, &bounds.arguments);
-    let arguments = bounds.arguments.clone();
-    let of = |coefficient: &dyn Fn(usize) -> Interval| -> Vec<Interval> {
-        arguments.iter().map(|&argument| coefficient(argument)).collect()
-    };
-    let natural = bounds.evaluate(0, &of(&|i| boxes.value(i)));
+    let natural = bounds.among(&boxes, 0);
     if !natural.is_finite() || !bounds.is_smooth() {
         return false;
     }
-    bounds.evaluate(1, &of(&|i| boxes.rate(i)));
-    let curvature = 2.0 * bounds.evaluate(2, &of(&|i| boxes.half_curvature(i))).magnitude();
+    bounds.among(&boxes, 1);
+    let curvature = 2.0 * bounds.among(&boxes, 2).magnitude();
     curvature * boxes.spacing * boxes.spacing / 8.0 <= resolved * range.max(SMALLEST_RANGE)
 }
 
@@ -202,7 +195,7 @@ fn parts(
             .min(bound.slope.magnitude() * width / 2.0)
             .min(bound.value.width());
         let middle = bounds.at(motion, 0.5 * (begin + end));
-        // What is computed may be rounding errors alone.
+        // The output may consist of rounding errors.
         let is_rounding = middle.is_finite() && bound.value.width() <= 4.0 * middle.width();
         let is_final = is_rounding || width <= SHORTEST;
         (Part { reach: if is_final { 0.0 } else { reach }, begin, end }, middle)
@@ -290,12 +283,6 @@ impl PartialOrd for Part {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
-}
-
-/// The state of a row.
-fn state(row: &[f64], n: usize) -> State {
-    let [q, qd, qdd] = [0, 1, 2].map(|order| row[1 + order * n..1 + (order + 1) * n].to_vec());
-    State { t: row[0], q, qd, qdd, multipliers: row[1 + 3 * n..].to_vec(), corrections: 0 }
 }
 
 #[cfg(test)]

@@ -31,11 +31,22 @@ impl<'r> RowBoxes<'r> {
         Self { rows, n, spacing, hulls }
     }
 
+    /// The intervals of the Taylor coefficients of this order of some arguments: their values, their rates, or half of
+    /// their second derivatives.
+    pub(crate) fn coefficients(&self, order: usize, arguments: &[usize]) -> Vec<Interval> {
+        let coefficient = match order {
+            0 => Self::value,
+            1 => Self::rate,
+            _ => Self::half_curvature,
+        };
+        arguments.iter().map(|&argument| coefficient(self, argument)).collect()
+    }
+
     /// The interval of an argument from the first row to the last one.
     ///
     /// It contains the control points of the polynomials between two rows. A number that is computed from a state may
     /// change between rows as much as from one row to the next.
-    pub(crate) fn value(&self, argument: usize) -> Interval {
+    fn value(&self, argument: usize) -> Interval {
         let Self { n, spacing, .. } = *self;
         let size = |argument: usize| self.hull(argument).magnitude();
         match argument {
@@ -49,7 +60,7 @@ impl<'r> RowBoxes<'r> {
     /// The interval of the rate of an argument.
     ///
     /// That of a number that is computed from a state is between those from row to row, as far as these change.
-    pub(crate) fn rate(&self, argument: usize) -> Interval {
+    fn rate(&self, argument: usize) -> Interval {
         match argument {
             0 => Interval::ONE,
             i if i <= 2 * self.n => self.value(i + self.n),
@@ -58,7 +69,7 @@ impl<'r> RowBoxes<'r> {
     }
 
     /// The interval of half of the second derivative of an argument.
-    pub(crate) fn half_curvature(&self, argument: usize) -> Interval {
+    fn half_curvature(&self, argument: usize) -> Interval {
         match argument {
             0 => Interval::ZERO,
             i if i <= 2 * self.n => self.rate(i + self.n) * Interval::point(0.5),

@@ -56,8 +56,7 @@ fn may_reach_zero(bounds: &mut EventBounds, rows: &[&[f64]], n: usize) -> bool {
     let arguments = &bounds.function.arguments;
     let boxes = RowBoxes::new(rows, n, arguments);
     let (middle, last) = (rows[rows.len() / 2], rows.len() - 1);
-    let ranges: Vec<Interval> = arguments.iter().map(|&argument| boxes.value(argument)).collect();
-    let rates: Vec<Interval> = arguments.iter().map(|&argument| boxes.rate(argument)).collect();
+    let [ranges, rates] = [0, 1].map(|order| boxes.coefficients(order, arguments));
     let at: Vec<Interval> = arguments.iter().map(|&argument| ball(middle[argument], 0.0)).collect();
     bounds.may_reach_zero([&ranges, &rates], &at, [middle[0] - rows[0][0], rows[last][0] - middle[0]])
 }

@@ -8,7 +8,8 @@ use crate::solve::{LoopConstraints, Matrix, SmallestSingularValue, largest};
 
 /// Smaller uncertainties, relative to a turn or to the largest coordinate, are rounding errors like others.
 const SMALL: f64 = 1e-12;
-/// The distance, relative to a turn or to the largest coordinate, at which the curvature of the constraints is measured.
+/// The distance, relative to a turn or to the largest coordinate, at which the curvature of the constraints is
+/// measured.
 const DISTANCE: f64 = 1e-3;
 
 /// Another start, at the edge of what is known of the start.
@@ -26,8 +27,8 @@ pub(crate) struct StartUncertainty {
 /// The uncertainty of the coordinates `q` that follow from the given ones; `None` if it is as small as rounding errors.
 ///
 /// A move by `d` along the direction `v` that changes the constraints least, of those that keep given coordinates,
-/// leaves residuals of `s d + k d^2/2`, with the smallest singular value `s` of the columns of `C_q` that are not given,
-/// and the curvature `k` of `C` along `v`. It is not seen where that is below the rounding errors `e` of the residuals:
+/// leaves residuals of `s d + k d^2/2`, with the smallest singular value `s` of the columns of `C_q` that are not
+/// given, and the curvature `k` of `C` along `v`. It is not seen where that is below the rounding errors `e` of the residuals:
 ///
 /// ```text
 /// d = 2 e / (s + sqrt(s^2 + 2 k e))

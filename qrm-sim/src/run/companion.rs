@@ -11,14 +11,14 @@ use super::stop_condition::StopCondition;
 use crate::columns::number;
 use crate::integrate::{COMPANION_STEP_RATIO, Corner, Integrator, MethodSettings, StepError};
 use crate::position::StartUncertainty;
-use crate::solve::IRREGULAR;
+use crate::solve::{IRREGULAR, Solver};
 use crate::state::{State, state_in};
 
 /// The numbers of steps of a run and of its companion over the same time. As neither is a multiple of the other, the
 /// two sample loads at different times, and pass singular positions at different distances.
 const COMPANION_STEPS: [u64; 2] = [3, 2];
-/// Those of the second companion. Where steps are long, errors depend on them irregularly, and two runs of a short
-/// motion may agree by chance.
+/// The numbers of steps of a run and of its second companion over the same time. Where steps are long, errors depend on
+/// them irregularly, and two runs of a short motion may agree by chance.
 const SECOND_COMPANION_STEPS: [u64; 2] = [5, 3];
 /// The largest number of rows that the second companion follows: in a longer motion a chance agreement does not last.
 const MOST_SECOND_ROWS: u64 = 4096;
@@ -78,19 +78,33 @@ pub(crate) struct RowBlock<'a> {
 }
 
 impl Companion {
-    /// Begins with the run; `None` if that is not possible.
+    /// Begins with the run; `None` if that is not possible. At an uncertain start it begins where that might lie:
+    /// differences contain the uncertainty.
     pub(crate) fn new(
         mechanism: &dyn Mechanism,
         settings: &MethodSettings,
-        first: &State,
+        (first, uncertainty): (&State, Option<&StartUncertainty>),
         end_time: f64,
         has_outputs: bool,
     ) -> Option<Self> {
         let finer = |order: u32| settings.tolerance * COMPANION_STEP_RATIO.powi(order as i32);
         let tolerance = finer(settings.method.order).max(finer(4).min(ORDER4_THRESHOLD)).max(SMALLEST_TOLERANCE);
         let settings = MethodSettings { tolerance, ..*settings };
-        let begin =
-            |steps, second| Self::with_steps(mechanism, (settings, steps, second), first, end_time, has_outputs);
+        let mut at = beside(first);
+        // A page has no room for it.
+        let uncertainty = uncertainty.filter(|_| cfg!(feature = "events"));
+        if let Some(other) = uncertainty {
+            (at.q, at.qd) = (other.q.clone(), other.qd.clone());
+            Solver::at(mechanism, at.t, &at.q).complete(mechanism, &mut at).ok()?;
+        }
+        let begin = |steps, second| {
+            let states = [first, &at];
+            let mut own = Self::with_steps(mechanism, (settings, steps, second), states, end_time, has_outputs)?;
+            if uncertainty.is_some() {
+                own.differences.take(mechanism, &first.as_ref(), &at.as_ref());
+            }
+            Some(own)
+        };
         let has_second = HAS_SECOND && !settings.method.is_adaptive();
         let second = if has_second { Some(Box::new(begin(SECOND_COMPANION_STEPS, None)?)) } else { None };
         begin(COMPANION_STEPS, second)
@@ -99,21 +113,20 @@ impl Companion {
     fn with_steps(
         mechanism: &dyn Mechanism,
         (settings, steps, second): (MethodSettings, [u64; 2], Option<Box<Self>>),
-        first: &State,
+        [first, at]: [&State; 2],
         end_time: f64,
         has_outputs: bool,
     ) -> Option<Self> {
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         let quantities = Quantities::new(mechanism.description(), has_outputs);
-        let at = beside(first);
         Some(Self {
-            integrator: integrator(mechanism, settings, &at, end_time).ok()?,
+            integrator: integrator(mechanism, settings, at, end_time).ok()?,
             layout,
             steps,
             second,
             start: first.t,
+            at: at.clone(),
             next: at.clone(),
-            at,
             row: 0,
             rows: Vec::new(),
             differences: Differences::new(quantities, mechanism, &first.as_ref()),
@@ -122,25 +135,6 @@ impl Companion {
             of_end_time: None,
             failed: false,
         })
-    }
-
-    /// Begins at another start, as far from the run's as this is uncertain: differences contain its uncertainty.
-    pub(crate) fn beginning_at(
-        mut self,
-        mechanism: &dyn Mechanism,
-        other: &StartUncertainty,
-        end_time: f64,
-    ) -> Option<Self> {
-        let first = self.at.clone();
-        (self.at.q, self.at.qd) = (other.q.clone(), other.qd.clone());
-        self.integrator.solver_mut().complete(mechanism, &mut self.at).ok()?;
-        self.integrator = integrator(mechanism, self.integrator.settings, &self.at, end_time).ok()?;
-        self.differences.take(mechanism, &first.as_ref(), &self.at.as_ref());
-        self.second = match self.second {
-            Some(second) => Some(Box::new(second.beginning_at(mechanism, other, end_time)?)),
-            None => None,
-        };
-        Some(self)
     }
 
     /// Advances to the state `end` of the run, where the parameters change, and continues from the state `first` of the

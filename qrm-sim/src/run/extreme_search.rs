@@ -135,7 +135,7 @@ impl ExtremeSearch {
     ) -> Result<(), Status> {
         let mut integrator = None;
         for which in 0..bounds.outputs.len() {
-            let output = bounds.outputs[which].output;
+            let output = bounds.outputs[which].0.output;
             let column = 1 + 3 * self.layout.n + self.layout.m + output;
             for UnresolvedStep { step, ends } in bounds.unresolved(which, &extremes.found()[column]) {
                 let [from, to] = [step, step + 1].map(|sample| bounds.state(sample));
@@ -145,15 +145,15 @@ impl ExtremeSearch {
                 for end in (0..2).filter(|&end| ends[end]) {
                     let known = extremes.found()[column];
                     let (sign, best) = if end == 0 { (-1.0, known.minimum) } else { (1.0, known.maximum) };
-                    let OutputBounds { outputs, left, .. } = &mut *bounds;
+                    let (own, left) = &mut bounds.outputs[which];
                     let mut search = PeakSearch {
                         mechanism,
-                        bounds: &mut outputs[which].bounds,
+                        bounds: &mut own.bounds,
                         solver: Some(&mut solver),
                         sign,
                         best: (sign * best.0, best.1),
                         tie: ROUNDING * known.range(),
-                        left: &mut left[which],
+                        left,
                         at: &mut |t| integrator.between(mechanism, &from, t).ok(),
                         value: &mut |at| number(mechanism, at, column),
                     };

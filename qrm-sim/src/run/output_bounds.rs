@@ -21,9 +21,8 @@ const KEPT: usize = 3;
 #[derive(Clone, Debug)]
 pub(super) struct OutputBounds {
     layout: RowLayout,
-    pub(super) outputs: Vec<BoundedOutput>,
-    /// The number of bounds that each of them may still take inside steps.
-    pub(super) left: Vec<u32>,
+    /// Each output has the number of bounds that it may still take inside steps.
+    pub(super) outputs: Vec<(BoundedOutput, u32)>,
     /// Each sample has time, coordinates, rates, accelerations, multipliers and outputs.
     samples: Vec<f64>,
     width: usize,
@@ -43,17 +42,16 @@ pub(super) struct UnresolvedStep {
 impl OutputBounds {
     /// `None` if rows show the extremes of all outputs, or the mechanism has no tape.
     pub(super) fn new(mechanism: &dyn Mechanism, layout: RowLayout) -> Option<Self> {
-        let outputs = bounded_outputs(mechanism);
+        let outputs: Vec<_> = bounded_outputs(mechanism).into_iter().map(|output| (output, FIRST_BOUNDS)).collect();
         let width = 1 + 3 * layout.n + layout.m + mechanism.description().outputs.len();
-        let left = vec![FIRST_BOUNDS; outputs.len()];
-        (!outputs.is_empty()).then_some(Self { layout, outputs, left, samples: Vec::new(), width, next: 0 })
+        (!outputs.is_empty()).then_some(Self { layout, outputs, samples: Vec::new(), width, next: 0 })
     }
 
     /// Adds a sample: a row's state, and its outputs.
     pub(super) fn add(&mut self, row: &[f64], outputs: &[f64]) {
         self.samples.extend_from_slice(&row[..self.width - outputs.len()]);
         self.samples.extend_from_slice(outputs);
-        for left in &mut self.left {
+        for (_, left) in &mut self.outputs {
             *left = left.saturating_add(BOUNDS_OF_SAMPLE);
         }
     }
@@ -66,7 +64,7 @@ impl OutputBounds {
     /// The steps in which an output may exceed its known extremes.
     pub(super) fn unresolved(&mut self, which: usize, known: &Extremes) -> Vec<UnresolvedStep> {
         let Self { layout, outputs, samples, width, next, .. } = self;
-        let BoundedOutput { output, bounds } = &mut outputs[which];
+        let (BoundedOutput { output, bounds }, _) = &mut outputs[which];
         let rows: Vec<&[f64]> = samples.chunks_exact(*width).collect();
         let place = 1 + 3 * layout.n + layout.m + *output;
         let tie = ROUNDING * known.range();
@@ -80,10 +78,7 @@ impl OutputBounds {
 
     /// Bounds an output no more.
     pub(super) fn leave_out(&mut self, output: usize) {
-        let kept = |own: &BoundedOutput| own.output != output;
-        let mut places = self.outputs.iter().map(kept).collect::<Vec<_>>().into_iter();
-        self.left.retain(|_| places.next().unwrap_or(true));
-        self.outputs.retain(kept);
+        self.outputs.retain(|(own, _)| own.output != output);
     }
 
     /// Forgets the samples so far, except the last ones.
@@ -120,21 +115,17 @@ impl Unresolved<'_> {
             part
         };
         let is_known = boxed.len() > 2 || !self.bounds.takes_forces(self.n);
-        let arguments = self.bounds.arguments.clone();
-        let boxes = RowBoxes::new(boxed, self.n, &arguments);
-        let of = |coefficient: &dyn Fn(usize) -> Interval| -> Vec<Interval> {
-            arguments.iter().map(|&argument| coefficient(argument)).collect()
-        };
-        let natural = self.bounds.evaluate(0, &of(&|i| boxes.value(i)));
+        let boxes = RowBoxes::new(boxed, self.n, &self.bounds.arguments);
+        let natural = self.bounds.among(&boxes, 0);
         let [low, high] = self.known;
         if is_known && low <= natural.lo() && natural.hi() <= high {
             return;
         }
         let [mut slope, mut curvature] = [Interval::ENTIRE; 2];
         if is_known && natural.is_finite() && !self.bounds.may_jump() {
-            slope = self.bounds.evaluate(1, &of(&|i| boxes.rate(i)));
+            slope = self.bounds.among(&boxes, 1);
             if self.bounds.is_smooth() {
-                curvature = self.bounds.evaluate(2, &of(&|i| boxes.half_curvature(i))) * Interval::point(2.0);
+                curvature = self.bounds.among(&boxes, 2) * Interval::point(2.0);
             }
         }
         let h = boxes.spacing;

@@ -43,7 +43,7 @@ impl RunHealth {
         let mut watch = Self {
             monitor: RunMonitor::new(mechanism, first, [false; 2]),
             sampler: Sampler::new(mechanism, settings, first, f64::INFINITY),
-            companion: Companion::new(mechanism, settings, first, f64::INFINITY, false),
+            companion: Companion::new(mechanism, settings, (first, None), f64::INFINITY, false),
             before: Before {
                 imbalance: 0.0,
                 is_conservative: true,

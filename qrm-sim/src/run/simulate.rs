@@ -62,11 +62,8 @@ pub fn simulate(
         integrator: Integrator::new(mechanism, settings, &first, end_time).map_err(StartError::Step)?,
         sampler: Sampler::new(mechanism, &settings, &first, end_time),
         companion: if request.estimate_error {
-            let companion = Companion::new(mechanism, &settings, &first, end_time, observer.needs_outputs());
-            match &uncertainty {
-                Some(uncertainty) => companion.and_then(|own| own.beginning_at(mechanism, uncertainty, end_time)),
-                None => companion,
-            }
+            let start = (&first, uncertainty.as_ref());
+            Companion::new(mechanism, &settings, start, end_time, observer.needs_outputs())
         } else {
             None
         },

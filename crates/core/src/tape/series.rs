@@ -86,7 +86,8 @@ impl TapeSeries {
         (0..nodes.len()).filter(|&i| is_used[i] && nodes[i] == Node::Argument).collect()
     }
 
-    /// The degree of the function as a polynomial of its arguments and their sines and cosines; `None` if it is none.
+    /// The degree of the function as a polynomial of its arguments and their sines and cosines; `None` if the function is
+    /// no such polynomial.
     pub fn degree(&self) -> Option<u32> {
         let Nodes { nodes, results, .. } = &self.nodes;
         let mut degrees: Vec<Option<u32>> = Vec::with_capacity(nodes.len());

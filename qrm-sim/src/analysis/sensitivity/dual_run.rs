@@ -174,19 +174,13 @@ impl<'a, T: Inner> DualRun<'a, T> {
         while last_states.get(1).is_some_and(|second| second.t.to_f64() <= last_rows[0]) {
             last_states.pop_front();
         }
-        columns.refine(|t| {
-            let at = state_at(stepper, formula, last_states, t)?;
-            Ok(stepper.equations.outputs(&at))
-        })
+        columns.refine(|t| outputs_at(stepper, formula, last_states, t))
     }
 
     fn finish(self, formula: Formula) -> Result<Motion<T>, SensitivityError> {
         let Self { mut stepper, mut columns, last_states, state, steps, .. } = self;
         columns.finish();
-        columns.refine(|t| {
-            let at = state_at(&mut stepper, formula, &last_states, t)?;
-            Ok(stepper.equations.outputs(&at))
-        })?;
+        columns.refine(|t| outputs_at(&mut stepper, formula, &last_states, t))?;
         let derived = |numbers: &[Number<T>]| numbers.iter().map(|number| number.0).collect();
         let DualState { t, q, qd, .. } = &state;
         Ok(Motion { steps, end_time: t.0, q: derived(q), qd: derived(qd), outputs: columns.outputs() })
@@ -202,6 +196,17 @@ fn state_at<T: Inner>(
 ) -> Result<DualState<T>, SensitivityError> {
     let from = states.iter().rev().find(|state| state.t.to_f64() < t).unwrap_or(&states[0]);
     stepper.advance(formula, from, Number::from_f64(t))
+}
+
+/// The outputs at a time, by a step from the last of some states before it.
+fn outputs_at<T: Inner>(
+    stepper: &mut DualStepper<T>,
+    formula: Formula,
+    states: &VecDeque<DualState<T>>,
+    t: f64,
+) -> Result<Vec<Number<T>>, SensitivityError> {
+    let at = state_at(stepper, formula, states, t)?;
+    Ok(stepper.equations.outputs(&at))
 }
 
 /// Gives the parameters their values, and the derivatives by themselves and along the direction.

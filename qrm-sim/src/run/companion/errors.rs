@@ -9,8 +9,8 @@ use super::{Companion, ESTIMATES_EXTREMES, HAS_SECOND, SECOND_COMPANION_STEPS};
 /// The divisor of the difference that gives the error of the finer run. For errors of order p it is `(3/2)^p - 1`, 4.06
 /// for order 4; in long steps the ratio is smaller.
 const RICHARDSON_FACTOR: f64 = 2.0;
-/// The same divisor for the second companion, whose differences are `(5/3)^4 - 1` of the errors, 6.72, for order 4. There
-/// the error by the first companion is the larger one, so that pages, which have no second one, show it too.
+/// The divisor of the difference from the second companion. For errors of order 4 that is `(5/3)^4 - 1` of the error,
+/// 6.72: the error by the first companion is then the larger one, and pages, which have no second one, show it too.
 const RICHARDSON_FACTOR_OF_SECOND: f64 = 4.0;
 /// The divisor for steps so long that errors follow no order. Ratios from 0.43 to 4.06 were measured, and estimates
 /// should hold within a factor of 3 in both directions.
