@@ -46,6 +46,42 @@ fn narrow_peaks_between_rows_are_found() {
     }
 }
 
+/// Long steps: two peaks that differ by less than errors, an extreme in the first step, and runs of one to three steps.
+#[test]
+#[ignore = "full tier: engine"]
+fn errors_of_extremes_hold_in_few_steps() {
+    let cases = [
+        ("two-peaks", "1", &["0.02", "0.01", "0.005"]),
+        ("first-step", "0.6", &["0.004", "0.002", "0.001"]),
+        ("pendulum", "0.3", &["0.15", "0.1", "0.25"]),
+    ];
+    for (name, end_time, steps) in cases {
+        let path = scene(name);
+        let extremes = |by: &[&str]| {
+            let run = run(&[&[&path, "--end-time", end_time, "--no-figures"], by].concat());
+            // A run that is rejected has errors too.
+            assert!(run.status() <= 1, "{}", run.stderr());
+            run.summary()["extremes"].clone()
+        };
+        let exact = extremes(&["--method", "dop853", "--tolerance", "1e-13"]);
+        for step in steps {
+            for (column, found) in extremes(&["--method", "rk4", "--step", step]).as_object().expect("extremes") {
+                for end in ["min", "max"] {
+                    let value = |of: &Value| of[end].as_f64().expect("a number");
+                    let stated = |of: &Value| of[format!("{end}_error")].as_f64().expect("an error");
+                    let (own, exact) = (found, &exact[column]);
+                    let error = (value(own) - value(exact)).abs();
+                    let known = 3.0 * stated(own) + stated(exact) + 1e-12 * (1.0 + value(exact).abs());
+                    assert!(
+                        error <= known,
+                        "{end} of {column}, {name} --step {step}: {error:e}, known within {known:e}"
+                    );
+                }
+            }
+        }
+    }
+}
+
 /// The rocker stands still twice: the ratio of the rates grows without bound on both sides.
 #[test]
 #[ignore = "full tier: engine"]

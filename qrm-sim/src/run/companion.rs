@@ -1,6 +1,7 @@
 //! A companion run: its difference from the run estimates the error.
 
 mod errors;
+mod extremes;
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
@@ -8,8 +9,7 @@ use super::differences::Differences;
 use super::extremes::FoundExtreme;
 use super::quantities::Quantities;
 use super::stop_condition::StopCondition;
-use crate::columns::number;
-use crate::integrate::{COMPANION_STEP_RATIO, Corner, Integrator, MethodSettings, StepError};
+use crate::integrate::{COMPANION_STEP_RATIO, Integrator, MethodSettings, StepError};
 use crate::position::StartUncertainty;
 use crate::solve::{IRREGULAR, Solver};
 use crate::state::{State, state_in};
@@ -53,6 +53,8 @@ pub(crate) struct Companion {
     start: f64,
     /// The number of its last row.
     row: u64,
+    /// The number of the run's last row.
+    row_of_run: u64,
     /// The rows of the current block.
     rows: Vec<f64>,
     differences: Differences,
@@ -128,6 +130,7 @@ impl Companion {
             at: at.clone(),
             next: at.clone(),
             row: 0,
+            row_of_run: 0,
             rows: Vec::new(),
             differences: Differences::new(quantities, mechanism, &first.as_ref()),
             by_forces: quantities.by_forces(mechanism),
@@ -158,17 +161,21 @@ impl Companion {
         }
         self.at.clone_from(first);
         self.integrator = integrator(new, self.integrator.settings, first, f64::INFINITY)?;
-        self.row = 0;
+        (self.row, self.row_of_run) = (0, 0);
         Ok(())
     }
 
     /// Advances to the state `end` of the run.
     fn advance_to(&mut self, mechanism: &dyn Mechanism, end: &State) -> Result<(), StepError> {
-        // Two steps, since the run may have made one: the same step would show no difference.
-        let middle = 0.5 * (self.at.t + end.t);
-        for t in [middle, end.t] {
-            self.move_to(mechanism, t)?;
+        // Two steps, since the run may have made one: the same step would show no difference. After the common start,
+        // so do several same steps.
+        let is_at_start = self.integrator.is_fixed() && self.row == 0;
+        let parts = if is_at_start { 2 * self.row_of_run.max(1) } else { 2 };
+        let begin = self.at.t;
+        for part in 1..parts {
+            self.move_to(mechanism, begin + part as f64 / parts as f64 * (end.t - begin))?;
         }
+        self.move_to(mechanism, end.t)?;
         self.differences.take(mechanism, &end.as_ref(), &self.at.as_ref());
         Ok(())
     }
@@ -211,6 +218,7 @@ impl Companion {
         let count = (rows.len() / width) as u64;
         let is_whole = |row: u64| rows[(row - first) as usize * width] == request.time(row);
         let end = first + count - u64::from(count > 0 && !is_whole(first + count - 1));
+        self.row_of_run = (first + count).saturating_sub(1);
         if self.failed {
             return;
         }
@@ -251,24 +259,12 @@ impl Companion {
         self.at.read(&states[made * width..]);
         if ESTIMATES_EXTREMES {
             for extreme in block.extremes {
-                let other = self.step_to(mechanism, made, step, extreme.t);
-                self.compare(mechanism, extreme, other.as_ref());
+                if self.may_matter(extreme) {
+                    let other = self.step_to(mechanism, made, [request.step, step], extreme.t);
+                    self.compare(mechanism, extreme, other.as_ref());
+                }
             }
         }
-    }
-
-    /// The state at a time after the first of the last rows, by steps of at most this length.
-    fn step_to(&self, mechanism: &dyn Mechanism, made: usize, step: f64, t: f64) -> Option<State> {
-        let width = self.layout.width();
-        let states = &self.rows[..(made + 1) * width];
-        let later = states.chunks_exact(width).rev().position(|row| row[0] <= t)?;
-        let mut at = State::from_row(self.layout, &states[(made - later) * width..]);
-        // A copy, so that the companion itself is not affected.
-        let mut integrator = self.integrator.clone();
-        while at.t < t {
-            at = integrator.between(mechanism, &at, t.min(at.t + step)).ok()?;
-        }
-        Some(at)
     }
 
     /// Advances to each row of the run before number `end`, and to each extreme.
@@ -292,34 +288,6 @@ impl Companion {
         if ESTIMATES_EXTREMES { extremes.try_for_each(|extreme| self.compare_at(mechanism, &extreme)) } else { Ok(()) }
     }
 
-    /// Compares an extreme of the run with the companion's motion at that time.
-    fn compare_at(&mut self, mechanism: &dyn Mechanism, extreme: &FoundExtreme) -> Result<(), StepError> {
-        self.move_to(mechanism, extreme.t)?;
-        let at = (self.at.t == extreme.t).then(|| self.at.clone());
-        self.compare(mechanism, extreme, at.as_ref());
-        Ok(())
-    }
-
-    /// Compares an extreme of the run with a state at its time.
-    fn compare(&mut self, mechanism: &dyn Mechanism, extreme: &FoundExtreme, other: Option<&State>) {
-        let Some(place) = self.differences.quantities.place_of_column(extreme.column) else { return };
-        let rounding = match other {
-            Some(at) if self.by_forces[place] => {
-                self.integrator.solver_mut().rounding_of_multipliers(mechanism, at.t, &at.q)
-            }
-            _ => 0.0,
-        };
-        let Some(difference) = self.differences.each.get_mut(place) else { return };
-        let error = other.map(|other| {
-            let difference = (extreme.value - number(mechanism, other, extreme.column)).abs();
-            let difference = difference.max(rounding * extreme.value.abs());
-            difference.max(change_within_time_resolution(mechanism, other, extreme.column))
-        });
-        // If the other motion is unknown there, its largest difference is used.
-        let found = error.unwrap_or(difference.largest);
-        difference.at_extremes[extreme.end] = found;
-    }
-
     /// The number of values of a row.
     pub(crate) fn width(&self) -> usize {
         self.layout.width()
@@ -338,30 +306,6 @@ fn beside(first: &State) -> State {
     at.q.iter_mut().for_each(|q| *q *= 1.0 + ROUNDING);
     at.qd.iter_mut().for_each(|qd| *qd *= 1.0 - ROUNDING);
     at
-}
-
-/// The change of a column along the motion within the time resolution of corners. If the column has a corner there,
-/// steps that end next to it miss its value by that much. Slopes and jumps do not count.
-fn change_within_time_resolution(mechanism: &dyn Mechanism, at: &State, column: usize) -> f64 {
-    let here = number(mechanism, at, column);
-    let reach = Corner(at.t).just_after() - at.t;
-    let mut beside = at.clone();
-    let mut change = |h: f64| {
-        beside.clone_from(at);
-        beside.move_along(h);
-        let State { t, q, qd, qdd, multipliers, .. } = &mut beside;
-        let is_known = mechanism.accelerations(*t, q, qd, qdd, multipliers);
-        if is_known { number(mechanism, &beside, column) - here } else { 0.0 }
-    };
-    // The corner may lie in the middle of the interval.
-    let [mut backwards, mut forwards, mut bend] = [0.0_f64; 3];
-    for h in [0.5 * reach, reach] {
-        let [back, forth] = [change(-h), change(h)];
-        backwards = backwards.max(back.abs());
-        forwards = forwards.max(forth.abs());
-        bend = bend.max((back + forth).abs());
-    }
-    bend.min(backwards).min(forwards)
 }
 
 /// Creates an integrator with coarser steps behind corners than those of the run.

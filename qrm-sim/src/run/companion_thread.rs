@@ -10,7 +10,7 @@ use std::thread::{self, Scope, ScopedJoinHandle};
 use qrm_core::{Mechanism, RowRequest};
 
 use super::companion::{Companion, ESTIMATES_EXTREMES, RowBlock};
-use super::extremes::{Extremes, FoundExtreme};
+use super::extremes::{Extremes, FoundExtreme, sign};
 use crate::integrate::Integrator;
 
 /// The number of values that are buffered before the companion processes them.
@@ -143,7 +143,16 @@ impl<'scope, 'env> Follower<'scope, 'env> {
             for (end, (value, t)) in [new.minimum, new.maximum].into_iter().enumerate() {
                 let is_new = known.is_none_or(|known| [known.minimum, known.maximum][end] != (value, t));
                 if is_new && value.is_finite() && !(is_first && t == self.block.rows[0]) {
-                    self.block.extremes.push(FoundExtreme { column, end, value, t });
+                    self.block.extremes.push(FoundExtreme { column, end, value, t, behind: None });
+                }
+                let rival = new.rivals[end].filter(|(value, _)| value.is_finite());
+                if let Some((rival, at)) = rival
+                    && known.is_none_or(|known| known.rivals[end] != Some((rival, at)))
+                {
+                    let behind = Some(sign(end) * (value - rival));
+                    let of_block = &mut self.block.extremes;
+                    of_block.retain(|known| (known.column, known.end) != (column, end) || known.behind.is_none());
+                    of_block.push(FoundExtreme { column, end, value: rival, t: at, behind });
                 }
             }
         }

@@ -2,6 +2,7 @@
 
 use qrm_core::{Mechanism, StateRef};
 
+use super::extremes::reach;
 use super::quantities::Quantities;
 
 /// The effect of rounding errors is measured in rows whose numbers grow by this part.
@@ -29,8 +30,13 @@ pub(crate) struct Difference {
     pub(crate) largest: f64,
     /// The difference in the last row.
     pub(crate) latest: f64,
-    /// The differences where the quantity is smallest and where it is largest.
-    pub(crate) at_extremes: [f64; 2],
+    /// The smallest and the largest value, and the differences there.
+    pub(crate) at_extremes: [(f64, f64); 2],
+    /// The values and differences of the turning point that may be smallest, and of that which may be largest, if that
+    /// is not the one found.
+    pub(crate) rivals: [(f64, f64); 2],
+    /// The largest difference beyond the distance of a rival from the extreme so far.
+    pub(crate) reach_of_rivals: [f64; 2],
     /// The smallest and the largest value of the quantity.
     pub(crate) range: [f64; 2],
     /// The largest change of the quantity caused by rounding errors of the coordinates.
@@ -40,7 +46,22 @@ pub(crate) struct Difference {
 impl Difference {
     /// Begins with a value that both runs share and that may be both extremes.
     fn new(value: f64) -> Self {
-        Self { largest: 0.0, latest: 0.0, at_extremes: [0.0; 2], range: [value; 2], noise: 0.0 }
+        Self {
+            largest: 0.0,
+            latest: 0.0,
+            at_extremes: [(value, 0.0); 2],
+            rivals: [(f64::INFINITY, 0.0), (f64::NEG_INFINITY, 0.0)],
+            reach_of_rivals: [0.0; 2],
+            range: [value; 2],
+            noise: 0.0,
+        }
+    }
+
+    /// Records the value and the difference of a turning point that may be an extreme.
+    pub(crate) fn note_rival(&mut self, end: usize, rival: (f64, f64)) {
+        if reach(end, rival) > reach(end, self.rivals[end]) {
+            self.rivals[end] = rival;
+        }
     }
 
     /// Compares a value of a run with that of another run.

@@ -1,6 +1,6 @@
 //! Estimated errors of the quantities of a run.
 
-use super::extremes::Extremes;
+use super::extremes::{Extremes, reach, sign};
 use super::quantities::Quantities;
 use crate::columns::Kind;
 
@@ -15,6 +15,8 @@ pub struct ErrorEstimates {
     pub(crate) start: f64,
     pub(crate) largest: Vec<f64>,
     pub(crate) at_extremes: [Vec<f64>; 2],
+    /// The values and errors of turning points that may be the extremes.
+    pub(crate) rivals: [Vec<(f64, f64)>; 2],
     pub(crate) at_end: Vec<f64>,
     pub(crate) of_end_time: Option<f64>,
 }
@@ -28,9 +30,6 @@ pub struct ErrorEstimate {
     pub at_end: f64,
 }
 
-/// The largest difference between two values, in largest errors of the column, that these explain.
-const EXPLAINED: f64 = 3.0;
-
 impl ErrorEstimates {
     /// Increases errors to others of the same run.
     pub(crate) fn increase_to(&mut self, others: &Self) {
@@ -40,6 +39,10 @@ impl ErrorEstimates {
         increase(&mut self.largest, &others.largest);
         increase(&mut self.at_end, &others.at_end);
         self.at_extremes.iter_mut().zip(&others.at_extremes).for_each(|(own, other)| increase(own, other));
+        for (end, (own, others)) in self.rivals.iter_mut().zip(&others.rivals).enumerate() {
+            let pairs = own.iter_mut().zip(others);
+            pairs.filter(|(own, other)| reach(end, **other) > reach(end, **own)).for_each(|(own, other)| *own = *other);
+        }
         self.of_end_time = self.of_end_time.map(|own| own.max(others.of_end_time.unwrap_or(0.0)));
     }
 
@@ -49,15 +52,15 @@ impl ErrorEstimates {
         Some(ErrorEstimate { largest: self.largest[place], at_end: self.at_end[place] })
     }
 
-    /// The errors of the smallest and of the largest value of a quantity. That of the motion is zero in the first row.
+    /// The errors of the smallest and of the largest value of a quantity. That of the motion is zero in the first row;
+    /// another turning point may exceed the value by its own error.
     pub fn extremes(&self, kind: Kind, extremes: &Extremes) -> Option<[f64; 2]> {
         let place = self.quantities.place(kind)?;
-        let times = [extremes.minimum.1, extremes.maximum.1];
-        let of_motion = |end: usize| if times[end] == self.start { 0.0 } else { self.at_extremes[end][place] };
-        // Equal extremes of a periodic motion differ by its error.
-        let unexplained =
-            extremes.excess.map(|excess| if excess <= EXPLAINED * self.largest[place] { 0.0 } else { excess });
-        Some([0, 1].map(|end| of_motion(end) + unexplained[end]))
+        let error = |end: usize, (value, t): (f64, f64)| {
+            let of_motion = if t == self.start { 0.0 } else { self.at_extremes[end][place] };
+            of_motion.max(reach(end, self.rivals[end][place]) - sign(end) * value)
+        };
+        Some([error(0, extremes.minimum), error(1, extremes.maximum)])
     }
 
     /// The error of the time at which a condition ended the run, in s; `None` if the run ended at a fixed time.

@@ -2,7 +2,7 @@
 
 use qrm_core::{Mechanism, RowLayout};
 
-use super::extremes::Vertex;
+use super::extremes::{Vertex, sign};
 use super::extremes_tracker::ExtremesTracker;
 use super::outcome::{NonFiniteQuantity, Status};
 use super::output_bounds::{OutputBounds, UnresolvedStep};
@@ -93,7 +93,7 @@ impl ExtremeSearch {
             }
             let Vertex { column, end, estimate, bracket, .. } = vertex;
             let t = estimate.1;
-            let sign = if end == 0 { -1.0 } else { 1.0 };
+            let sign = sign(end);
             let mut value = |t: f64| {
                 // States between rows are closer, but only those of the last block are available.
                 let known = [rows, run.inner_rows(), &self.tail, &self.first].into_iter();

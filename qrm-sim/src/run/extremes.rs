@@ -14,8 +14,9 @@ pub struct Extremes<D = f64> {
     pub minimum: (D, D),
     /// Largest value and its time.
     pub maximum: (D, D),
-    /// How far other values lie beyond the smallest and the largest one: they tie with these, and came later.
-    pub excess: [f64; 2],
+    /// The values and times of turning points that come closest to the smallest and the largest value, or tie with
+    /// them: by the error of the motion, these may be the extremes.
+    pub(crate) rivals: [Option<(D, D)>; 2],
 }
 
 /// An extreme of a column found by a run.
@@ -29,6 +30,8 @@ pub(crate) struct FoundExtreme {
     pub(crate) value: f64,
     /// The time of the extreme.
     pub(crate) t: f64,
+    /// How far it lies behind the extreme, if it is a rival of that.
+    pub(crate) behind: Option<f64>,
 }
 
 /// A possible extreme of a column between two rows.
@@ -48,6 +51,16 @@ pub(crate) struct Vertex<D = f64> {
     pub(super) agreement: Option<f64>,
 }
 
+/// The sign that turns smallest values (0) into largest ones (1).
+pub(super) fn sign(end: usize) -> f64 {
+    if end == 0 { -1.0 } else { 1.0 }
+}
+
+/// The largest value, or the smallest one with its sign changed, that a value with an error may have.
+pub(super) fn reach(end: usize, (value, error): (f64, f64)) -> f64 {
+    sign(end) * value + error
+}
+
 impl Vertex {
     /// Whether the value of the motion at the estimated time agrees with the estimate.
     pub(crate) fn agrees(&self, value: f64) -> bool {
@@ -58,7 +71,17 @@ impl Vertex {
 impl<D: Number> Extremes<D> {
     /// Begins with a value.
     pub(super) fn new(t: D, value: D) -> Self {
-        Self { minimum: (value, t), maximum: (value, t), excess: [0.0; 2] }
+        Self { minimum: (value, t), maximum: (value, t), rivals: [None; 2] }
+    }
+
+    /// Records another value that may be the extreme; of tied ones, the last counts.
+    pub(super) fn note_rival(&mut self, end: usize, (value, t): (D, D)) {
+        if SEARCHES {
+            let lead = self.rivals[end].map_or(f64::INFINITY, |(known, _)| sign(end) * (value.re() - known.re()));
+            if lead >= -self.tie() {
+                self.rivals[end] = Some((value, t));
+            }
+        }
     }
 
     /// The largest difference between tied values; of an unbounded column, by the size of its other end.
@@ -93,9 +116,9 @@ impl<D: Number> Extremes<D> {
         if replaces[1] {
             self.maximum = (value, t);
         }
-        if SEARCHES {
-            for (excess, (lead, replaces)) in self.excess.iter_mut().zip(leads.into_iter().zip(replaces)) {
-                *excess = if replaces { (*excess - lead).max(0.0) } else { excess.max(lead) };
+        for end in 0..2 {
+            if leads[end] > 0.0 && !replaces[end] {
+                self.note_rival(end, (value, t));
             }
         }
     }

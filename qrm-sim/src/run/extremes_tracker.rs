@@ -1,7 +1,6 @@
 //! Tracks the extremes of columns row by row, including those between rows.
 
-use super::extreme_search::SEARCHES;
-use super::extremes::{Extremes, Vertex};
+use super::extremes::{Extremes, Vertex, sign};
 use crate::polynomial::{Number, Polynomial};
 
 /// The smallest ratio of curvatures at neighbouring rows to that at a vertex, for a smooth column.
@@ -140,21 +139,16 @@ impl<D: Number> ExtremesTracker<D> {
     pub(crate) fn is_below(&mut self, vertex: &Vertex<D>, value: f64) -> bool {
         let (known, t) = self.extreme(vertex.column, vertex.end);
         let leads = [value, vertex.estimate.0.re()].map(|value| sign(vertex.end) * (value - known.re()));
-        let uncertainty = UNCERTAINTY * (leads[0] - leads[1]).abs();
+        let uncertainty = match vertex.agreement {
+            Some(_) => UNCERTAINTY * (leads[0] - leads[1]).abs(),
+            None => vertex.value_uncertainty,
+        };
         let lead = leads[0].max(leads[1]) + uncertainty;
         let is_below = t.re() < vertex.bracket[0].re() && lead <= self.tie(vertex.column);
         if is_below {
-            self.note_excess(vertex, leads[0]);
+            self.found[vertex.column].note_rival(vertex.end, (D::from(value), vertex.estimate.1));
         }
         is_below
-    }
-
-    /// Takes up how far a value that is not an extreme lies beyond it.
-    fn note_excess(&mut self, vertex: &Vertex<D>, lead: f64) {
-        if SEARCHES {
-            let excess = &mut self.found[vertex.column].excess[vertex.end];
-            *excess = excess.max(lead);
-        }
     }
 
     fn extreme(&self, column: usize, end: usize) -> (D, D) {
@@ -203,8 +197,10 @@ impl<D: Number> ExtremesTracker<D> {
         if self.replaces(vertex, found) {
             self.set(vertex, found);
         } else {
-            let (known, _) = self.extreme(vertex.column, vertex.end);
-            self.note_excess(vertex, sign(vertex.end) * (found.0.re() - known.re()));
+            let (_, t) = self.extreme(vertex.column, vertex.end);
+            if t.re() < vertex.bracket[0].re() || vertex.bracket[1].re() < t.re() {
+                self.found[vertex.column].note_rival(vertex.end, found);
+            }
         }
     }
 
@@ -220,13 +216,13 @@ impl<D: Number> ExtremesTracker<D> {
     }
 
     fn set(&mut self, vertex: &Vertex<D>, found: (D, D)) {
-        let Extremes { minimum, maximum, excess } = &mut self.found[vertex.column];
-        let known = if vertex.end == 0 { minimum } else { maximum };
-        let lead = sign(vertex.end) * (found.0.re() - known.0.re());
-        if SEARCHES {
-            excess[vertex.end] = (excess[vertex.end] - lead).max(0.0);
+        let known = self.extreme(vertex.column, vertex.end);
+        let extremes = &mut self.found[vertex.column];
+        if known.1.re() < vertex.bracket[0].re() {
+            extremes.note_rival(vertex.end, known);
         }
-        *known = found;
+        let Extremes { minimum, maximum, .. } = extremes;
+        *(if vertex.end == 0 { minimum } else { maximum }) = found;
     }
 
     /// Whether the value and the time of a candidate replace the known extreme.
@@ -316,11 +312,6 @@ impl<D: Number> ExtremesTracker<D> {
         let rise = sign * (vertex.re() - at);
         (0.0..=reach).contains(&rise).then_some((vertex, t))
     }
-}
-
-/// The sign that turns smallest values into largest ones.
-fn sign(end: usize) -> f64 {
-    if end == 0 { -1.0 } else { 1.0 }
 }
 
 /// Whether the second of three values is higher or lower than both others, or equal to one of them.

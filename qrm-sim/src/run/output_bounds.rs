@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use qrm_core::{Interval, Mechanism, RowLayout};
 
-use super::extremes::Extremes;
+use super::extremes::{Extremes, sign};
 use crate::bounds::{BoundedOutput, FunctionBounds, RowBoxes, bounded_outputs};
 use crate::state::State;
 
@@ -138,7 +138,7 @@ impl Unresolved<'_> {
             !values.into_iter().all(is_within)
         };
         let turns = |end: usize| {
-            let sign = if end == 0 { -1.0 } else { 1.0 };
+            let sign = sign(end);
             let is_peak = |row: usize| {
                 let [before, at, after] = [row - 1, row, row + 1].map(|row| sign * value(row));
                 before <= at && at >= after

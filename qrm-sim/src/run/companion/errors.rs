@@ -15,6 +15,8 @@ const RICHARDSON_FACTOR_OF_SECOND: f64 = 4.0;
 /// The divisor for steps so long that errors follow no order. Ratios from 0.43 to 4.06 were measured, and estimates
 /// should hold within a factor of 3 in both directions.
 const RATIO_OF_LONG_STEPS: f64 = 1.37;
+/// The smallest difference at an extreme, relative to the largest one, in long steps: smaller ones agree by chance.
+const SMALLEST_AT_EXTREME: f64 = 1.0 / 32.0;
 /// The factor of the largest difference in any row near singular positions, for quantities that depend on accelerations
 /// or multipliers: there differences are irregular rounding errors, and those of other rows may be larger.
 const IRREGULAR_FACTOR: f64 = 16.0;
@@ -48,7 +50,16 @@ impl Companion {
             start: self.start,
             largest: self.with_irregular(errors(&|difference| difference.largest)),
             at_extremes: if ESTIMATES_EXTREMES {
-                [0, 1].map(|end| errors(&|difference| difference.at_extremes[end]))
+                let least = if ratio == RATIO_OF_LONG_STEPS { SMALLEST_AT_EXTREME } else { 0.0 };
+                [0, 1].map(|end| errors(&|difference| difference.at_extremes[end].1.max(least * difference.largest)))
+            } else {
+                [const { Vec::new() }; 2]
+            },
+            rivals: if ESTIMATES_EXTREMES {
+                [0, 1].map(|end| {
+                    let errors = errors(&|difference| difference.rivals[end].1);
+                    differences.each.iter().map(|difference| difference.rivals[end].0).zip(errors).collect()
+                })
             } else {
                 [const { Vec::new() }; 2]
             },
