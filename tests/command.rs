@@ -187,7 +187,7 @@ error: the mechanism cannot be assembled: constraint `guide` stays 0.117565 m fr
 49 | guide = { residual = 'C.y - yC', unit = "m", doc = "the ram stays on its guide" }
    |                       ^^^^^^^^ not zero anywhere near the first guesses; nearest at phi2 = 0.000000, phi4 = 0.982794, phi5 = 1.570796
    |
-   = help: check the lengths that occur here, or start from other guesses in [initial]; give no more positions than there are degrees of freedom, and the others as guesses in `solve`
+   = help: check the lengths that occur here, or choose other guesses in [initial]; give no more positions than there are degrees of freedom, and the others as guesses in `solve`
 
 "#]],
     );

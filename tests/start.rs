@@ -12,6 +12,11 @@ use qrm_sim::position::{Start, assemble};
 use crate::common;
 use crate::common::{model, near, qrm, run};
 
+fn scene(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/singular");
+    folder.join(name).with_extension("toml").display().to_string()
+}
+
 /// The message with which `run quick-return` refuses these starts.
 fn refused(starts: &[&str]) -> String {
     let options: Vec<&str> = starts.iter().flat_map(|start| ["--start", start]).collect();
@@ -91,8 +96,7 @@ fn a_dragged_point_is_as_near_as_it_can_be() {
 #[test]
 #[ignore = "full tier: engine"]
 fn a_start_at_a_dead_point_is_uncertain() {
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/singular/start-at-dead-point.toml");
-    let scene = scene.display().to_string();
+    let scene = scene("start-at-dead-point");
     for method in ["rk4", "dop853", "gauss"] {
         let run = run(&[&scene, "--no-figures", "--method", method]);
         assert_eq!(run.status(), 0, "{}", run.stderr());
@@ -103,4 +107,49 @@ fn a_start_at_a_dead_point_is_uncertain() {
         let said = run.stdout() + &run.stderr();
         assert!(said.contains("the given coordinates determine `phi` only within 2e-8 rad"), "{said}");
     }
+}
+
+/// Links of any size are assembled alike: forces of bars without gravity grow with the square of the unit of length.
+#[test]
+#[ignore = "full tier: engine"]
+fn the_size_of_a_mechanism_does_not_matter() {
+    let scene = scene("four-bar-in-cm");
+    let forces = |cm: &str| -> [f64; 2] {
+        let run = run(&[&scene, "--no-figures", "--set", &format!("cm={cm}")]);
+        assert_eq!(run.status(), 0, "cm = {cm}: {}", run.stderr());
+        let unit = cm.parse::<f64>().expect("a number").powi(2);
+        ["F_B", "F_C"].map(|name| run.summary()["extremes"][name]["max"].as_f64().expect("a number") / unit)
+    };
+    let own = forces("0.01");
+    for cm in ["1e-6", "1e-4", "0.3", "1", "10", "1e4"] {
+        for (scaled, own) in forces(cm).into_iter().zip(own) {
+            near(cm, scaled, own, 1e-12 * own);
+        }
+    }
+}
+
+/// The block starts at the end of its reach or next to it; its position and rate determine the angle of the crank badly
+/// or not at all.
+#[test]
+#[ignore = "full tier: engine"]
+fn starts_next_to_a_dead_point_have_their_errors() {
+    let scene = scene("block-at-reach");
+    let start = |x: &str, rate: &str| run(&[&scene, "--no-figures", "--start", x, "--start", rate]);
+    let refused = |x: &str, rate: &str| {
+        let run = start(x, rate);
+        assert_eq!(run.status(), 2, "{}", run.stdout());
+        run.stderr()
+    };
+    // Beyond by an ulp is a dead point too.
+    for x in ["s_G=0.4", "s_G=0.40000000000000007"] {
+        let run = start(x, "s_G_dot=0");
+        assert_eq!(run.status(), 0, "{}", run.stderr());
+        assert!(run.stdout().contains("determine `phi_crank` only within"), "{}", run.stdout());
+        assert!(refused(x, "s_G_dot=0.1").contains("do not determine the rate of `phi_crank`"));
+    }
+    assert!(refused("s_G=0.400000000001", "s_G_dot=0").contains("constraint `R` stays 1.000e-12 m from closed"));
+    // The scene's own start is at the dead point, so that the guess of the crank chooses the branch.
+    let run = start("s_G=0.39", "s_G_dot=0");
+    assert_eq!(run.status(), 0, "{}", run.stderr());
+    near("phi_crank", run.trajectory().number(0, "phi_crank"), 0.39144433900188087, 1e-14);
 }

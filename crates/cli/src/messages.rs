@@ -26,6 +26,13 @@ impl Setup {
                 let error = Error::usage(text);
                 help.into_iter().fold(error, Error::help)
             }
+            StartError::RateNotDetermined(coordinate) => {
+                let name = self.description.coordinates[*coordinate].name;
+                let text = format!(
+                    "the run cannot start: at this dead point the given rates do not determine the rate of `{name}`"
+                );
+                Error::usage(text).help("begin elsewhere, or give the rate of another coordinate")
+            }
             StartError::ConditionNotFinite => Error::usage("the stop condition has no finite value at the start")
                 .help("look for divisions by zero, roots and logarithms in it"),
             StartError::ConditionHolds => {
@@ -58,34 +65,47 @@ impl Setup {
         let constraint = &self.scene.constraints[reason.constraint];
         let (name, unit, span) = (&constraint.name, &constraint.unit, constraint.span.clone());
         let size = readable_size(reason.residual);
+        let [guesses, rates, positions] = if self.scene.has_links {
+            ["`angle`s of links and places `near` joints", "`rate`s of links and sliders", "`angle`s and `start`s"]
+        } else {
+            ["guesses in [initial]", "rates in [initial]", "positions"]
+        };
         if reason.is_other_branch {
+            let help = format!("on the way there it passes a singular position; choose {guesses} on that branch");
             return Error::usage("the mechanism can be assembled only on another branch than that of the scene")
-                .help("on the way there it passes a singular position; choose guesses in [initial] on that branch");
+                .help(help);
         }
-        let diagnostic =
-            if reason.rates {
-                let title = format!(
-                    "the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s"
-                );
-                Diagnostic::error(title, span, "cannot stay closed with the given rates").help(
-                "give no more rates in [initial] than there are degrees of freedom; if there are not, the mechanism \
-                 starts at a dead point for the coordinate that is given: start elsewhere, or give another rate",
+        let diagnostic = if reason.rates {
+            let title = format!(
+                "the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s"
+            );
+            Diagnostic::error(title, span, "cannot stay closed with the given rates").help(format!(
+                "give no more {rates} than there are degrees of freedom; if there are not, the mechanism starts \
+                     at a dead point for the coordinate that is given: start elsewhere, or give another rate"
+            ))
+        } else if !reason.residual.is_finite() {
+            let title = format!("constraint `{name}` has no value at the first guesses");
+            Diagnostic::error(title, span, "a root or another function leaves its domain")
+                .help(format!("choose other {guesses}"))
+        } else {
+            let found = self.scene.coordinates.iter().zip(&reason.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
+            let found = found.collect::<Vec<_>>().join(", ");
+            let title =
+                format!("the mechanism cannot be assembled: constraint `{name}` stays {size} {unit} from closed");
+            Diagnostic::error(
+                title,
+                span,
+                format!(
+                    "not zero anywhere near the first guesses; nearest at \
+                                                    {found}"
+                ),
             )
-            } else if !reason.residual.is_finite() {
-                let title = format!("constraint `{name}` has no value at the first guesses");
-                Diagnostic::error(title, span, "a root or another function leaves its domain")
-                    .help("choose other guesses in [initial]")
-            } else {
-                let found = self.scene.coordinates.iter().zip(&reason.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
-                let found = found.collect::<Vec<_>>().join(", ");
-                let title =
-                    format!("the mechanism cannot be assembled: constraint `{name}` stays {size} {unit} from closed");
-                Diagnostic::error(title, span, format!("not zero anywhere near the first guesses; nearest at \
-                                                    {found}")).help(
-                "check the lengths that occur here, or start from other guesses in [initial]; give no more positions \
-                     than there are degrees of freedom, and the others as guesses in `solve`",
-            )
-            };
+            .help(format!(
+                "check the lengths that occur here, or choose other {guesses}; give no more {positions} than there \
+                     are degrees of freedom{}",
+                if self.scene.has_links { "" } else { ", and the others as guesses in `solve`" }
+            ))
+        };
         self.at_place(diagnostic)
     }
 }

@@ -76,6 +76,11 @@ pub(crate) struct RunReport {
     /// Whether a load jumps during the motion.
     #[serde(skip)]
     has_jumps: bool,
+    #[serde(skip)]
+    has_links: bool,
+    /// Whether the given coordinates hardly determine the others at the start.
+    #[serde(skip)]
+    has_uncertain_start: bool,
     /// The reasons not to trust the results.
     distrust: Vec<String>,
     pub(crate) warnings: Vec<Message>,
@@ -139,7 +144,7 @@ impl RunReport {
     pub(crate) fn new(setup: &Setup, outcome: &Outcome, recording: &Recording) -> Self {
         let description = setup.description;
         let tolerance = setup.settings.tolerance();
-        let mut distrust = rejection_reasons(outcome, description);
+        let mut distrust = rejection_reasons(setup, outcome);
         distrust.extend(setup.passed_over(outcome.end_time));
         let parameters = description.parameters.iter().map(|p| p.name.to_owned());
         let end_time_error = outcome.errors.as_ref().and_then(ErrorEstimates::end_time);
@@ -191,9 +196,11 @@ impl RunReport {
             parameters: Named(parameters.zip(setup.model.parameter_values(&setup.replace())).collect()),
             figures: Vec::new(),
             has_jumps: setup.scene.has_jumps(),
+            has_links: setup.scene.has_links,
+            has_uncertain_start: outcome.start_uncertainty.is_some(),
             warnings: [
                 setup.notes.clone(),
-                judgement::warnings(outcome, description, &distrust),
+                judgement::warnings(setup, outcome, &distrust),
                 judgement::open_joints(setup, recording),
             ]
             .concat(),
@@ -214,13 +221,15 @@ impl RunReport {
         let singular = self.smallest_singular_value.as_ref();
         let near = singular.filter(|entry| entry.value < judgement::EXPLAINS_FAILURE * entry.largest);
         let help = if let Some(entry) = near {
-            if entry.is_alone {
+            if entry.is_alone && !self.has_links {
                 "write that constraint in another form, pass the position with other steps or another method, or \
                  change the dimensions"
             } else {
                 "branches meet at that position: pass it with other steps or another method, begin elsewhere, or \
                  change the dimensions"
             }
+        } else if self.has_uncertain_start {
+            "begin elsewhere, or give other coordinates at the start: those that are given hardly determine the others"
         } else if self.tolerance.is_some() && self.has_jumps {
             "a motion along a jump of `sign` cannot be followed: write `tanh(x/x0)` with a small x0 instead"
         } else if self.tolerance.is_some() {

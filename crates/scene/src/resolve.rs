@@ -140,6 +140,7 @@ impl Resolver<'_> {
             extremes: self.extremes(document),
             run: self.run(document),
             four_bars: document.four_bars.clone(),
+            has_links: !document.links.is_empty(),
         };
         for (identifier, load) in &document.loads {
             if let Some(kind) = self.load(document, &scene, &identifier.name, load) {

@@ -92,6 +92,9 @@ pub struct Scene {
     /// Loops of four links; present only in scenes with links.
     #[serde(skip)]
     pub four_bars: Vec<FourBar>,
+    /// Whether the scene has links: its user wrote joints, not constraints.
+    #[serde(skip)]
+    pub has_links: bool,
 }
 
 /// A generalized coordinate.

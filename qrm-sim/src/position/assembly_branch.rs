@@ -5,6 +5,7 @@ use qrm_core::{Mechanism, TapeEvaluator};
 use super::assembly::{NotAssembled, assemble_from_guesses, completed};
 use super::loop_solver::{CoordinatePartition, LoopSolver, Position};
 use super::start::Start;
+use super::start_uncertainty::start_uncertainty;
 
 /// The largest difference of an angle from the scene's own start for which the branch is the same without further test.
 const NEAR: f64 = 0.5;
@@ -41,7 +42,9 @@ impl SceneStart {
         let drive = LoopSolver::new(&*own, start.given.clone())?;
         let position = drive.solve_loops(assemble_from_guesses(&*own, &start).ok()?.0)?;
         let partition = drive.into_partition();
-        (position.determinant != 0.0).then_some(Self { parameters, start, position, partition })
+        // At a dead point two branches meet.
+        let has_branch = position.determinant != 0.0 && !is_at_dead_point(&*own, &start, &position.q);
+        has_branch.then_some(Self { parameters, start, position, partition })
     }
 }
 
@@ -86,40 +89,46 @@ impl AssemblyBranch {
         {
             return direct;
         }
-        match own.follow(mechanism, &start) {
-            Some(position) => {
+        match (own.follow(mechanism, &start), direct) {
+            (Ok(position), _) => {
                 start.q = position.q;
                 assemble_from_guesses(mechanism, &start)
             }
-            None => Err(match direct {
-                Err(reason) => reason,
-                Ok((q, _)) => NotAssembled { constraint: 0, residual: 0.0, q, rates: false, is_other_branch: true },
-            }),
+            (Err(_), Err(reason)) => Err(reason),
+            (Err(last), Ok((q, qd))) => {
+                // The branches meet there.
+                if is_at_dead_point(mechanism, &start, &q) && own.max_angle_change(mechanism, &last, &q) < LONGEST {
+                    return Ok((q, qd));
+                }
+                Err(NotAssembled { constraint: 0, residual: 0.0, q, rates: false, is_other_branch: true })
+            }
         }
     }
 }
 
 impl SceneStart {
-    /// Follows the position from the scene's own parameters and given values to those of a mechanism and a start;
-    /// `None` if a singular position lies on the way.
-    fn follow(&self, mechanism: &dyn Mechanism, start: &Start) -> Option<Position> {
+    /// Follows the position from the scene's own parameters and given values to those of a mechanism and a start.
+    ///
+    /// # Errors
+    /// The last position before a singular one on the way.
+    fn follow(&self, mechanism: &dyn Mechanism, start: &Start) -> Result<Position, Position> {
         let (mut now, mut done, mut step) = (self.position.clone(), 0.0, 0.125_f64);
         while done < 1.0 {
             let next = (done + step).min(1.0);
             let value = |(own, to): (&f64, &f64)| if next == 1.0 { *to } else { own + (to - own) * next };
             let values = self.parameters.iter().zip(mechanism.parameters()).map(value).collect();
-            let between = mechanism.with_parameters(values)?;
+            let Some(between) = mechanism.with_parameters(values) else { return Err(now) };
             let start = Start { q: self.start.q.iter().zip(&start.q).map(value).collect(), ..start.clone() };
             match self.neighbour(&self.drive(&*between), &start, &now) {
                 Some(position) => {
                     (now, done) = (position, next);
                     step *= 2.0;
                 }
-                None if step <= SHORTEST => return None,
+                None if step <= SHORTEST => return Err(now),
                 None => step *= 0.5,
             }
         }
-        Some(now)
+        Ok(now)
     }
 
     /// The position after a small change of the parameters to those of another mechanism.
@@ -139,6 +148,11 @@ impl SceneStart {
         let is_free_angle = |i: &usize| !self.start.given[*i] && mechanism.description().is_angle(*i);
         (0..to.len()).filter(is_free_angle).map(|i| (to[i] - from.q[i]).abs()).fold(0.0, f64::max)
     }
+}
+
+/// Whether the given coordinates of a start are at a dead point at the coordinates `q`.
+fn is_at_dead_point(mechanism: &dyn Mechanism, start: &Start, q: &[f64]) -> bool {
+    start_uncertainty(mechanism, start, q).is_some_and(|uncertainty| uncertainty.is_at_dead_point())
 }
 
 /// Computes coordinates and rates of a mechanism at a start, on the branch of its scene's own parameters.

@@ -7,7 +7,13 @@ use super::start::Start;
 use crate::solve::{LoopConstraints, Matrix, SmallestSingularValue, largest};
 
 /// Smaller uncertainties, relative to a turn or to the largest coordinate, are rounding errors like others.
-const SMALL: f64 = 1e-12;
+const SMALL: f64 = 1e-14;
+/// Smaller uncertainties, by the same measure, need not be told.
+const TOLD: f64 = 1e-12;
+/// The smallest uncertainty at a dead point, by the same measure: positions on both sides cannot be told apart.
+const DEAD: f64 = 1e-9;
+/// The smallest relative change of rates within the uncertainty that leaves them undetermined.
+const UNDETERMINED: f64 = 0.1;
 /// The distance, relative to a turn or to the largest coordinate, at which the curvature of the constraints is
 /// measured.
 const DISTANCE: f64 = 1e-3;
@@ -22,6 +28,30 @@ pub(crate) struct StartUncertainty {
     /// The coordinates and rates of the other start, twice as far away.
     pub(crate) q: Vec<f64>,
     pub(crate) qd: Vec<f64>,
+}
+
+impl StartUncertainty {
+    /// The coordinate that is known least and its possible error, if that is to be told.
+    pub(crate) fn told(&self) -> Option<(usize, f64)> {
+        (self.error > TOLD * size(&self.q)).then_some((self.coordinate, self.error))
+    }
+
+    /// The coordinate whose rate, `qd` at the start, is as uncertain as large.
+    pub(crate) fn undetermined_rate(&self, qd: &[f64]) -> Option<usize> {
+        let changes: Vec<f64> = self.qd.iter().zip(qd).map(|(other, own)| other - own).collect();
+        let (place, change) = largest(&changes);
+        (change > UNDETERMINED * largest(qd).1).then_some(place)
+    }
+
+    /// Whether the given coordinates are at a dead point.
+    pub(super) fn is_at_dead_point(&self) -> bool {
+        self.error > DEAD * size(&self.q)
+    }
+}
+
+/// The largest coordinate, at least a radian.
+fn size(q: &[f64]) -> f64 {
+    largest(q).1.max(1.0)
 }
 
 /// The uncertainty of the coordinates `q` that follow from the given ones; `None` if it is as small as rounding errors.
@@ -49,7 +79,7 @@ pub(crate) fn start_uncertainty(mechanism: &dyn Mechanism, start: &Start, q: &[f
     let columns = Matrix::from_fn(open.len(), m, |i, k| jacobian[k][open[i]]);
     let mut smallest = SmallestSingularValue::new(open.len(), m);
     let slope = smallest.find(&columns)?;
-    let size = largest(q).1.max(1.0);
+    let size = size(q);
     let along = |distance: f64| {
         let mut moved = q.to_vec();
         open.iter().zip(&smallest.combination).for_each(|(&i, part)| moved[i] += distance * part);

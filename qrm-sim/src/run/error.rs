@@ -67,6 +67,10 @@ impl fmt::Display for SimError {
             Reason::Start(StartError::Step(reason)) => {
                 write!(f, "`{name}` cannot start: {}", reason.explain(description))
             }
+            Reason::Start(StartError::RateNotDetermined(coordinate)) => {
+                let coordinate = description.coordinates[*coordinate].name;
+                write!(f, "`{name}` cannot start: its given rates do not determine that of `{coordinate}`")
+            }
             Reason::Start(StartError::ConditionNotFinite) => {
                 write!(f, "`{name}` cannot start: its stop condition has no finite value")
             }

@@ -132,6 +132,8 @@ pub enum StartError {
     ConditionHolds,
     /// The accelerations at the start are not determined.
     Step(StepError),
+    /// The given rates do not determine the rate of this coordinate, at a dead point.
+    RateNotDetermined(usize),
     /// The step is below the resolution of time.
     StepTooShort {
         /// The step.

@@ -46,6 +46,9 @@ pub fn simulate(
     let first = first_state(mechanism, &branch, start.clone())?;
     // A page has no room for it.
     let uncertainty = if cfg!(feature = "events") { start_uncertainty(mechanism, &start, &first.q) } else { None };
+    if let Some(coordinate) = uncertainty.as_ref().and_then(|uncertainty| uncertainty.undetermined_rate(&first.qd)) {
+        return Err(StartError::RateNotDetermined(coordinate));
+    }
     let settings = request.settings;
     let mut run = Run {
         mechanism,
@@ -67,7 +70,7 @@ pub fn simulate(
         } else {
             None
         },
-        uncertainty: uncertainty.map(|StartUncertainty { coordinate, error, .. }| (coordinate, error)),
+        uncertainty: uncertainty.as_ref().and_then(StartUncertainty::told),
         redundancy: Redundancy::at(mechanism, &first),
         monitor: RunMonitor::new(mechanism, &first, [observer.needs_outputs(), observer.wants_extremes()]),
         condition: StopCondition::new(mechanism, request.end, &first)?,

@@ -19,12 +19,13 @@ const SINGULAR: f64 = 1e-2;
 const ROUNDING: f64 = 1e-9;
 
 /// The reasons not to trust the results of a completed run.
-pub(crate) fn rejection_reasons(outcome: &Outcome, description: &Description) -> Vec<String> {
+pub(crate) fn rejection_reasons(setup: &Setup, outcome: &Outcome) -> Vec<String> {
+    let description = setup.description;
     let rejection_reasons = outcome.rejection_reasons(description);
     let mut reasons: Vec<String> =
         rejection_reasons.iter().map(|reason| reason.text(outcome.tolerance, description)).collect();
     if !reasons.is_empty() {
-        let near = near_singular(outcome.nearest_singular, description, EXPLAINS_FAILURE);
+        let near = near_singular(setup, outcome.nearest_singular, EXPLAINS_FAILURE);
         reasons.extend(near.map(|message| message.text));
     }
     reasons
@@ -32,25 +33,29 @@ pub(crate) fn rejection_reasons(outcome: &Outcome, description: &Description) ->
 
 /// The position at which the constraints were nearest to singular, if the ratio of their smallest singular value to its
 /// largest value fell below a limit.
-fn near_singular(nearest: Option<NearestSingularity>, description: &Description, below: f64) -> Option<Message> {
+fn near_singular(setup: &Setup, nearest: Option<NearestSingularity>, below: f64) -> Option<Message> {
     let nearest = nearest.filter(|nearest| nearest.fraction() < below)?;
-    let name = description.constraints[nearest.constraint].name;
+    let name = setup.description.constraints[nearest.constraint].name;
     let (fraction, t) = (nearest.fraction(), seconds(nearest.t));
     let what = if nearest.is_alone { "has no gradient there" } else { "depends on the others there" };
     let message = Message::new(format!(
         "the mechanism came near a singular position: the smallest singular value of C_q fell to {fraction:.0e} of its \
          largest at t = {t}; constraint `{name}` {what}"
     ));
+    if setup.scene.has_links {
+        return Some(message.help("if the mechanism is not meant to pass it, change its dimensions or its drive"));
+    }
     let help = "write the constraint in a form that does not vanish there, if there is one";
     Some(if nearest.is_alone { message.help(help) } else { message })
 }
 
 /// The warnings about a run, in addition to the reasons to distrust it.
-pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &[String]) -> Vec<Message> {
+pub(super) fn warnings(setup: &Setup, outcome: &Outcome, distrust: &[String]) -> Vec<Message> {
+    let description = setup.description;
     let stats = &outcome.stats;
     let mut warnings = Vec::new();
     if distrust.is_empty() {
-        warnings.extend(near_singular(outcome.nearest_singular, description, SINGULAR));
+        warnings.extend(near_singular(setup, outcome.nearest_singular, SINGULAR));
     }
     if let Some((coordinate, error)) = outcome.start_uncertainty {
         let QuantityDescription { name, unit, .. } = description.coordinates[coordinate];
@@ -58,7 +63,14 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
             "at the start the given coordinates determine `{name}` only within {error:.0e} {unit}: they hardly change \
              with it there"
         );
-        warnings.push(Message::new(text).help(format!("give `{name}` in their place, under [initial]")));
+        let help = if setup.scene.has_links {
+            format!(
+                "give the start of `{name}` instead: an `angle` and a `rate` of its link, or those of a link beside it"
+            )
+        } else {
+            format!("give `{name}` in their place, under [initial]")
+        };
+        warnings.push(Message::new(text).help(help));
     }
     for output in &outcome.extremes_of_rows {
         let name = description.outputs[*output].name;
@@ -132,9 +144,9 @@ fn not_unique(Redundancy { rank, multipliers, outputs }: &Redundancy, descriptio
 }
 
 /// The warnings of the run of a design that concern its numbers.
-pub(crate) fn design_warnings(finished: &DesignResult, description: &Description) -> Vec<Message> {
-    let near = near_singular(finished.nearest_singular, description, SINGULAR);
-    near.into_iter().chain(finished.redundancy.as_ref().map(|found| not_unique(found, description))).collect()
+pub(crate) fn design_warnings(setup: &Setup, finished: &DesignResult) -> Vec<Message> {
+    let near = near_singular(setup, finished.nearest_singular, SINGULAR);
+    near.into_iter().chain(finished.redundancy.as_ref().map(|found| not_unique(found, setup.description))).collect()
 }
 
 /// A warning for each one-sided joint that would have opened.

@@ -9,7 +9,8 @@ use crate::integrate::{Corner, StepError};
 use crate::state::State;
 
 impl Companion {
-    /// The state at a time after the first of the last rows. The steps have the lengths `of_run` and `step`.
+    /// The state at a time after the first of the last rows. Steps of the run have the length `of_run`, those of the
+    /// companion `step`.
     pub(super) fn step_to(
         &self,
         mechanism: &dyn Mechanism,
@@ -42,8 +43,8 @@ impl Companion {
         Ok(())
     }
 
-    /// Whether an extreme must be compared with the companion's motion: a rival, if it may lie closer to the extreme
-    /// than the largest difference, by twice the distance of rivals before it.
+    /// Whether an extreme must be compared with the companion's motion: a rival only if the largest difference exceeds
+    /// its distance from the extreme, by twice as much as for earlier rivals.
     pub(super) fn may_matter(&mut self, extreme: &FoundExtreme) -> bool {
         let Some(behind) = extreme.behind else { return true };
         let place = self.differences.quantities.place_of_column(extreme.column);

@@ -197,7 +197,7 @@ pub(super) fn row(
         Field::EstimatedError => number(finished.estimated_error.as_ref()),
     };
     let is_done = reason.is_empty();
-    let warnings = if is_done { design_warnings(finished, setup.description) } else { Vec::new() };
+    let warnings = if is_done { design_warnings(setup, finished) } else { Vec::new() };
     Row { cells: columns.iter().map(cell).collect(), is_done, warnings }
 }
 
