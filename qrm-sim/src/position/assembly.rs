@@ -70,15 +70,22 @@ fn is_length(description: &Description, constraint: usize) -> bool {
     description.constraints[constraint].unit != "rad"
 }
 
-/// The size of a mechanism near a position: the longest lever of an angle and the largest coordinate that is a length,
-/// as a power of two.
+/// The size of a mechanism near a position: the longest lever of an angle or the largest coordinate that is a length,
+/// without its digits after the power of two, so that scaling by it is exact.
 fn length(description: &Description, constraints: &LoopConstraints, q: &[f64]) -> f64 {
-    let jacobian = &constraints.constraint_jacobian;
-    let lengths = (0..jacobian.rows()).filter(|&k| is_length(description, k));
-    let levers = lengths.flat_map(|k| (0..q.len()).filter(|&i| description.is_angle(i)).map(move |i| jacobian[k][i]));
-    let positions = (0..q.len()).filter(|&i| !description.is_angle(i)).map(|i| q[i]);
-    let largest = levers.chain(positions).fold(0.0, |most: f64, length| most.max(length.abs()));
-    if largest > 0.0 && largest.is_finite() { largest.log2().round().exp2() } else { 1.0 }
+    let mut largest = 0.0_f64;
+    for (i, position) in q.iter().enumerate() {
+        if !description.is_angle(i) {
+            largest = largest.max(position.abs());
+            continue;
+        }
+        for (k, row) in constraints.constraint_jacobian.iter().enumerate() {
+            if is_length(description, k) {
+                largest = largest.max(row[i].abs());
+            }
+        }
+    }
+    if largest.is_normal() { f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits()) } else { 1.0 }
 }
 
 /// Finds the last constraint that stays open when all others are satisfied, and its residual; if there is none, the

@@ -152,7 +152,9 @@ impl SceneStart {
 
 /// Whether the given coordinates of a start are at a dead point at the coordinates `q`.
 fn is_at_dead_point(mechanism: &dyn Mechanism, start: &Start, q: &[f64]) -> bool {
-    start_uncertainty(mechanism, start, q).is_some_and(|uncertainty| uncertainty.is_at_dead_point())
+    // A page has no room for it.
+    cfg!(feature = "events")
+        && start_uncertainty(mechanism, start, q).is_some_and(|uncertainty| uncertainty.is_at_dead_point())
 }
 
 /// Computes coordinates and rates of a mechanism at a start, on the branch of its scene's own parameters.

@@ -119,104 +119,112 @@ fn not_assembled(reason: &NotAssembled, description: &Description) -> String {
 pub struct Explanation {
     /// The problem.
     pub text: String,
-    /// The remedy.
+    /// The remedy; empty in a page, where no option can be given.
     pub help: String,
 }
 
 impl fmt::Display for Explanation {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}\n  = help: {}", self.text, self.help)
+        f.write_str(&self.text)?;
+        if self.help.is_empty() { Ok(()) } else { write!(f, "\n  = help: {}", self.help) }
     }
 }
 
 impl StepError {
     /// Explains why the step could not be made, with the names of the mechanism.
     pub fn explain(&self, description: &Description) -> Explanation {
-        let (text, help) = match self {
+        let help = if cfg!(feature = "events") { self.help(description) } else { String::new() };
+        Explanation { text: self.text(description), help }
+    }
+
+    /// The reason why the step could not be made, with the names of the mechanism.
+    fn text(&self, description: &Description) -> String {
+        match self {
             Self::NotConverged(e) => {
                 let constraint = &description.constraints[e.constraint];
                 let (name, unit) = (constraint.name, constraint.unit);
-                let text = format!(
+                format!(
                     "constraint `{name}` could not be closed again after the step: still {:.3e} {unit} open after {} \
                      corrections",
                     e.residual, e.iterations
-                );
-                let help = "use a shorter --step, or a smaller --tolerance with a method that chooses its steps; if it \
-                            happens at the same position with every step, the mechanism is singular there";
-                (text, help.to_owned())
+                )
             }
             Self::Massless(coordinate) => {
                 let name = description.coordinates[*coordinate].name;
-                let text = format!(
+                format!(
                     "no mass resists a motion of coordinate `{name}` that the constraints allow, so its acceleration \
                      is not determined"
-                );
-                (text, "give the bodies that move with it a mass or an inertia".to_owned())
+                )
             }
-            Self::StepTooShort { h } => {
-                let text = format!(
-                    "steps had to become as short as {h:.1e} s, and time stands still: the tolerance is beyond double \
-                     precision, or the mechanism is singular here, or without inertia"
-                );
-                (text, "use a larger --tolerance".to_owned())
-            }
-            Self::TooManySteps { attempts, h } => {
-                let text = format!(
-                    "{attempts} steps were tried, now of {h:.1e} s, and the next row is far: the motion is too fast, \
-                     too stiff or too near a singular position for the tolerance and the time that it is to be followed"
-                );
-                (text, "use a larger --tolerance, an earlier --end-time, or a shorter --step between rows".to_owned())
-            }
-            Self::ForcesNotFinite if !description.friction.is_empty() => {
-                let text = format!(
-                    "the friction of {} has no solution or several at this position and speed (Painleve's paradox), or \
-                     the mechanism is singular here, or another force is not finite",
-                    description.friction.join(", ")
-                );
-                let help = "use a smaller coefficient of friction, a longer guide, or a larger `slip`";
-                (text, help.to_owned())
-            }
-            Self::NoGradient(constraint) => {
-                let text = format!(
-                    "constraint `{}` has no gradient wherever it is closed, so no force can hold it, and neither the \
-                     motion nor the forces are determined",
-                    description.constraints[*constraint].name
-                );
-                let help = "write it in a form with a gradient, such as `y = 0` for `hypot(x, y) = x`; a joint that \
-                            others hold at the end of its reach is to be left out, or a length changed";
-                (text, help.to_owned())
-            }
-            Self::FrictionNotUnique => {
-                let text = format!(
-                    "constraints repeat others, so that the forces in joints are not unique, and the friction of {} \
-                     depends on them",
-                    description.friction.join(", ")
-                );
-                let help = "take out the constraints that are too many (without friction `qrm check` names them), or \
-                            the friction";
-                (text, help.to_owned())
-            }
+            Self::StepTooShort { h } => format!(
+                "steps had to become as short as {h:.1e} s, and time stands still: the tolerance is beyond double \
+                 precision, or the mechanism is singular here, or without inertia"
+            ),
+            Self::TooManySteps { attempts, h } => format!(
+                "{attempts} steps were tried, now of {h:.1e} s, and the next row is far: the motion is too fast, too \
+                 stiff or too near a singular position for the tolerance and the time that it is to be followed"
+            ),
+            Self::ForcesNotFinite if !description.friction.is_empty() => format!(
+                "the friction of {} has no solution or several at this position and speed (Painleve's paradox), or \
+                 the mechanism is singular here, or another force is not finite",
+                description.friction.join(", ")
+            ),
+            Self::NoGradient(constraint) => format!(
+                "constraint `{}` has no gradient wherever it is closed, so no force can hold it, and neither the \
+                 motion nor the forces are determined",
+                description.constraints[*constraint].name
+            ),
+            Self::FrictionNotUnique => format!(
+                "constraints repeat others, so that the forces in joints are not unique, and the friction of {} \
+                 depends on them",
+                description.friction.join(", ")
+            ),
             Self::NotFinite | Self::ForcesNotFinite => {
-                let text = "the next state is not finite: numbers grew beyond all bounds, or a formula left its domain"
-                    .to_owned();
-                let help = "use a shorter --step, or a smaller --tolerance with a method that chooses its steps; look \
-                            for roots, logarithms and quotients in the scene";
-                (text, help.to_owned())
+                "the next state is not finite: numbers grew beyond all bounds, or a formula left its domain".to_owned()
             }
             Self::NoLinearization if !description.friction.is_empty() => {
-                let text =
-                    "the method needs Jacobians, and there are none of friction that depends on forces in joints";
-                (text.to_owned(), "use `--method dop853` or `gauss`".to_owned())
+                "the method needs Jacobians, and there are none of friction that depends on forces in joints".to_owned()
             }
+            Self::NoLinearization => format!(
+                "the method needs the Jacobians of forces and constraints, and scene `{}` does not ask for them",
+                description.name
+            ),
+        }
+    }
+
+    /// The remedy, in terms of the command line.
+    fn help(&self, description: &Description) -> String {
+        let help = match self {
+            Self::NotConverged(_) => {
+                "use a shorter --step, or a smaller --tolerance with a method that chooses its steps; if it happens at \
+                 the same position with every step, the mechanism is singular there"
+            }
+            Self::Massless(_) => "give the bodies that move with it a mass or an inertia",
+            Self::StepTooShort { .. } => "use a larger --tolerance",
+            Self::TooManySteps { .. } => {
+                "use a larger --tolerance, an earlier --end-time, or a shorter --step between rows"
+            }
+            Self::ForcesNotFinite if !description.friction.is_empty() => {
+                "use a smaller coefficient of friction, a longer guide, or a larger `slip`"
+            }
+            Self::NoGradient(_) => {
+                "write it in a form with a gradient, such as `y = 0` for `hypot(x, y) = x`; a joint that others hold \
+                 at the end of its reach is to be left out, or a length changed"
+            }
+            Self::FrictionNotUnique => {
+                "take out the constraints that are too many (without friction `qrm check` names them), or the friction"
+            }
+            Self::NotFinite | Self::ForcesNotFinite => {
+                "use a shorter --step, or a smaller --tolerance with a method that chooses its steps; look for roots, \
+                 logarithms and quotients in the scene"
+            }
+            Self::NoLinearization if !description.friction.is_empty() => "use `--method dop853` or `gauss`",
             Self::NoLinearization => {
                 let name = description.name;
-                let text = format!(
-                    "the method needs the Jacobians of forces and constraints, and scene `{name}` does not ask for them"
-                );
-                (text, format!("write `stiff = true` under [run] in scenes/{name}.toml, and build again"))
+                return format!("write `stiff = true` under [run] in scenes/{name}.toml, and build again");
             }
         };
-        Explanation { text, help }
+        help.to_owned()
     }
 }
 

@@ -87,10 +87,11 @@ pub(super) fn failure(outcome: &Outcome, description: &'static Description) -> O
             SimError { reason, description }.to_string()
         }
         Status::NotFinite { t, .. } => format!("the motion breaks off: a value is not finite at t = {t} s"),
-        Status::Unwritable(error) => error.to_string(),
+        Status::Unwritable(_) => "the page is out of memory".to_owned(),
     })
 }
 
 pub(super) fn json(value: &impl Serialize) -> Result<String, String> {
-    serde_json::to_string(value).map_err(|e| e.to_string())
+    // The text of the error would make pages larger by half a percent.
+    serde_json::to_string(value).map_err(|_| "the page is out of memory".to_owned())
 }
