@@ -96,6 +96,16 @@ fn where_there_is_no_solution_it_is_refused() {
 
 #[test]
 #[ignore = "full tier: engine"]
+fn sticking_by_a_jump_is_named() {
+    for method in ["rk4", "dop853", "dopri5"] {
+        let (status, _, errors) = said(&["run", &path("sticking"), "--no-figures", "--method", method]);
+        assert_eq!(status, Some(1), "{method}");
+        assert!(errors.contains("help: if the motion sticks where `sign` in a load jumps"), "{method}: {errors}");
+    }
+}
+
+#[test]
+#[ignore = "full tier: engine"]
 fn what_it_cannot_be_combined_with_is_refused() {
     let (status, _, errors) = said(&["inverse", &crank()]);
     assert_ne!(status, Some(0));

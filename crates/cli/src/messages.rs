@@ -1,6 +1,5 @@
 //! Messages about motions that fail to begin, to continue, or to end.
 
-use qrm_core::Description;
 use qrm_scene::diagnostic::Diagnostic;
 use qrm_sim::integrate::StepError;
 use qrm_sim::position::NotAssembled;
@@ -9,6 +8,10 @@ use qrm_sim::run::{Explanation, NonFiniteQuantity, StartError, Status, readable_
 use crate::error::{Error, Message};
 use crate::format::{number, seconds, with_error};
 use crate::setup::Setup;
+
+/// How to follow a motion along a jump of a load.
+pub(crate) const WITHOUT_JUMPS: &str = "if the motion sticks where `sign` in a load jumps, no step can follow it: write \
+                                        `tanh(x/x0)` with a small x0 instead, or `friction` at a joint";
 
 impl Setup {
     /// An error for a run that could not begin, with its location in the scene if there is one.
@@ -22,7 +25,7 @@ impl Setup {
                     .help("some parameter is too large or too small for double precision")
             }
             StartError::Step(reason) => {
-                let Message { text, help } = step_error(reason, self.description).after("the run cannot start: ");
+                let Message { text, help } = self.step_error(reason).after("the run cannot start: ");
                 let error = Error::usage(text);
                 help.into_iter().fold(error, Error::help)
             }
@@ -55,7 +58,7 @@ impl Setup {
             {
                 Message::new("breaks off: the state became infinite")
             }
-            StartError::Step(reason) => step_error(reason, self.description).after("breaks off: "),
+            StartError::Step(reason) => self.step_error(reason).after("breaks off: "),
             other => self.no_start(other).message(),
         }
     }
@@ -108,55 +111,52 @@ impl Setup {
         };
         self.at_place(diagnostic)
     }
-}
 
-/// The reason why a step could not be made.
-pub(crate) fn step_error(reason: &StepError, description: &Description) -> Message {
-    let Explanation { text, help } = reason.explain(description);
-    Message::new(text).help(help)
-}
+    /// The reason why a step could not be made.
+    pub(crate) fn step_error(&self, reason: &StepError) -> Message {
+        let Explanation { text, help } = reason.explain(self.description);
+        let is_stuck = matches!(reason, StepError::StepTooShort { .. } | StepError::TooManySteps { .. });
+        Message::new(text).help(if is_stuck && self.scene.has_jumps() { WITHOUT_JUMPS.to_owned() } else { help })
+    }
 
-/// Describes the end of a run, at a time with an error, in a few sentences.
-pub(crate) fn status(
-    status: &Status,
-    (end_time, error): (f64, Option<f64>),
-    description: &Description,
-    until: &str,
-) -> Message {
-    let t = error.map_or_else(|| seconds(end_time), |error| format!("{} s", with_error(end_time, error)));
-    Message::new(match status {
-        Status::Completed => format!("reached the end time {t}"),
-        Status::Stopped => format!("`{until}` became true at t = {t}"),
-        Status::StopNotReached { nearest_time, missing } => {
-            let since =
-                if *nearest_time < end_time { "and has moved away since" } else { "and was still coming nearer" };
-            format!(
-                "`{until}` did not become true by the latest end, t = {t}: it was nearest at t = {}, {} short, \
+    /// Describes the end of a run, at a time with an error, in a few sentences.
+    pub(crate) fn status(&self, status: &Status, (end_time, error): (f64, Option<f64>)) -> Message {
+        let (description, until) = (self.description, &self.until);
+        let t = error.map_or_else(|| seconds(end_time), |error| format!("{} s", with_error(end_time, error)));
+        Message::new(match status {
+            Status::Completed => format!("reached the end time {t}"),
+            Status::Stopped => format!("`{until}` became true at t = {t}"),
+            Status::StopNotReached { nearest_time, missing } => {
+                let since =
+                    if *nearest_time < end_time { "and has moved away since" } else { "and was still coming nearer" };
+                format!(
+                    "`{until}` did not become true by the latest end, t = {t}: it was nearest at t = {}, {} short, \
                  {since}",
-                seconds(*nearest_time),
-                number(*missing)
-            )
-        }
-        Status::StopUndecided { between: [begin, end] } => format!(
-            "whether `{until}` becomes true between t = {begin} s and {end} s is not known: its terms change too fast \
+                    seconds(*nearest_time),
+                    number(*missing)
+                )
+            }
+            Status::StopUndecided { between: [begin, end] } => format!(
+                "whether `{until}` becomes true between t = {begin} s and {end} s is not known: its terms change too fast \
              there"
-        ),
-        Status::Interrupted => format!("interrupted at t = {t}"),
-        Status::Failed(reason) => {
-            return step_error(reason, description).after(&format!("broke off after t = {t}: "));
-        }
-        Status::NotFinite { t, what } => {
-            let what = match what {
-                NonFiniteQuantity::Output(i) => format!("output `{}`", description.outputs[*i].name),
-                NonFiniteQuantity::Energy => "the energy".to_owned(),
-                NonFiniteQuantity::Condition => format!("the stop condition `{until}`"),
-            };
-            format!("{what} is not finite at t = {}; the rows before that are kept", seconds(*t))
-        }
-        Status::Unwritable(e) if e.kind() == std::io::ErrorKind::OutOfMemory => {
-            return Message::new(format!("the rows fill the memory at t = {t}"))
-                .help("keep fewer of them, for instance with `--every 100`");
-        }
-        Status::Unwritable(e) => format!("a row could not be written: {e}"),
-    })
+            ),
+            Status::Interrupted => format!("interrupted at t = {t}"),
+            Status::Failed(reason) => {
+                return self.step_error(reason).after(&format!("broke off after t = {t}: "));
+            }
+            Status::NotFinite { t, what } => {
+                let what = match what {
+                    NonFiniteQuantity::Output(i) => format!("output `{}`", description.outputs[*i].name),
+                    NonFiniteQuantity::Energy => "the energy".to_owned(),
+                    NonFiniteQuantity::Condition => format!("the stop condition `{until}`"),
+                };
+                format!("{what} is not finite at t = {}; the rows before that are kept", seconds(*t))
+            }
+            Status::Unwritable(e) if e.kind() == std::io::ErrorKind::OutOfMemory => {
+                return Message::new(format!("the rows fill the memory at t = {t}"))
+                    .help("keep fewer of them, for instance with `--every 100`");
+            }
+            Status::Unwritable(e) => format!("a row could not be written: {e}"),
+        })
+    }
 }

@@ -12,7 +12,7 @@ use qrm_sim::run::{ErrorEstimate, ErrorEstimates, Outcome, Redundancy, Status};
 use serde::Serialize;
 
 use crate::error::{Error, Message};
-use crate::messages;
+use crate::messages::WITHOUT_JUMPS;
 use crate::output::Named;
 use crate::setup::Setup;
 pub(crate) use judgement::{design_warnings, rejection_reasons};
@@ -165,7 +165,7 @@ impl RunReport {
             rows: 0,
             status: status(outcome),
             is_done: outcome.status.is_done(),
-            message: messages::status(&outcome.status, (outcome.end_time, end_time_error), description, &setup.until),
+            message: setup.status(&outcome.status, (outcome.end_time, end_time_error)),
             start: Named(setup.start().given_values(description)),
             end_time: outcome.end_time,
             end_time_error,
@@ -230,8 +230,8 @@ impl RunReport {
             }
         } else if self.has_uncertain_start {
             "begin elsewhere, or give other coordinates at the start: those that are given hardly determine the others"
-        } else if self.tolerance.is_some() && self.has_jumps {
-            "a motion along a jump of `sign` cannot be followed: write `tanh(x/x0)` with a small x0 instead"
+        } else if self.has_jumps {
+            WITHOUT_JUMPS
         } else if self.tolerance.is_some() {
             "use a smaller --tolerance; motions that are sensitive by nature cannot be followed for ever"
         } else {

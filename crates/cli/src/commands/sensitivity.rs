@@ -13,7 +13,6 @@ use qrm_sim::analysis::{Sensitivity, SensitivityError, SensitivityRequest, sensi
 
 use crate::error::{Error, Message};
 use crate::format::counted;
-use crate::messages::step_error;
 use crate::options::{MethodOptions, OutFolder, SceneOptions, assignments, check_parameter};
 use crate::output::{check_target, print, save};
 use crate::progress::{Progress, interrupted};
@@ -191,7 +190,7 @@ fn no_sensitivity(setup: &Setup, reason: &SensitivityError) -> Error {
     let message = match reason {
         SensitivityError::Start(reason) => return setup.no_start(reason),
         SensitivityError::Step { t, error } => {
-            step_error(error, setup.description).after(&format!("the motion breaks off after t = {t} s: "))
+            setup.step_error(error).after(&format!("the motion breaks off after t = {t} s: "))
         }
         SensitivityError::Singular { t } => Message::new(format!(
             "after t = {t} s the mechanism comes near a position at which its constraints are singular, or the step is \

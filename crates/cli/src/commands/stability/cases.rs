@@ -10,7 +10,6 @@ use qrm_sim::run::{Observer, Row, accepted_fraction};
 
 use super::TOLERANCE;
 use crate::error::Error;
-use crate::messages;
 use crate::options::{MethodOptions, SceneOptions};
 use crate::progress::{Progress, interrupted};
 use crate::reference::Reference;
@@ -177,7 +176,7 @@ fn run_case(variant: &Setup, exact: Option<&Exact>) -> CaseResult {
     };
     let steps = outcome.counts.accepted;
     if !outcome.status.is_done() {
-        let reason = messages::status(&outcome.status, (outcome.end_time, None), variant.description, &variant.until);
+        let reason = variant.status(&outcome.status, (outcome.end_time, None));
         return result(steps, Verdict::Refused(reason.text));
     }
     let tolerance = variant.settings.tolerance();

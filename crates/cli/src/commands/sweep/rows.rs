@@ -8,7 +8,6 @@ use qrm_sim::run::Status;
 use super::axes::Axes;
 use crate::error::Message;
 use crate::format::full;
-use crate::messages;
 use crate::parquet;
 use crate::run_report::design_warnings;
 use crate::setup::Setup;
@@ -175,7 +174,7 @@ pub(super) fn row(
                 finished.rejection_reasons.iter().map(|reason| reason.text(tolerance, setup.description));
             rejection_reasons.chain(passed_over).collect::<Vec<_>>().join("; and ")
         }
-        Ok(status) => messages::status(status, (finished.end_time, None), setup.description, &setup.until).text,
+        Ok(status) => setup.status(status, (finished.end_time, None)).text,
         Err(reason) => setup.no_start(reason).message().text,
     };
     let has_begun = finished.status.is_ok();
