@@ -73,6 +73,21 @@ const DEAD_POINTS: [(&str, [f64; 2]); 3] = [
     ("m=2", [-10.321_961_269_472_62, 9.705_110_994_404_536]),
 ];
 
+/// Crank and rod are equal, and fold at a quarter turn: the force of the guide is the limit of 250 N cos/cos there. The
+/// accelerations of both links are zero.
+#[test]
+#[ignore = "full tier: engine"]
+fn equal_links_pass_the_position_in_which_they_fold() {
+    for step in STEPS {
+        for method in METHODS {
+            let run = completed("equal-links", &["--step", step, "--method", method]);
+            for (column, most) in [("F_A_y", 225.0), ("N_y", 250.0), ("T", 250.0), ("F_A_x", 275.0)] {
+                compare(&run, column, [-most, most], &format!("{column}, step {step} by {method}"));
+            }
+        }
+    }
+}
+
 #[test]
 #[ignore = "full tier: engine"]
 fn a_slider_drives_a_crank_through_its_dead_points() {

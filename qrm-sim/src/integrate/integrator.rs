@@ -9,7 +9,7 @@ use super::fixed::{Fixed, StepContext};
 use super::formula::Formula;
 use super::methods::MethodSettings;
 use super::step_error::StepError;
-use crate::solve::{IRREGULAR, Solver, SolverStats};
+use crate::solve::{IRREGULAR, SINGULAR, Solver, SolverStats};
 use crate::state::State;
 
 /// The largest number of stored values of states between rows.
@@ -150,7 +150,7 @@ impl Integrator {
     }
 
     fn is_by_kernel(&self) -> bool {
-        self.settings.is_by_kernel() && !self.solver.is_redundant()
+        self.settings.is_by_kernel() && !self.solver.is_redundant() && !self.solver.avoids_kernels
     }
 
     /// Advances from a row to the next one, at `t`, by the plain functions.
@@ -203,21 +203,39 @@ impl Integrator {
         if t == from.t {
             return Ok(to);
         }
+        self.step_between(mechanism, from, t, &mut to)?;
+        if self.solver.singularity_fraction(mechanism, SINGULAR, t, (&to.q, &to.qd)).is_some() {
+            // Kernels lose digits of the rates so near a singular position, and reach another branch at last.
+            to.clone_from(from);
+            self.solver.avoids_kernels = true;
+            let made = self.step_between(mechanism, from, t, &mut to);
+            self.solver.avoids_kernels = false;
+            made?;
+        }
+        self.solver.refine(mechanism, IRREGULAR, &mut to);
+        Ok(to)
+    }
+
+    fn step_between(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        from: &State,
+        t: f64,
+        to: &mut State,
+    ) -> Result<(), StepError> {
         match &self.steps {
             Steps::Fixed(_) => {
                 // These intermediate states do not belong to the block.
                 let kept = self.inner.len();
-                let made = self.advance(mechanism, from, t, &mut to);
+                let made = self.advance(mechanism, from, t, to);
                 self.inner.truncate(kept);
-                made?;
+                made
             }
             Steps::Adaptive(adaptive) => {
                 let mut again = adaptive.restarted(from);
-                again.advance_to(mechanism, t, &mut self.solver, &mut to, None)?;
+                again.advance_to(mechanism, t, &mut self.solver, to, None)
             }
         }
-        self.solver.refine(mechanism, IRREGULAR, &mut to);
-        Ok(to)
     }
 
     /// The largest difference between energy and work at the end of any step; `None` if rows are the steps.

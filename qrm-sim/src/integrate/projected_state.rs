@@ -90,7 +90,7 @@ impl Solver {
 
     /// Whether kernels support this projection, and steps with it; not if constraints are redundant.
     pub(super) fn projects_by_kernel(&self, (projection, tolerance): (Projection, ProjectionTolerance)) -> bool {
-        projection.is_by_kernel(&tolerance) && !self.is_redundant()
+        projection.is_by_kernel(&tolerance) && !self.is_redundant() && !self.avoids_kernels
     }
 
     /// Projects a state by the plain functions, in the known metric, and computes its accelerations and multipliers; in

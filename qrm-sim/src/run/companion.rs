@@ -184,8 +184,11 @@ impl Companion {
     fn move_to(&mut self, mechanism: &dyn Mechanism, t: f64) -> Result<(), StepError> {
         if t > self.at.t {
             self.integrator.advance(mechanism, &self.at, t, &mut self.next)?;
+            let State { q, qd, .. } = &self.next;
+            if self.integrator.solver_mut().singularity_fraction(mechanism, IRREGULAR, t, (q, qd)).is_some() {
+                self.next = self.integrator.between(mechanism, &self.at, t)?;
+            }
             std::mem::swap(&mut self.at, &mut self.next);
-            self.integrator.solver_mut().refine(mechanism, IRREGULAR, &mut self.at);
         }
         Ok(())
     }

@@ -46,7 +46,8 @@ pub(crate) struct PreciseState {
     n: usize,
     /// Coordinates, rates, accelerations, multipliers.
     values: Vec<f64>,
-    /// The estimated errors of these four, each relative to its largest value.
+    /// The estimated errors of these four, each relative to its largest value, coordinates at least to the distance of
+    /// the interpolation points and accelerations at least to the square of the rates.
     errors: [f64; 4],
     /// Whether the multipliers grow without bound at the position.
     pub(crate) has_pole: bool,
@@ -179,9 +180,13 @@ impl SingularPositions {
     ) -> Option<PreciseState> {
         let (values, differences) = interpolated(|place| self.later(mechanism, t, (q, qd), place * duration))?;
         let n = q.len();
-        let errors = [0..n, n..2 * n, 2 * n..3 * n, 3 * n..values.len()].map(|part| {
-            let size = largest(&values[part.clone()]).1;
-            if size > 0.0 { largest(&differences[part]).1 / size } else { 0.0 }
+        let speed = largest(qd).1;
+        let parts = [0..n, n..2 * n, 2 * n..3 * n, 3 * n..values.len()];
+        // Coordinates may be zero at the position, and accelerations all the time.
+        let smallest = [duration * speed, 0.0, speed * speed, 0.0];
+        let errors = [0, 1, 2, 3].map(|k| {
+            let size = largest(&values[parts[k].clone()]).1.max(smallest[k]);
+            if size > 0.0 { largest(&differences[parts[k].clone()]).1 / size } else { 0.0 }
         });
         Some(PreciseState { n, values, errors, has_pole: false })
     }

@@ -75,11 +75,14 @@ impl SingularityDistance {
         Some(value / self.range[1]).filter(|fraction| *fraction < limit)
     }
 
-    /// The relative rounding error of multipliers at a `C_q`, where they lose digits and are not solved in all digits:
-    /// rounding errors grow with the fourth power of the distance from a singular position.
-    pub(crate) fn rounding(&mut self, jacobian: &Matrix) -> f64 {
-        let fraction = self.measure(jacobian).map_or(1.0, |value| value / self.range[1]);
-        if (IRREGULAR..LOSING).contains(&fraction) { f64::EPSILON / fraction.powi(4) } else { 0.0 }
+    /// The relative rounding error of multipliers at a `C_q`, where they lose digits; `None` where they are solved in
+    /// all digits. Rounding errors grow with the fourth power of the distance from a singular position.
+    pub(crate) fn rounding(&mut self, jacobian: &Matrix) -> Option<f64> {
+        match self.measure(jacobian).map_or(1.0, |value| value / self.range[1]) {
+            fraction if fraction < IRREGULAR => None,
+            fraction if fraction < LOSING => Some(f64::EPSILON / fraction.powi(4)),
+            _ => Some(0.0),
+        }
     }
 
     /// Whether a position came so near a singular one that rounding errors of forces are irregular.

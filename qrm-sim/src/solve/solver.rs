@@ -25,6 +25,8 @@ pub struct Solver {
     pub(super) has_metric: bool,
     /// Whether the last robust accelerations factored `Mbar`.
     has_mass: bool,
+    /// Whether projections do without kernels: these cannot see that a position is singular.
+    pub(crate) avoids_kernels: bool,
     pub(super) weights: Vec<f64>,
     pub(super) start: Vec<f64>,
     /// The distance from singular positions, and states near them; created on first use.
@@ -47,6 +49,7 @@ impl Solver {
             metric: Ldl::with_size(n),
             has_metric: false,
             has_mass: false,
+            avoids_kernels: false,
             weights: vec![0.0; m],
             start: vec![0.0; n],
             distance: None,
@@ -131,6 +134,23 @@ impl Solver {
         Ok(())
     }
 
+    /// The smallest singular value of `C_q` as a fraction of that at regular positions, if it is below `limit`.
+    pub(crate) fn singularity_fraction(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        limit: f64,
+        t: f64,
+        (q, qd): (&[f64], &[f64]),
+    ) -> Option<f64> {
+        if self.weights.is_empty() {
+            return None;
+        }
+        self.constraints.evaluate(mechanism, t, q);
+        let jacobian = &self.constraints.constraint_jacobian;
+        let distance = distance(&mut self.distance, mechanism, self.saddle.rank, t, (q, qd))?;
+        distance.find(jacobian).and_then(|value| distance.fraction(value, limit))
+    }
+
     /// The state at coordinates and rates, in all digits, where the smallest singular value of `C_q` is below `limit`
     /// of that at regular positions; `None` elsewhere, and where it is not determined.
     pub(crate) fn precise_state(
@@ -140,13 +160,7 @@ impl Solver {
         t: f64,
         (q, qd): (&[f64], &[f64]),
     ) -> Option<PreciseState> {
-        if self.weights.is_empty() {
-            return None;
-        }
-        self.constraints.evaluate(mechanism, t, q);
-        let jacobian = &self.constraints.constraint_jacobian;
-        let distance = distance(&mut self.distance, mechanism, self.saddle.rank, t, (q, qd))?;
-        let fraction = distance.find(jacobian).and_then(|value| distance.fraction(value, limit))?;
+        let fraction = self.singularity_fraction(mechanism, limit, t, (q, qd))?;
         let state = self.singular_positions(mechanism, t, q)?.state(mechanism, fraction, t, (q, qd))?;
         if state.has_pole {
             self.stats.unbounded_at.get_or_insert(t);
@@ -154,10 +168,11 @@ impl Solver {
         Some(state)
     }
 
-    /// The relative rounding error of multipliers at a position, where they lose digits.
-    pub(crate) fn rounding_of_multipliers(&mut self, mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> f64 {
+    /// The relative rounding error of multipliers at a position, where they lose digits; `None` near a singular
+    /// position, where they are solved in all digits.
+    pub(crate) fn rounding_of_multipliers(&mut self, mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> Option<f64> {
         self.constraints.evaluate(mechanism, t, q);
-        self.distance.as_mut().map_or(0.0, |distance| distance.rounding(&self.constraints.constraint_jacobian))
+        self.distance.as_mut().map_or(Some(0.0), |distance| distance.rounding(&self.constraints.constraint_jacobian))
     }
 
     /// Whether a completed state came so near a singular position that rounding errors of forces are irregular.

@@ -18,6 +18,8 @@ const SHORTEST: f64 = 1e-10;
 const SHORTEST_TO_CORNER: f64 = 1e-6;
 /// The longest step, relative to the time, that may be rejected because of a jump just after its beginning.
 const SHORT: f64 = 1e-8;
+/// The longest step, relative to the time, that may be that short because a kernel does not see a singular position.
+const NEAR_SINGULAR: f64 = 1e-7;
 /// The distance from the beginning of a step, relative to the time, within which a jump is just after it.
 const NEAR_CORNER: f64 = 1e-12;
 
@@ -51,9 +53,13 @@ impl Adaptive {
             if !(h > 4.0 * f64::EPSILON * t.abs()) {
                 return Err(StepError::StepTooShort { h });
             }
-            let mut evaluator = Evaluator { evaluations: &mut self.counts.evaluations, solver };
             let from = &self.dense_output.to;
-            let error = match self.formula.attempt(mechanism, from, h, &task, &mut evaluator, &mut self.next) {
+            let avoids_kernels = solver.avoids_kernels || h < NEAR_SINGULAR * (1.0 + t.abs());
+            let before = std::mem::replace(&mut solver.avoids_kernels, avoids_kernels);
+            let mut evaluator = Evaluator { evaluations: &mut self.counts.evaluations, solver };
+            let attempted = self.formula.attempt(mechanism, from, h, &task, &mut evaluator, &mut self.next);
+            solver.avoids_kernels = before;
+            let error = match attempted {
                 Ok(error) if error <= 1.0 => error,
                 Ok(error) => {
                     self.reject(shorter_for_error(h, error, self.formula.order()));

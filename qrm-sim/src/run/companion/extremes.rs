@@ -65,13 +65,15 @@ impl Companion {
             Some(at) if self.by_forces[place] => {
                 self.integrator.solver_mut().rounding_of_multipliers(mechanism, at.t, &at.q)
             }
-            _ => 0.0,
+            _ => Some(0.0),
         };
         let Some(difference) = self.differences.each.get_mut(place) else { return };
         let error = other.map(|other| {
             let difference = (extreme.value - number(mechanism, other, extreme.column)).abs();
-            let difference = difference.max(rounding * extreme.value.abs());
-            difference.max(change_within_time_resolution(mechanism, other, extreme.column))
+            rounding.map_or(difference, |rounding| {
+                let change = change_within_time_resolution(mechanism, other, extreme.column);
+                difference.max(rounding * extreme.value.abs()).max(change)
+            })
         });
         if extreme.behind.is_some() {
             error.into_iter().for_each(|error| difference.note_rival(extreme.end, (extreme.value, error)));
