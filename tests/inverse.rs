@@ -98,6 +98,29 @@ fn a_length_is_moved_by_a_force() {
     assert_eq!(column("power_").len(), t.len());
 }
 
+/// Crank and rod of one length pass the position in which they fold; a slider that is driven to its dead point does
+/// not determine forces there.
+#[test]
+#[ignore = "full tier: engine"]
+fn branches_that_cross_are_followed_smoothly() {
+    let scene = |name: &str| format!("{}/tests/singular/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let (_, folder) = inverse(&[&scene("equal-links")]);
+    let columns = columns(&folder.path().join("inverse.csv"));
+    for (t, torque) in columns("t").iter().zip(columns("torque_O_drive")) {
+        near("torque", torque, 250.0 * (10.0 * t).sin(), 1e-9);
+    }
+    let summary = fs::read_to_string(folder.path().join("inverse.json")).expect("the summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    let mean = summary["results"]["torque_O_drive"]["mean"].as_f64().expect("a number");
+    near("mean", mean, 12.5 * (1.0 - f64::cos(20.0)), 1e-10);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let refused = qrm(&["inverse", &scene("dead-points")]).arg("--out").arg(folder.path()).output().expect("it starts");
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        String::from_utf8_lossy(&refused.stderr).contains("the motion comes to a dead point near phi_crank = 179.")
+    );
+}
+
 #[test]
 #[ignore = "full tier: compiled"]
 fn impossible_motions_are_refused() {

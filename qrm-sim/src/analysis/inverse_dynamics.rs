@@ -41,6 +41,13 @@ pub enum NotPossible {
         /// The coordinates there.
         q: Vec<f64>,
     },
+    /// After this time the given coordinates come so near a dead point that they do not determine the forces.
+    DeadPoint {
+        /// The last time that was reached.
+        t: f64,
+        /// The coordinates there.
+        q: Vec<f64>,
+    },
     /// The prescribed motion, or a force that it needs, is not finite at this time.
     NotFinite {
         /// The time.
@@ -66,6 +73,9 @@ pub struct PrescribedMotion<'m> {
     drive: LoopSolver<'m>,
     position: Position,
     last: PrescribedState,
+    /// The last state at a distance from singular positions, and the largest determinant so far.
+    regular: (Position, PrescribedState),
+    largest_determinant: f64,
 }
 
 /// Value, rate and acceleration of a given coordinate.
@@ -104,7 +114,9 @@ impl<'m> PrescribedMotion<'m> {
         drive.t = t;
         let position = drive.solve_loops(q).ok_or(NotPossible::Singular)?;
         let last = state(&drive, &position, prescribed).ok_or(NotPossible::NotFinite { t })?;
-        Ok(Self { drive, position, last })
+        let regular = (position.clone(), last.clone());
+        let largest_determinant = position.determinant.abs();
+        Ok(Self { drive, position, last, regular, largest_determinant })
     }
 
     /// The state at the last time.
@@ -133,14 +145,18 @@ impl<'m> PrescribedMotion<'m> {
             let next = if self.last.t + step >= t { t } else { self.last.t + step };
             match self.neighbour(next, prescribed) {
                 Some(position) => {
-                    self.drive.t = next;
-                    self.position = position;
-                    self.last =
-                        state(&self.drive, &self.position, prescribed).ok_or(NotPossible::NotFinite { t: next })?;
+                    self.take(next, position, prescribed)?;
                     step *= 2.0;
                 }
                 None if step <= SHORTEST * (t - from) => {
-                    let jumps = |i: &usize| self.drive.is_given(*i) && self.jumps(*i, prescribed(*i, next)[0], next);
+                    if let Some((next, position)) = self.across(t, prescribed) {
+                        self.take(next, position, prescribed)?;
+                        step = t - next;
+                        continue;
+                    }
+                    let jumps = |i: &usize| {
+                        self.drive.is_given(*i) && Self::jumps(&self.last, *i, prescribed(*i, next)[0], next)
+                    };
                     if let Some(coordinate) = (0..self.last.q.len()).find(jumps) {
                         return Err(NotPossible::Discontinuous { coordinate, t: self.last.t });
                     }
@@ -156,25 +172,64 @@ impl<'m> PrescribedMotion<'m> {
         Ok(&self.last)
     }
 
+    /// Takes the position at a later time.
+    fn take(&mut self, t: f64, position: Position, prescribed: Prescribed) -> Result<(), NotPossible> {
+        self.drive.t = t;
+        self.position = position;
+        self.last = state(&self.drive, &self.position, prescribed).ok_or(NotPossible::NotFinite { t })?;
+        let determinant = self.position.determinant.abs();
+        self.largest_determinant = self.largest_determinant.max(determinant);
+        if determinant > REGULAR * self.largest_determinant {
+            self.regular = (self.position.clone(), self.last.clone());
+        }
+        Ok(())
+    }
+
+    /// A time behind the singular position ahead, at most `t`, and the position there; `None` if the motion from before
+    /// it does not go on smoothly.
+    ///
+    /// Where branches cross, the given coordinates do not tell which one goes on, but the smooth motion does.
+    fn across(&self, t: f64, prescribed: Prescribed) -> Option<(f64, Position)> {
+        let (from, last) = &self.regular;
+        let next = (2.0 * self.last.t - last.t).min(t);
+        let position = Self::near(&self.drive, last, next, prescribed)?;
+        let is_crossed = next > self.last.t && position.determinant * from.determinant < 0.0;
+        is_crossed.then_some((next, position))
+    }
+
+    /// The reason why forces between the last time and the next ones cannot be resolved.
+    pub(super) fn unresolved(&self, t: f64) -> NotPossible {
+        if self.position.determinant.abs() < REGULAR * self.largest_determinant {
+            return NotPossible::DeadPoint { t: self.last.t, q: self.last.q.clone() };
+        }
+        NotPossible::TooFast { t }
+    }
+
     /// Whether a later value of a coordinate is far from the extrapolation by its rate and acceleration.
-    fn jumps(&self, i: usize, value: f64, t: f64) -> bool {
-        let PrescribedState { q, qd, qdd, .. } = &self.last;
-        let h = t - self.last.t;
+    fn jumps(last: &PrescribedState, i: usize, value: f64, t: f64) -> bool {
+        let PrescribedState { q, qd, qdd, .. } = last;
+        let h = t - last.t;
         let moved = h * (qd[i] + 0.5 * h * qdd[i]);
         // Written so that a value that is not finite counts as a jump.
         !((value - q[i] - moved).abs() <= CONTINUATION * moved.abs() + ROUNDING * (1.0 + q[i].abs()))
     }
 
-    /// The position a little later, if it is near the extrapolated one.
+    /// The position a little later on the same branch, if it is near the extrapolated one.
     fn neighbour(&self, t: f64, prescribed: Prescribed) -> Option<Position> {
-        let PrescribedState { q, qd, qdd, .. } = &self.last;
-        let h = t - self.last.t;
-        let mut drive = self.drive.clone();
+        let position = Self::near(&self.drive, &self.last, t, prescribed)?;
+        position.is_on_branch_of(&self.position).then_some(position)
+    }
+
+    /// The position a little after a state, if it is near the extrapolated one.
+    fn near(drive: &LoopSolver, last: &PrescribedState, t: f64, prescribed: Prescribed) -> Option<Position> {
+        let PrescribedState { q, qd, qdd, .. } = last;
+        let h = t - last.t;
+        let mut drive = drive.clone();
         drive.t = t;
         let guess = |i: usize| {
             if drive.is_given(i) { prescribed(i, t)[0] } else { q[i] + h * (qd[i] + 0.5 * h * qdd[i]) }
         };
-        if (0..q.len()).any(|i| drive.is_given(i) && self.jumps(i, guess(i), t)) {
+        if (0..q.len()).any(|i| drive.is_given(i) && Self::jumps(last, i, guess(i), t)) {
             return None;
         }
         let guess: Vec<f64> = (0..q.len()).map(guess).collect();
@@ -182,11 +237,12 @@ impl<'m> PrescribedMotion<'m> {
         let angles = || (0..q.len()).filter(|&i| drive.is_angle(i));
         let moved = angles().map(|i| (guess[i] - q[i]).abs()).fold(0.0, f64::max);
         let missed = angles().map(|i| (position.q[i] - guess[i]).abs()).fold(0.0, f64::max);
-        let is_near = moved <= LONGEST && missed <= CONTINUATION * moved + ROUNDING;
-        (is_near && position.is_on_branch_of(&self.position)).then_some(position)
+        (moved <= LONGEST && missed <= CONTINUATION * moved + ROUNDING).then_some(position)
     }
 }
 
+/// The smallest determinant at a distance from singular positions, relative to the largest one.
+const REGULAR: f64 = 0.02;
 /// The longest step of an angle, so that the other angles are not confused with those a turn later.
 const LONGEST: f64 = 0.5;
 /// The largest effect of rounding errors on an angle.

@@ -119,7 +119,7 @@ impl MotionStatistics {
         (prescribed, numbers): (Prescribed, Numbers),
         (halvings, before): (u32, &[f64]),
     ) -> Result<(), NotPossible> {
-        self.left = self.left.checked_sub(1).ok_or(NotPossible::TooFast { t: self.row })?;
+        self.left = self.left.checked_sub(1).ok_or_else(|| motion.unresolved(self.row))?;
         let begin = motion.clone();
         let (from, h) = (begin.state().t, end - begin.state().t);
         let mut values = Vec::with_capacity(NODES);

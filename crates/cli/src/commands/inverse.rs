@@ -279,6 +279,10 @@ fn states(
 }
 
 fn not_possible(setup: &Setup, reason: &NotPossible) -> Error {
+    let position = |q: &[f64]| {
+        let coordinates = setup.description.coordinates.iter().zip(q);
+        coordinates.map(|(c, q)| format!("{} = {}", c.name, quantity(*q, c.unit))).collect::<Vec<_>>().join(", ")
+    };
     match reason {
         NotPossible::NotAssembled(reason) => setup.not_assembled(reason),
         NotPossible::Singular => Error::usage(
@@ -292,10 +296,16 @@ fn not_possible(setup: &Setup, reason: &NotPossible) -> Error {
                 .help("prescribe the motion by the `drive` of a joint, and ask for its torque: `{ drive = \"JOINT\" }`")
         }
         NotPossible::LimitPosition { t, q } => {
-            let at = setup.description.coordinates.iter().zip(q);
-            let at: Vec<String> = at.map(|(c, q)| format!("{} = {}", c.name, quantity(*q, c.unit))).collect();
-            Error::run(format!("the motion is not possible: after t = {t} s the mechanism locks at {}", at.join(", ")))
+            let at = position(q);
+            Error::run(format!("the motion is not possible: after t = {t} s the mechanism locks at {at}"))
                 .help("make the distance shorter, or look for limit positions with `qrm check`")
+        }
+        NotPossible::DeadPoint { t, q } => {
+            let at = position(q);
+            Error::run(format!("after t = {t} s the forces are not known: the motion comes to a dead point near {at}"))
+                .help(
+                    "prescribe another coordinate, or let a joint's `drive` move the mechanism and `qrm run` follow it",
+                )
         }
         NotPossible::NotFinite { t } => {
             Error::run(format!("the motion, or a force that it needs, is not finite at t = {t} s"))
