@@ -11,6 +11,10 @@ use crate::expression::to_f64;
 use crate::function::Function;
 use crate::spline::Spline;
 
+/// The largest number of points of a table: each is a term of the generated code, and the time of an evaluation grows
+/// with their number.
+const MOST_POINTS: usize = 2000;
+
 /// Reads a function given by points: lines between them, or a spline.
 pub(super) fn lookup_table(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<Arc<Spline>> {
     let what = format!("table `{}`", identifier.name);
@@ -30,8 +34,14 @@ pub(super) fn lookup_table(r: &mut Reader, identifier: Identifier, value: reader
     let table = r.table(&what, value)?;
     table.string(r, "doc");
     let mut axis = |key: &str| -> Option<Vec<BigRational>> {
-        let items = table.required(r, key)?;
-        let items = r.array(items);
+        let value = table.required(r, key)?;
+        let items = r.array(value);
+        if items.len() > MOST_POINTS {
+            let title = format!("{what} has {} points, more than {MOST_POINTS}", items.len());
+            let error = Diagnostic::error(title, value.span(), "too many");
+            r.findings.push(error.help("leave out points, or join fewer of them by `spline = \"natural\"`"));
+            return None;
+        }
         items.into_iter().map(|item| r.number(item)).collect()
     };
     let (x, y) = (axis("x"), axis("y"));
