@@ -197,10 +197,7 @@ impl<D: Number> ExtremesTracker<D> {
         if self.replaces(vertex, found) {
             self.set(vertex, found);
         } else {
-            let (_, t) = self.extreme(vertex.column, vertex.end);
-            if t.re() < vertex.bracket[0].re() || vertex.bracket[1].re() < t.re() {
-                self.found[vertex.column].note_rival(vertex.end, found);
-            }
+            self.found[vertex.column].note_rival(vertex.end, found);
         }
     }
 
@@ -218,7 +215,8 @@ impl<D: Number> ExtremesTracker<D> {
     fn set(&mut self, vertex: &Vertex<D>, found: (D, D)) {
         let known = self.extreme(vertex.column, vertex.end);
         let extremes = &mut self.found[vertex.column];
-        if known.1.re() < vertex.bracket[0].re() {
+        // A row beside the extreme is no rival, unless it lies beyond.
+        if known.1.re() < vertex.bracket[0].re() || sign(vertex.end) * (known.0.re() - found.0.re()) > 0.0 {
             extremes.note_rival(vertex.end, known);
         }
         let Extremes { minimum, maximum, .. } = extremes;

@@ -15,8 +15,10 @@ const RICHARDSON_FACTOR_OF_SECOND: f64 = 4.0;
 /// The divisor for steps so long that errors follow no order. Ratios from 0.43 to 4.06 were measured, and estimates
 /// should hold within a factor of 3 in both directions.
 const RATIO_OF_LONG_STEPS: f64 = 1.37;
-/// The smallest difference at an extreme, relative to the largest one, in long steps: smaller ones agree by chance.
+/// The smallest difference at an extreme, relative to the largest one: smaller ones agree by chance, unless they are
+/// below `NO_CHANCE`, as those of a position where its rate is zero.
 const SMALLEST_AT_EXTREME: f64 = 1.0 / 32.0;
+const NO_CHANCE: f64 = 1e-5;
 /// The factor of the largest difference in any row near singular positions, for quantities that depend on accelerations
 /// or multipliers: there differences are irregular rounding errors, and those of other rows may be larger.
 const IRREGULAR_FACTOR: f64 = 16.0;
@@ -50,8 +52,7 @@ impl Companion {
             start: self.start,
             largest: self.with_irregular(errors(&|difference| difference.largest)),
             at_extremes: if ESTIMATES_EXTREMES {
-                let least = if ratio == RATIO_OF_LONG_STEPS { SMALLEST_AT_EXTREME } else { 0.0 };
-                [0, 1].map(|end| errors(&|difference| difference.at_extremes[end].1.max(least * difference.largest)))
+                [0, 1].map(|end| errors(&|difference| at_extreme(difference, end)))
             } else {
                 [const { Vec::new() }; 2]
             },
@@ -101,6 +102,12 @@ impl Companion {
             })
             .collect()
     }
+}
+
+/// The difference that counts at the smallest or the largest value.
+fn at_extreme(difference: &Difference, end: usize) -> f64 {
+    let (_, own) = difference.at_extremes[end];
+    if own > NO_CHANCE * difference.largest { own.max(SMALLEST_AT_EXTREME * difference.largest) } else { own }
 }
 
 /// The largest value of any of some quantities.
