@@ -196,7 +196,7 @@ impl<D: Number> ExtremesTracker<D> {
     pub(crate) fn note(&mut self, vertex: &Vertex<D>, found: (D, D)) {
         if self.replaces(vertex, found) {
             self.set(vertex, found);
-        } else {
+        } else if found.1.re() != self.extreme(vertex.column, vertex.end).1.re() {
             self.found[vertex.column].note_rival(vertex.end, found);
         }
     }

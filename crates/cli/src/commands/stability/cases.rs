@@ -180,7 +180,7 @@ fn run_case(variant: &Setup, exact: Option<&Exact>) -> CaseResult {
         return result(steps, Verdict::Refused(reason.text));
     }
     let tolerance = variant.settings.tolerance();
-    let mut reasons = rejection_reasons(&variant, &outcome);
+    let mut reasons = rejection_reasons(variant, &outcome);
     let error = exact.map(|exact| exact.error(variant, &outcome.q, &outcome.qd, &end.outputs));
     let verdict = match (reasons.is_empty(), error, exact) {
         (false, _, _) => Verdict::Refused(reasons.swap_remove(0)),
