@@ -97,8 +97,9 @@ fn where_there_is_no_solution_it_is_refused() {
 #[test]
 #[ignore = "full tier: engine"]
 fn sticking_by_a_jump_is_named() {
+    let scene = format!("{}/tests/singular/sticking.toml", env!("CARGO_MANIFEST_DIR"));
     for method in ["rk4", "dop853", "dopri5"] {
-        let (status, _, errors) = said(&["run", &path("sticking"), "--no-figures", "--method", method]);
+        let (status, _, errors) = said(&["run", &scene, "--no-figures", "--method", method]);
         assert_eq!(status, Some(1), "{method}");
         assert!(errors.contains("help: if the motion sticks where `sign` in a load jumps"), "{method}: {errors}");
     }

@@ -37,3 +37,4 @@ pub(crate) use response::Response;
 pub(crate) use saddle_point::{SaddlePoint, minv_ct, schur_complement};
 pub(crate) use singular_position::SingularPositions;
 pub(crate) use singularity_distance::{IRREGULAR, NEAR, SINGULAR, SingularityDistance};
+pub(crate) use solver::MultiplierRounding;

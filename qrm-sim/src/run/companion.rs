@@ -11,7 +11,7 @@ use super::quantities::Quantities;
 use super::stop_condition::StopCondition;
 use crate::integrate::{COMPANION_STEP_RATIO, Integrator, MethodSettings, StepError};
 use crate::position::StartUncertainty;
-use crate::solve::{IRREGULAR, Solver};
+use crate::solve::{IRREGULAR, SINGULAR, Solver};
 use crate::state::{State, state_in};
 
 /// The numbers of steps of a run and of its companion over the same time. As neither is a multiple of the other, the
@@ -64,6 +64,8 @@ pub(crate) struct Companion {
     before: Vec<f64>,
     /// The difference of the times at which the stop condition became true.
     of_end_time: Option<f64>,
+    /// The largest relative error of multipliers at extremes at singular positions.
+    rounding_at_poles: f64,
     failed: bool,
 }
 
@@ -136,6 +138,7 @@ impl Companion {
             by_forces: quantities.by_forces(mechanism),
             before: vec![0.0; quantities.count()],
             of_end_time: None,
+            rounding_at_poles: 0.0,
             failed: false,
         })
     }
@@ -185,8 +188,12 @@ impl Companion {
         if t > self.at.t {
             self.integrator.advance(mechanism, &self.at, t, &mut self.next)?;
             let State { q, qd, .. } = &self.next;
-            if self.integrator.solver_mut().singularity_fraction(mechanism, IRREGULAR, t, (q, qd)).is_some() {
-                self.next = self.integrator.between(mechanism, &self.at, t)?;
+            if self.integrator.solver_mut().singularity_fraction(mechanism, SINGULAR, t, (q, qd)).is_some()
+                && let Ok(next) = self.integrator.between(mechanism, &self.at, t)
+            {
+                self.next = next;
+            } else {
+                self.integrator.solver_mut().refine(mechanism, IRREGULAR, &mut self.next);
             }
             std::mem::swap(&mut self.at, &mut self.next);
         }

@@ -14,19 +14,25 @@ use super::precise::{Number, PreciseEquations};
 use super::rank::row_products;
 
 /// The smallest singular value, as a fraction of the largest one, from which the equations determine the state.
-const SINGULAR: f64 = 1e-3;
+pub(super) const INTERPOLATED: f64 = 4e-3;
 /// The smallest singular value, as a fraction of the largest one, below which a pole of the multipliers is reached, and
 /// the growth of the multipliers over the distance `DISTANCES[0]`.
 const AT_POLE: f64 = 1e-5;
 const POLE_GROWTH: f64 = 10.0;
 /// Distances of the interpolation points, in rad or m.
 const DISTANCES: [f64; 3] = [1e-3, 1e-2, 1e-4];
+/// The smallest distance of interpolation points, in fractions of the smallest singular value.
+const BOTH_SIDES: f64 = 3.0;
 /// The largest estimated errors of coordinates, rates and accelerations in a precise interpolation.
 const PRECISE: f64 = 1e-15;
 /// The estimated error of the accelerations from which no other distance is tried.
 const HOPELESS: f64 = 1e-2;
-/// The largest estimated error of each part of a state that is interpolated, relative to its largest value.
+/// The largest estimated error of coordinates, rates and accelerations that are interpolated, relative to their largest
+/// value.
 const SMOOTH_STATE: f64 = 1e-9;
+/// The same for the multipliers: rounding errors of the numbers in a scene leave 1e-17/d^4 of them at a distance `d`, and
+/// poles nothing.
+const SMOOTH_MULTIPLIERS: f64 = 1e-6;
 /// The weights of positions at one to four distances on each side, in the polynomial of degree 7 through all of them.
 const WEIGHTS: [f64; 4] = [4.0 / 5.0, -2.0 / 5.0, 4.0 / 35.0, -1.0 / 70.0];
 /// The weights of the same positions in the polynomial of degree 5 through the inner six: the difference between the
@@ -99,16 +105,16 @@ impl SingularPositions {
         t: f64,
         (q, qd): (&[f64], &[f64]),
     ) -> Option<PreciseState> {
-        if fraction > SINGULAR
+        if fraction > INTERPOLATED
             && let Some(near) = self.near(mechanism, t, (q, qd), MOST_MOVED * fraction)
         {
             return Some(near);
         }
-        let across = self.across(mechanism, t, (q, qd))?;
+        let across = self.across(mechanism, fraction, t, (q, qd))?;
         if !across.errors[..3].iter().all(|error| *error <= SMOOTH_STATE) {
             return None;
         }
-        if across.errors[3] <= SMOOTH_STATE {
+        if across.errors[3] <= SMOOTH_MULTIPLIERS {
             return Some(across);
         }
         // The multipliers jump or have a pole here. The equations determine them as long as the position is not exactly
@@ -144,14 +150,22 @@ impl SingularPositions {
 
     /// The state at a singular position, interpolated along the rates with the least error of the accelerations; `None`
     /// at rest, and where the equations do not determine states on both sides.
-    fn across(&mut self, mechanism: &dyn Mechanism, t: f64, (q, qd): (&[f64], &[f64])) -> Option<PreciseState> {
+    fn across(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        fraction: f64,
+        t: f64,
+        (q, qd): (&[f64], &[f64]),
+    ) -> Option<PreciseState> {
         self.set_parameters(mechanism);
         let speed = largest(qd).1;
         if !(speed > 0.0 && speed.is_finite()) {
             return None;
         }
         let mut best: Option<PreciseState> = None;
-        for distance in DISTANCES {
+        // Points on one side of the position would all share its rounding errors.
+        let is_on_both_sides = |distance: &f64| *distance > BOTH_SIDES * fraction || *distance == DISTANCES[1];
+        for distance in DISTANCES.into_iter().filter(is_on_both_sides) {
             let found = self.interpolated(mechanism, t, (q, qd), distance / speed);
             // Where nothing is smooth, other distances would not help.
             let Some(found) = found.filter(|found| best.is_some() || found.errors[2] <= HOPELESS) else { break };
@@ -163,6 +177,28 @@ impl SingularPositions {
             }
         }
         best
+    }
+
+    /// The error of the multipliers at a singular position, relative to the largest one, that rounding errors of the
+    /// numbers in the scene cause: the difference from polynomials through states at other distances. `None` if they are
+    /// not determined.
+    pub(crate) fn rounding(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        fraction: f64,
+        t: f64,
+        (q, qd): (&[f64], &[f64]),
+    ) -> Option<f64> {
+        let own = self.across(mechanism, fraction, t, (q, qd))?;
+        let speed = largest(qd).1;
+        let mut rounding = 0.0_f64;
+        for distance in [DISTANCES[1], 2.0 * DISTANCES[1]] {
+            let other = self.interpolated(mechanism, t, (q, qd), distance / speed)?;
+            let multipliers = own.values.iter().zip(&other.values).skip(3 * own.n);
+            rounding = multipliers.fold(rounding, |rounding, (own, other)| rounding.max((own - other).abs()));
+        }
+        let size = largest(&own.values[3 * own.n..]).1;
+        (size > 0.0).then(|| rounding / size)
     }
 
     fn set_parameters(&mut self, mechanism: &dyn Mechanism) {

@@ -14,8 +14,6 @@ pub(crate) const NEAR: f64 = 0.03;
 pub(crate) const IRREGULAR: f64 = 0.1;
 /// The fraction below which derivatives are lost.
 pub(crate) const SINGULAR: f64 = 3e-4;
-/// The fraction below which forces lose digits.
-const LOSING: f64 = 0.3;
 
 /// The smallest singular value of `C_q`, compared with its values at other positions.
 #[derive(Clone, Debug)]
@@ -75,14 +73,9 @@ impl SingularityDistance {
         Some(value / self.range[1]).filter(|fraction| *fraction < limit)
     }
 
-    /// The relative rounding error of multipliers at a `C_q`, where they lose digits; `None` where they are solved in
-    /// all digits. Rounding errors grow with the fourth power of the distance from a singular position.
-    pub(crate) fn rounding(&mut self, jacobian: &Matrix) -> Option<f64> {
-        match self.measure(jacobian).map_or(1.0, |value| value / self.range[1]) {
-            fraction if fraction < IRREGULAR => None,
-            fraction if fraction < LOSING => Some(f64::EPSILON / fraction.powi(4)),
-            _ => Some(0.0),
-        }
+    /// The smallest singular value of a `C_q` as a fraction of the largest one.
+    pub(crate) fn fraction_at(&mut self, jacobian: &Matrix) -> f64 {
+        self.measure(jacobian).map_or(1.0, |value| value / self.range[1])
     }
 
     /// Whether a position came so near a singular one that rounding errors of forces are irregular.

@@ -22,6 +22,9 @@ const NO_CHANCE: f64 = 1e-5;
 /// The factor of the largest difference in any row near singular positions, for quantities that depend on accelerations
 /// or multipliers: there differences are irregular rounding errors, and those of other rows may be larger.
 const IRREGULAR_FACTOR: f64 = 16.0;
+/// The ratio of the largest rounding error of multipliers in rows, at the distance `4e-3` from a singular position, to
+/// that at the position, which is interpolated from states at `1e-2`: it falls with the fourth power of the distance.
+const ROUNDING_FACTOR: f64 = 40.0;
 /// The smallest difference, relative to the largest coordinate or to a turn, that indicates long steps.
 const LONG: f64 = 1e-5;
 
@@ -72,8 +75,11 @@ impl Companion {
     /// The largest errors in any row, which are larger than differences where these are irregular.
     fn with_irregular(&self, mut errors: Vec<f64>) -> Vec<f64> {
         if self.integrator.solver().is_irregular() {
-            let irregular = errors.iter_mut().zip(&self.by_forces).filter(|(_, by_forces)| **by_forces);
-            irregular.for_each(|(error, _)| *error *= IRREGULAR_FACTOR);
+            let of_forces = errors.iter_mut().zip(&self.by_forces).zip(&self.differences.each);
+            for ((error, _), difference) in of_forces.filter(|((_, by_forces), _)| **by_forces) {
+                let size = difference.range[0].abs().max(difference.range[1].abs());
+                *error = (IRREGULAR_FACTOR * *error).max(ROUNDING_FACTOR * self.rounding_at_poles * size);
+            }
         }
         errors
     }

@@ -6,6 +6,7 @@ use super::super::extremes::FoundExtreme;
 use super::Companion;
 use crate::columns::number;
 use crate::integrate::{Corner, StepError};
+use crate::solve::MultiplierRounding;
 use crate::state::State;
 
 impl Companion {
@@ -62,18 +63,17 @@ impl Companion {
     pub(super) fn compare(&mut self, mechanism: &dyn Mechanism, extreme: &FoundExtreme, other: Option<&State>) {
         let Some(place) = self.differences.quantities.place_of_column(extreme.column) else { return };
         let rounding = match other {
-            Some(at) if self.by_forces[place] => {
-                self.integrator.solver_mut().rounding_of_multipliers(mechanism, at.t, &at.q)
-            }
-            _ => Some(0.0),
+            Some(at) if self.by_forces[place] => self.integrator.solver_mut().rounding_of_multipliers(mechanism, at),
+            _ => MultiplierRounding::default(),
         };
+        self.rounding_at_poles = self.rounding_at_poles.max(rounding.at_pole.unwrap_or(0.0));
         let Some(difference) = self.differences.each.get_mut(place) else { return };
         let error = other.map(|other| {
             let difference = (extreme.value - number(mechanism, other, extreme.column)).abs();
-            rounding.map_or(difference, |rounding| {
-                let change = change_within_time_resolution(mechanism, other, extreme.column);
-                difference.max(rounding * extreme.value.abs()).max(change)
-            })
+            let difference = difference.max(rounding.error * extreme.value.abs());
+            let is_regular = !rounding.is_irregular;
+            let change = is_regular.then(|| change_within_time_resolution(mechanism, other, extreme.column));
+            difference.max(change.unwrap_or(0.0))
         });
         if extreme.behind.is_some() {
             error.into_iter().for_each(|error| difference.note_rival(extreme.end, (extreme.value, error)));
