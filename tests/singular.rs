@@ -65,8 +65,8 @@ fn forces_through_dead_points_are_those_of_the_closed_form() {
     }
 }
 
-/// At a distance `d` from a dead point the rounding of the scene's decimal numbers is 1e-17/d^4 of the force. The force at
-/// the dead point is known to nine digits, and its error is stated. Exact: the change of the kinetic energy over the
+/// At a distance `d` from a dead point the rounding of the scene's decimal numbers is 1e-17/d^4 of the force. The force
+/// at the dead point is known to nine digits, and its error is stated. Exact: the change of the kinetic energy over the
 /// rate of the slider, with 50 digits.
 #[test]
 #[ignore = "full tier: engine"]

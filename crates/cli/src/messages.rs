@@ -10,8 +10,8 @@ use crate::format::{number, seconds, with_error};
 use crate::setup::Setup;
 
 /// How to follow a motion along a jump of a load.
-pub(crate) const WITHOUT_JUMPS: &str = "if the motion sticks where `sign` in a load jumps, no step can follow it: write \
-                                        `tanh(x/x0)` with a small x0 instead, or `friction` at a joint";
+pub(crate) const WITHOUT_JUMPS: &str = "if the motion sticks where `sign` in a load jumps, no step can follow it: \
+                                        write `tanh(x/x0)` with a small x0 instead, or `friction` at a joint";
 
 impl Setup {
     /// An error for a run that could not begin, with its location in the scene if there is one.
@@ -83,8 +83,8 @@ impl Setup {
                 "the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s"
             );
             Diagnostic::error(title, span, "cannot stay closed with the given rates").help(format!(
-                "give no more {rates} than there are degrees of freedom; if there are not, the mechanism starts \
-                     at a dead point for the coordinate that is given: start elsewhere, or give another rate"
+                "give no more {rates} than there are degrees of freedom; if there are not, the mechanism starts at a \
+                 dead point for the coordinate that is given: start elsewhere, or give another rate"
             ))
         } else if !reason.residual.is_finite() {
             let title = format!("constraint `{name}` has no value at the first guesses");
@@ -95,18 +95,11 @@ impl Setup {
             let found = found.collect::<Vec<_>>().join(", ");
             let title =
                 format!("the mechanism cannot be assembled: constraint `{name}` stays {size} {unit} from closed");
-            Diagnostic::error(
-                title,
-                span,
-                format!(
-                    "not zero anywhere near the first guesses; nearest at \
-                                                    {found}"
-                ),
-            )
-            .help(format!(
-                "check the lengths that occur here, or choose other {guesses}; give no more {positions} than there \
-                     are degrees of freedom{}",
-                if self.scene.has_links { "" } else { ", and the others as guesses in `solve`" }
+            let label = format!("not zero anywhere near the first guesses; nearest at {found}");
+            let others = if self.scene.has_links { "" } else { ", and the others as guesses in `solve`" };
+            Diagnostic::error(title, span, label).help(format!(
+                "check the lengths that occur here, or choose other {guesses}; give no more {positions} than there are \
+                 degrees of freedom{others}"
             ))
         };
         self.at_place(diagnostic)

@@ -8,8 +8,8 @@ use crate::solve::{LoopConstraints, Matrix, SmallestSingularValue, largest};
 
 /// Smaller uncertainties, relative to a turn or to the largest coordinate, are rounding errors like others.
 const SMALL: f64 = 1e-14;
-/// Smaller uncertainties, by the same measure, need not be told.
-const TOLD: f64 = 1e-12;
+/// Smaller uncertainties, by the same measure, need no warning.
+const WARNED: f64 = 1e-12;
 /// The smallest uncertainty at a dead point, by the same measure: positions on both sides cannot be told apart.
 const DEAD: f64 = 1e-9;
 /// The smallest relative change of rates within the uncertainty that leaves them undetermined.
@@ -31,9 +31,9 @@ pub(crate) struct StartUncertainty {
 }
 
 impl StartUncertainty {
-    /// The coordinate that is known least and its possible error, if that is to be told.
-    pub(crate) fn told(&self) -> Option<(usize, f64)> {
-        (self.error > TOLD * size(&self.q)).then_some((self.coordinate, self.error))
+    /// The least known coordinate and its possible error, if a warning is due.
+    pub(crate) fn warning(&self) -> Option<(usize, f64)> {
+        (self.error > WARNED * size(&self.q)).then_some((self.coordinate, self.error))
     }
 
     /// The coordinate whose rate, `qd` at the start, is as uncertain as large.
@@ -58,7 +58,8 @@ fn size(q: &[f64]) -> f64 {
 ///
 /// A move by `d` along the direction `v` that changes the constraints least, of those that keep given coordinates,
 /// leaves residuals of `s d + k d^2/2`, with the smallest singular value `s` of the columns of `C_q` that are not
-/// given, and the curvature `k` of `C` along `v`. It is not seen where that is below the rounding errors `e` of the residuals:
+/// given, and the curvature `k` of `C` along `v`. It is not seen where that is below the rounding errors `e` of the
+/// residuals:
 ///
 /// ```text
 /// d = 2 e / (s + sqrt(s^2 + 2 k e))

@@ -215,7 +215,7 @@ impl<D: Number> ExtremesTracker<D> {
     fn set(&mut self, vertex: &Vertex<D>, found: (D, D)) {
         let known = self.extreme(vertex.column, vertex.end);
         let extremes = &mut self.found[vertex.column];
-        // A row beside the extreme is no rival, unless it lies beyond.
+        // A row next to the extreme belongs to the same peak, unless its value lies beyond.
         if known.1.re() < vertex.bracket[0].re() || sign(vertex.end) * (known.0.re() - found.0.re()) > 0.0 {
             extremes.note_rival(vertex.end, known);
         }

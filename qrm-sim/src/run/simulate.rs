@@ -70,7 +70,7 @@ pub fn simulate(
         } else {
             None
         },
-        uncertainty: uncertainty.as_ref().and_then(StartUncertainty::told),
+        uncertainty: uncertainty.as_ref().and_then(StartUncertainty::warning),
         redundancy: Redundancy::at(mechanism, &first),
         monitor: RunMonitor::new(mechanism, &first, [observer.needs_outputs(), observer.wants_extremes()]),
         condition: StopCondition::new(mechanism, request.end, &first)?,

@@ -30,8 +30,8 @@ const HOPELESS: f64 = 1e-2;
 /// The largest estimated error of coordinates, rates and accelerations that are interpolated, relative to their largest
 /// value.
 const SMOOTH_STATE: f64 = 1e-9;
-/// The same for the multipliers: rounding errors of the numbers in a scene leave 1e-17/d^4 of them at a distance `d`, and
-/// poles nothing.
+/// The largest estimated error of multipliers that are interpolated, relative to the largest one: rounding errors of
+/// the scene's numbers are `1e-17/d^4` of them at a distance `d`, and at a pole none of their digits is right.
 const SMOOTH_MULTIPLIERS: f64 = 1e-6;
 /// The weights of positions at one to four distances on each side, in the polynomial of degree 7 through all of them.
 const WEIGHTS: [f64; 4] = [4.0 / 5.0, -2.0 / 5.0, 4.0 / 35.0, -1.0 / 70.0];
@@ -180,8 +180,8 @@ impl SingularPositions {
     }
 
     /// The error of the multipliers at a singular position, relative to the largest one, that rounding errors of the
-    /// numbers in the scene cause: the difference from polynomials through states at other distances. `None` if they are
-    /// not determined.
+    /// numbers in the scene cause: the difference from polynomials through states at other distances. `None` if they
+    /// are not determined.
     pub(crate) fn rounding(
         &mut self,
         mechanism: &dyn Mechanism,

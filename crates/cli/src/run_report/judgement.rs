@@ -64,9 +64,7 @@ pub(super) fn warnings(setup: &Setup, outcome: &Outcome, distrust: &[String]) ->
              with it there"
         );
         let help = if setup.scene.has_links {
-            format!(
-                "give the start of `{name}` instead: an `angle` and a `rate` of its link, or those of a link beside it"
-            )
+            format!("give an `angle` and a `rate` to the link of `{name}` instead, or to a link that is joined to it")
         } else {
             format!("give `{name}` in their place, under [initial]")
         };

@@ -91,13 +91,13 @@ impl Companion {
 fn change_within_time_resolution(mechanism: &dyn Mechanism, at: &State, column: usize) -> f64 {
     let here = number(mechanism, at, column);
     let reach = Corner(at.t).just_after() - at.t;
-    let mut beside = at.clone();
+    let mut neighbour = at.clone();
     let mut change = |h: f64| {
-        beside.clone_from(at);
-        beside.move_along(h);
-        let State { t, q, qd, qdd, multipliers, .. } = &mut beside;
+        neighbour.clone_from(at);
+        neighbour.move_along(h);
+        let State { t, q, qd, qdd, multipliers, .. } = &mut neighbour;
         let is_known = mechanism.accelerations(*t, q, qd, qdd, multipliers);
-        if is_known { number(mechanism, &beside, column) - here } else { 0.0 }
+        if is_known { number(mechanism, &neighbour, column) - here } else { 0.0 }
     };
     // The corner may lie in the middle of the interval.
     let [mut backwards, mut forwards, mut bend] = [0.0_f64; 3];
