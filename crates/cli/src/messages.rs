@@ -130,8 +130,8 @@ impl Setup {
                 )
             }
             Status::StopUndecided { between: [begin, end] } => format!(
-                "whether `{until}` becomes true between t = {begin} s and {end} s is not known: its terms change too fast \
-             there"
+                "whether `{until}` becomes true between t = {begin} s and {end} s is not known: its terms change too \
+                 fast there"
             ),
             Status::Interrupted => format!("interrupted at t = {t}"),
             Status::Failed(reason) => {
