@@ -35,6 +35,6 @@ pub(crate) use precise::{Number, PreciseEquations, PreciseSaddlePoint};
 pub(crate) use rank::row_products;
 pub(crate) use response::Response;
 pub(crate) use saddle_point::{SaddlePoint, minv_ct, schur_complement};
-pub(crate) use singular_position::SingularPositions;
+pub(crate) use singular_position::{INTERPOLATED, SingularPositions};
 pub(crate) use singularity_distance::{IRREGULAR, NEAR, SINGULAR, SingularityDistance};
 pub(crate) use solver::MultiplierRounding;

@@ -5,15 +5,18 @@ mod block;
 use qrm_core::{Mechanism, RowLayout};
 
 use super::adaptive::{Adaptive, Counts, IntermediateRows};
+use super::dense_output::quintic;
 use super::fixed::{Fixed, StepContext};
 use super::formula::Formula;
 use super::methods::MethodSettings;
 use super::step_error::StepError;
-use crate::solve::{IRREGULAR, SINGULAR, Solver, SolverStats};
+use crate::solve::{INTERPOLATED, IRREGULAR, SINGULAR, Solver, SolverStats, largest};
 use crate::state::State;
 
 /// The largest number of stored values of states between rows.
 const MOST_INNER: usize = 1 << 20;
+/// The distance of states on both sides of a position near a singular one, in rad or m.
+const SIDE: f64 = 0.02;
 
 /// A method and its data between rows.
 #[derive(Clone, Debug)]
@@ -204,6 +207,11 @@ impl Integrator {
             return Ok(to);
         }
         self.step_between(mechanism, from, t, &mut to)?;
+        if self.solver.singularity_fraction(mechanism, INTERPOLATED, t, (&to.q, &to.qd)).is_some()
+            && let Some(state) = self.across(mechanism, from, t)
+        {
+            return Ok(state);
+        }
         if self.solver.singularity_fraction(mechanism, SINGULAR, t, (&to.q, &to.qd)).is_some() {
             // Kernels lose digits of the rates so near a singular position, and reach another branch at last.
             to.clone_from(from);
@@ -214,6 +222,26 @@ impl Integrator {
         }
         self.solver.refine(mechanism, IRREGULAR, &mut to);
         Ok(to)
+    }
+
+    /// The state at a time near a singular position, where stages of a step hardly determine accelerations: it begins
+    /// with the polynomial between states on both sides. `None` if the equations do not determine it.
+    fn across(&mut self, mechanism: &dyn Mechanism, from: &State, t: f64) -> Option<State> {
+        let duration = SIDE / largest(&from.qd).1;
+        if !duration.is_finite() {
+            return None;
+        }
+        let mut side = |t: f64| {
+            let mut at = from.clone();
+            if t > from.t {
+                self.step_between(mechanism, from, t, &mut at).ok()?;
+            }
+            self.solver.refine(mechanism, IRREGULAR, &mut at);
+            Some(at)
+        };
+        let ends = [side((t - duration).max(from.t))?, side(t + duration)?];
+        let mut state = quintic(&ends[0], &ends[1], t);
+        self.solver.refine(mechanism, INTERPOLATED, &mut state).then_some(state)
     }
 
     fn step_between(

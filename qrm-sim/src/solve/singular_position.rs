@@ -14,7 +14,7 @@ use super::precise::{Number, PreciseEquations};
 use super::rank::row_products;
 
 /// The smallest singular value, as a fraction of the largest one, from which the equations determine the state.
-pub(super) const INTERPOLATED: f64 = 4e-3;
+pub(crate) const INTERPOLATED: f64 = 4e-3;
 /// The smallest singular value, as a fraction of the largest one, below which a pole of the multipliers is reached, and
 /// the growth of the multipliers over the distance `DISTANCES[0]`.
 const AT_POLE: f64 = 1e-5;
@@ -23,8 +23,8 @@ const POLE_GROWTH: f64 = 10.0;
 const DISTANCES: [f64; 3] = [1e-3, 1e-2, 1e-4];
 /// The smallest distance of interpolation points, in fractions of the smallest singular value.
 const BOTH_SIDES: f64 = 3.0;
-/// The largest estimated errors of coordinates, rates and accelerations in a precise interpolation.
-const PRECISE: f64 = 1e-15;
+/// The largest estimated errors of coordinates, rates, accelerations and multipliers in a precise interpolation.
+const PRECISE: [f64; 4] = [1e-15, 1e-15, 1e-15, 1e-12];
 /// The estimated error of the accelerations from which no other distance is tried.
 const HOPELESS: f64 = 1e-2;
 /// The largest estimated error of coordinates, rates and accelerations that are interpolated, relative to their largest
@@ -60,6 +60,24 @@ pub(crate) struct PreciseState {
 }
 
 impl PreciseState {
+    /// Whether no other interpolation would be better.
+    fn is_precise(&self) -> bool {
+        self.errors.iter().zip(PRECISE).all(|(error, precise)| *error <= precise)
+    }
+
+    /// Takes the motion of another interpolation, if its accelerations are better, and its multipliers likewise.
+    fn take_better(&mut self, other: &Self) {
+        let end_of_motion = 3 * self.n;
+        if other.errors[2] < self.errors[2] {
+            self.errors[..3].copy_from_slice(&other.errors[..3]);
+            self.values[..end_of_motion].copy_from_slice(&other.values[..end_of_motion]);
+        }
+        if other.errors[3] < self.errors[3] {
+            self.errors[3] = other.errors[3];
+            self.values[end_of_motion..].copy_from_slice(&other.values[end_of_motion..]);
+        }
+    }
+
     /// Writes the coordinates and rates on the constraints.
     pub(crate) fn write_motion(&self, q: &mut [f64], qd: &mut [f64]) {
         q.copy_from_slice(&self.values[..self.n]);
@@ -148,7 +166,7 @@ impl SingularPositions {
         Some(PreciseState { n: q.len(), values, errors: [0.0; 4], has_pole: false })
     }
 
-    /// The state at a singular position, interpolated along the rates with the least error of the accelerations; `None`
+    /// The state at a singular position, interpolated along the rates over the distances with the least errors; `None`
     /// at rest, and where the equations do not determine states on both sides.
     fn across(
         &mut self,
@@ -169,10 +187,11 @@ impl SingularPositions {
             let found = self.interpolated(mechanism, t, (q, qd), distance / speed);
             // Where nothing is smooth, other distances would not help.
             let Some(found) = found.filter(|found| best.is_some() || found.errors[2] <= HOPELESS) else { break };
-            if best.as_ref().is_none_or(|best| found.errors[2] < best.errors[2]) {
-                best = Some(found);
+            match &mut best {
+                Some(best) => best.take_better(&found),
+                None => best = Some(found),
             }
-            if best.as_ref().is_some_and(|best| best.errors[..3].iter().all(|error| *error <= PRECISE)) {
+            if best.as_ref().is_some_and(PreciseState::is_precise) {
                 break;
             }
         }
@@ -180,8 +199,8 @@ impl SingularPositions {
     }
 
     /// The error of the multipliers at a singular position, relative to the largest one, that rounding errors of the
-    /// numbers in the scene cause: the difference from polynomials through states at other distances. `None` if they
-    /// are not determined.
+    /// numbers in the scene cause: the largest difference between polynomials through states at various distances. `None`
+    /// if they are not determined.
     pub(crate) fn rounding(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -191,13 +210,13 @@ impl SingularPositions {
     ) -> Option<f64> {
         let own = self.across(mechanism, fraction, t, (q, qd))?;
         let speed = largest(qd).1;
-        let mut rounding = 0.0_f64;
+        let size = largest(&own.values[3 * own.n..]).1;
+        let mut rounding = own.errors[3] * size;
         for distance in [DISTANCES[1], 2.0 * DISTANCES[1]] {
             let other = self.interpolated(mechanism, t, (q, qd), distance / speed)?;
             let multipliers = own.values.iter().zip(&other.values).skip(3 * own.n);
             rounding = multipliers.fold(rounding, |rounding, (own, other)| rounding.max((own - other).abs()));
         }
-        let size = largest(&own.values[3 * own.n..]).1;
         (size > 0.0).then(|| rounding / size)
     }
 

@@ -85,7 +85,7 @@ impl Companion {
     }
 
     /// The ratio of differences to errors.
-    fn ratio(&self) -> f64 {
+    pub(super) fn ratio(&self) -> f64 {
         if !self.integrator.is_fixed() {
             return 1.0;
         }

@@ -67,10 +67,15 @@ impl Companion {
             _ => MultiplierRounding::default(),
         };
         self.rounding_at_poles = self.rounding_at_poles.max(rounding.at_pole.unwrap_or(0.0));
+        // Rounding errors do not grow with the step, unlike differences.
+        let ratio = self.ratio();
         let Some(difference) = self.differences.each.get_mut(place) else { return };
         let error = other.map(|other| {
-            let difference = (extreme.value - number(mechanism, other, extreme.column)).abs();
-            let difference = difference.max(rounding.error * extreme.value.abs());
+            let value = number(mechanism, other, extreme.column);
+            let mut rounded = other.clone();
+            rounded.multipliers.iter_mut().for_each(|multiplier| *multiplier *= 1.0 + rounding.error);
+            let of_rounding = (number(mechanism, &rounded, extreme.column) - value).abs();
+            let difference = (extreme.value - value).abs().max(ratio * of_rounding);
             let is_regular = !rounding.is_irregular;
             let change = is_regular.then(|| change_within_time_resolution(mechanism, other, extreme.column));
             difference.max(change.unwrap_or(0.0))

@@ -1,14 +1,20 @@
 //! Units that differ from those in which a scene computes.
 
+use super::super::usage::all_values;
 use crate::diagnostic::Diagnostic;
 use crate::document::{CoordinateSyntax, Document, Identifier, OutputSyntax, OutputValue};
-use crate::expression::Node;
+use crate::expression::{Node, NodeId};
+use crate::function::Function;
+use crate::scene::{Quantity, Scene, Start, Value};
 
 /// Units other than rad, m, s, N, J and W.
 const SCALED: [&str; 27] = [
     "deg", "°", "grad", "rev", "rpm", "um", "µm", "mm", "cm", "dm", "km", "in", "inch", "ft", "mN", "kN", "MN", "lbf",
     "mJ", "kJ", "MJ", "mW", "kW", "MW", "ms", "min", "h",
 ];
+
+/// Units of angles other than rad.
+const ANGLES: [&str; 4] = ["deg", "°", "grad", "rev"];
 
 /// Reports units of coordinates, and of outputs that are computed without a factor, that the numbers do not have.
 pub(super) fn units(document: &Document, findings: &mut Vec<Diagnostic>) {
@@ -24,6 +30,48 @@ pub(super) fn units(document: &Document, findings: &mut Vec<Diagnostic>) {
         if has_no_factor(document, value) {
             report("output", identifier, unit, help, findings);
         }
+    }
+}
+
+/// Reports parameters whose unit is an angle other than rad, and which are taken as angles without a factor.
+pub(super) fn angles(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
+    let mut angles = Vec::new();
+    for value in all_values(scene) {
+        for node in value.nodes() {
+            if let Node::Call(Function::Sin | Function::Cos | Function::Tan, operands) = node {
+                operands.iter().for_each(|operand| terms(value, *operand, &mut angles));
+            }
+        }
+    }
+    for coordinate in &scene.coordinates {
+        if let Start::Given(value) | Start::Guess(value) = &coordinate.position {
+            terms(value, value.nodes().len() - 1, &mut angles);
+        }
+    }
+    angles.sort_unstable();
+    angles.dedup();
+    for place in angles {
+        let parameter = &scene.parameters[place];
+        if !ANGLES.contains(&parameter.unit.as_str()) {
+            continue;
+        }
+        let Some(syntax) = document.parameters.iter().find(|syntax| syntax.identifier.name == parameter.name) else {
+            continue;
+        };
+        let title = format!("parameter `{}` is an angle in rad, and has the unit `{}`", parameter.name, parameter.unit);
+        let label = "a unit does not convert numbers";
+        let help = "write `value = '45deg', unit = \"rad\"`, or the factor `pi/180` wherever it is an angle";
+        findings.push(Diagnostic::error(title, syntax.identifier.span.clone(), label).help(help));
+    }
+}
+
+/// Adds the parameters that are terms of a sum.
+fn terms(value: &Value, id: NodeId, parameters: &mut Vec<usize>) {
+    match &value.nodes()[id] {
+        Node::Name(Quantity::Parameter(place)) => parameters.push(*place),
+        Node::Negate(a) => terms(value, *a, parameters),
+        Node::Add(a, b) | Node::Subtract(a, b) => [*a, *b].into_iter().for_each(|id| terms(value, id, parameters)),
+        _ => {}
     }
 }
 
