@@ -33,6 +33,8 @@ pub(crate) struct EventFunction<'a> {
     solver: Option<RefCell<Solver>>,
     /// Bounds with the parameters of the mechanism; made on first use.
     bounds: RefCell<Option<EventBounds>>,
+    /// How far below zero it counts as negative between rows.
+    pub(crate) nearness: f64,
 }
 
 impl<'a> EventFunction<'a> {
@@ -47,7 +49,7 @@ impl<'a> EventFunction<'a> {
             None => (None, mechanism.tape().is_none_or(Tape::event_takes_forces)),
         };
         let solver = takes_forces.then(|| RefCell::new(Solver::new(mechanism)));
-        Some(Self { evaluator, solver, bounds: RefCell::new(None) })
+        Some(Self { evaluator, solver, bounds: RefCell::new(None), nearness: 0.0 })
     }
 
     /// Whether it is not the scene's.
@@ -93,7 +95,7 @@ impl<'a> EventFunction<'a> {
         let mut bounds = self.bounds.borrow_mut();
         if bounds.is_none() {
             let own = self.evaluator.as_ref().map(|evaluator| evaluator.borrow().tape());
-            *bounds = EventBounds::new(own.or_else(|| mechanism.tape())?, mechanism);
+            *bounds = EventBounds::new(own.or_else(|| mechanism.tape())?, mechanism, self.nearness);
         }
         bounds.as_mut().map(f)
     }

@@ -11,6 +11,8 @@ const LONGEST: f64 = 1.0;
 /// The largest part of a number, in this piece or so far, in the last two terms of its Legendre series; other pieces
 /// are halved.
 const RESOLVED: f64 = 1e-11;
+/// The largest difference between a number and its series at the ends of a piece, in parts of the largest last term.
+const ENDS: f64 = 100.0;
 /// Terms that are as small as that, and that halving did not make smaller by this factor, are rounding errors.
 const NOISE: f64 = 1e-8;
 const FALLING: f64 = 4.0;
@@ -46,8 +48,9 @@ pub struct Statistics {
 /// The sums over the pieces of a motion.
 ///
 /// In each piece a number is a sum of Legendre polynomials, with the coefficients
-/// `c_k = (2k + 1)/2 sum w_i f(x_i) P_k(x_i)` by Gauss-Legendre quadrature. A piece is halved until the last two terms are small. Extremes are searched for on the
-/// motion itself where the sum exceeds those that are known.
+/// `c_k = (2k + 1)/2 sum w_i f(x_i) P_k(x_i)` by Gauss-Legendre quadrature. A piece is halved until the last two terms
+/// are small, and the sum is the number at both ends. Extremes are searched for on the motion itself where the sum
+/// exceeds those that are known.
 pub struct MotionStatistics {
     sums: Vec<Sum>,
     nodes: [(f64, f64); NODES],
@@ -134,9 +137,14 @@ impl MotionStatistics {
         };
         let last = |series: &[f64; NODES]| series[NODES - 1].abs().max(series[NODES - 2].abs());
         let lasts: Vec<f64> = series.iter().map(last).collect();
+        let at_begin = numbers(begin.state());
+        let at_end = numbers(motion.advance(end, prescribed)?);
         let is_resolved = series.iter().enumerate().all(|(i, series)| {
             let is_noise = before.get(i).is_some_and(|before| lasts[i] > before / FALLING);
-            lasts[i] <= if is_noise { NOISE } else { RESOLVED } * size(i, series)
+            let limit = if is_noise { NOISE } else { RESOLVED } * size(i, series);
+            // A corner between an end and the node next to it shows in no term.
+            let beyond = (sum(series, -1.0) - at_begin[i]).abs().max((sum(series, 1.0) - at_end[i]).abs());
+            lasts[i] <= limit && beyond <= ENDS * limit
         });
         let middle = from + 0.5 * h;
         if !is_resolved && halvings > 0 && from < middle && middle < end {
@@ -144,7 +152,6 @@ impl MotionStatistics {
             self.add_piece(motion, middle, (prescribed, numbers), (halvings - 1, &lasts))?;
             return self.add_piece(motion, end, (prescribed, numbers), (halvings - 1, &lasts));
         }
-        let at_end = numbers(motion.advance(end, prescribed)?);
         self.time += h;
         for (i, series) in series.iter().enumerate() {
             let sum = &mut self.sums[i];

@@ -16,16 +16,18 @@ pub(super) struct EventBounds {
     negative: Vec<Interval>,
     /// The margin of the next such intervals, in widths of those that are asked for.
     margin: f64,
+    /// How far below zero the event counts as negative.
+    nearness: f64,
 }
 
 impl EventBounds {
     /// `None` if the tape has no event.
-    pub(super) fn new(tape: &Tape, mechanism: &dyn Mechanism) -> Option<Self> {
+    pub(super) fn new(tape: &Tape, mechanism: &dyn Mechanism, nearness: f64) -> Option<Self> {
         let function = FunctionBounds::new(tape, tape.event.as_ref()?, mechanism);
-        Some(Self { function, negative: Vec::new(), margin: 1.0 })
+        Some(Self { function, negative: Vec::new(), margin: 1.0, nearness })
     }
 
-    /// Whether the event is negative in all of a step, by its natural bound.
+    /// Whether the event is negative in all of a step, and not near zero, by its natural bound.
     pub(super) fn is_negative_in(&mut self, motion: &ArgumentPolynomials) -> bool {
         self.natural_bound(&motion.ranges()).is_none()
     }
@@ -41,23 +43,23 @@ impl EventBounds {
         if self.margin >= 1.0 {
             let reach = 0.5 + self.margin;
             let larger: Vec<Interval> = ranges.iter().map(|range| ball(range.mid(), reach * range.width())).collect();
-            if self.function.evaluate(0, &larger).hi() < 0.0 {
+            if self.function.evaluate(0, &larger).hi() < -self.nearness {
                 self.negative = larger;
                 self.margin = (2.0 * self.margin).min(MOST_MARGIN);
                 return None;
             }
         }
         let natural = self.function.evaluate(0, ranges);
-        let is_negative = natural.hi() < 0.0;
+        let is_negative = natural.hi() < -self.nearness;
         self.margin *= if is_negative { 2.0 } else { 0.5 };
         self.margin = self.margin.clamp(LEAST_MARGIN, MOST_MARGIN);
         (!is_negative).then_some(natural)
     }
 
-    /// Whether the event may reach zero where each argument and its rate lie in intervals.
+    /// Whether the event may come near zero where each argument and its rate lie in intervals.
     ///
     /// `at` are arguments among them, `[before, after]` the largest times to there and from there on.
-    pub(super) fn may_reach_zero(
+    pub(super) fn may_come_near_zero(
         &mut self,
         [ranges, rates]: [&[Interval]; 2],
         at: &[Interval],
@@ -68,6 +70,6 @@ impl EventBounds {
             return true;
         }
         let slope = self.function.evaluate(1, rates);
-        (self.function.evaluate(0, at) + slope * Interval::new(-before, after)).hi() >= 0.0
+        (self.function.evaluate(0, at) + slope * Interval::new(-before, after)).hi() >= -self.nearness
     }
 }

@@ -1,4 +1,4 @@
-//! The steps between rows of a motion in which an event may reach zero.
+//! The steps between rows of a motion in which an event may come near zero.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use super::bounds::EventBounds;
 use crate::bounds::{RowBoxes, ball};
 
 impl EventFunction<'_> {
-    /// The steps between rows of a motion in which the event may reach zero, from a row on.
+    /// The steps between rows of a motion in which the event may come near zero, from a row on.
     ///
     /// A step has the number of the row before it.
     ///
@@ -22,7 +22,7 @@ impl EventFunction<'_> {
     }
 }
 
-/// Adds those of some steps between rows in which the event may reach zero.
+/// Adds those of some steps between rows in which the event may come near zero.
 fn add_undecided(
     bounds: &mut EventBounds,
     (rows, n): (&[&[f64]], usize),
@@ -40,7 +40,7 @@ fn add_undecided(
         steps.start..steps.end + 1
     };
     let is_known = !bounds.function.takes_forces(n) || around.len() > 2;
-    if is_known && !may_reach_zero(bounds, &rows[around], n) {
+    if is_known && !may_come_near_zero(bounds, &rows[around], n) {
         return;
     }
     if is_single {
@@ -51,12 +51,12 @@ fn add_undecided(
     add_undecided(bounds, (rows, n), middle..steps.end, undecided);
 }
 
-/// Whether the event may reach zero between the first and the last of some rows.
-fn may_reach_zero(bounds: &mut EventBounds, rows: &[&[f64]], n: usize) -> bool {
+/// Whether the event may come near zero between the first and the last of some rows.
+fn may_come_near_zero(bounds: &mut EventBounds, rows: &[&[f64]], n: usize) -> bool {
     let arguments = &bounds.function.arguments;
     let boxes = RowBoxes::new(rows, n, arguments);
     let (middle, last) = (rows[rows.len() / 2], rows.len() - 1);
     let [ranges, rates] = [0, 1].map(|order| boxes.coefficients(order, arguments));
     let at: Vec<Interval> = arguments.iter().map(|&argument| ball(middle[argument], 0.0)).collect();
-    bounds.may_reach_zero([&ranges, &rates], &at, [middle[0] - rows[0][0], rows[last][0] - middle[0]])
+    bounds.may_come_near_zero([&ranges, &rates], &at, [middle[0] - rows[0][0], rows[last][0] - middle[0]])
 }

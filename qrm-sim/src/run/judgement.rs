@@ -52,6 +52,13 @@ pub enum RejectionReason {
         /// The largest residual before it.
         residual: f64,
     },
+    /// The stop condition may have become true before the end of the run.
+    ConditionUndecided {
+        /// The time, in s.
+        t: f64,
+        /// The distance from true at that time.
+        missing: f64,
+    },
     /// Multipliers grow without bound at a singular position.
     UnboundedForces {
         /// The time, in s.
@@ -125,7 +132,10 @@ impl Outcome {
             residual: self.stats.residual_before_correction,
             unbounded_at: self.stats.unbounded_at,
         };
-        evidence.rejection_reasons(description)
+        let mut reasons = evidence.rejection_reasons(description);
+        let undecided = self.condition_undecided;
+        reasons.extend(undecided.map(|(t, missing)| RejectionReason::ConditionUndecided { t, missing }));
+        reasons
     }
 }
 
@@ -161,6 +171,10 @@ impl RejectionReason {
                      {residual:.1e}"
                 )
             }
+            Self::ConditionUndecided { t, missing } => format!(
+                "the condition that ends the run may have become true at t = {t:.6} s: it was {missing:.1e} short there, \
+                 within the error of the motion"
+            ),
             Self::UnboundedForces { t } => format!(
                 "forces grow without bound at t = {t:.6} s, where the mechanism is singular: no finite force makes it \
                  pass this position so"

@@ -58,6 +58,9 @@ pub struct Outcome {
     pub errors: Option<ErrorEstimates>,
     /// Whether the companion run for the error estimate failed.
     pub companion_failed: bool,
+    /// The time at which the stop condition may have become true before the end, within errors of the motion, and its
+    /// distance from true there.
+    pub condition_undecided: Option<(f64, f64)>,
     /// Statistics of the linear solves.
     pub stats: SolverStats,
 }

@@ -250,9 +250,11 @@ impl<'a> Run<'a> {
         let unbounded_at = monitor.unbounded_at.or(search.unbounded_at).filter(|_| takes_forces);
         // A load may be zero in every row, and still do work between them.
         let is_conservative = monitor.is_conservative && self.integrator.is_conservative();
+        let errors = self.companion.as_ref().and_then(|companion| companion.errors(counts.accepted));
         Outcome {
             tolerance: self.request.settings.tolerance(),
-            errors: self.companion.as_ref().and_then(|companion| companion.errors(counts.accepted)),
+            condition_undecided: self.condition.as_ref().and_then(|condition| condition.undecided(errors.as_ref())),
+            errors,
             companion_failed: self.companion.as_ref().is_some_and(Companion::failed),
             ranges: monitor.ranges.clone(),
             corrections: self.integrator.corrections().to_vec(),

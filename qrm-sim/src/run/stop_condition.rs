@@ -2,16 +2,27 @@
 
 use qrm_core::{Mechanism, RowLayout};
 
+use super::error_estimate::ErrorEstimates;
 use super::outcome::{StartError, Status};
 use crate::event::location::{locate, slope, time_to_event};
 use crate::event::{End, EventFunction, Maximum, Reached};
 use crate::integrate::{Integrator, StepError};
+use crate::maximum::peak_between;
 use crate::state::State;
 
 /// The part of the time over which the slope of a condition is taken.
 const SHIFT: f64 = 1e-7;
 /// The part of the time within which the jump of a condition is looked for in another motion.
 const LONGEST: f64 = 1e-3;
+
+/// The number of parts of a step in which the condition is looked at for its largest value.
+const PARTS: usize = 4;
+/// The largest error of a motion, in parts of the estimated one.
+const POSSIBLE: f64 = 3.0;
+/// How near to true a condition is looked at for its largest value, in parts of its distance from true at the start.
+const NEARNESS: f64 = 1e-4;
+/// The rounding error of a condition, in parts of its distance from true at the start.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// The condition that ends a run, a function that rises through zero, and where it was nearest to true.
 pub(super) struct StopCondition<'a> {
@@ -20,6 +31,10 @@ pub(super) struct StopCondition<'a> {
     function: EventFunction<'a>,
     /// The time at which the condition was nearest to true, and its value there.
     nearest: (f64, f64),
+    /// Its distance from true at the start.
+    at_start: f64,
+    /// The state between rows at which it was nearest to true, and its value there.
+    maximum_between: Option<(State, f64)>,
     /// The samples before the last row.
     before: Vec<f64>,
     /// The maximum by which it became true, if it does not cross zero there.
@@ -36,12 +51,22 @@ impl<'a> StopCondition<'a> {
         end: Option<End<'a>>,
         first: &State,
     ) -> Result<Option<Self>, StartError> {
-        let Some(function) = EventFunction::new(mechanism, end) else { return Ok(None) };
+        let Some(mut function) = EventFunction::new(mechanism, end) else { return Ok(None) };
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         let value = function.value(mechanism, first);
         check_condition(value)?;
         let Some(value) = value else { return Ok(None) };
-        Ok(Some(Self { mechanism, layout, function, nearest: (first.t, value), before: Vec::new(), maximum: None }))
+        function.nearness = NEARNESS * value.abs();
+        Ok(Some(Self {
+            mechanism,
+            layout,
+            function,
+            nearest: (first.t, value),
+            at_start: value.abs(),
+            maximum_between: None,
+            before: Vec::new(),
+            maximum: None,
+        }))
     }
 
     /// The largest value of the stop condition so far, from the start of the run on.
@@ -84,6 +109,48 @@ impl<'a> StopCondition<'a> {
                 self.nearest = (row[0], value);
             }
         }
+    }
+
+    /// Looks where it is nearest to true in a step in which its bounds are negative; the state, if it is true there.
+    fn largest_between(
+        &mut self,
+        [from, to]: [&State; 2],
+        at: &mut dyn FnMut(f64) -> Option<State>,
+    ) -> Option<Reached> {
+        let mut value = |t: f64| self.value(&at(t)?).filter(|value| value.is_finite());
+        let time = |i: usize| from.t + i as f64 / PARTS as f64 * (to.t - from.t);
+        let values: Vec<f64> = (0..=PARTS).map(|i| value(time(i))).collect::<Option<_>>()?;
+        let place = (0..=PARTS).max_by(|a, b| values[*a].total_cmp(&values[*b]))?;
+        if place == 0 || place == PARTS {
+            return None;
+        }
+        let ends = [time(place - 1), time(place + 1)];
+        let (t, largest) = peak_between(ends, (time(place), values[place]), &mut value)?;
+        if largest <= self.nearest.1 {
+            return None;
+        }
+        let state = at(t)?;
+        self.nearest = (t, largest);
+        if largest >= 0.0 {
+            return Some(Reached::Touched(state, None));
+        }
+        self.maximum_between = Some((state, largest));
+        None
+    }
+
+    /// The time at which it may have become true before the end of the run, within errors of the motion, and its
+    /// distance from true there.
+    pub(super) fn undecided(&self, errors: Option<&ErrorEstimates>) -> Option<(f64, f64)> {
+        let (state, largest) = self.maximum_between.as_ref()?;
+        let (missing, n) = (-largest, self.layout.n);
+        let mut uncertainty = ROUNDING * self.at_start;
+        for (i, error) in errors.map_or(&[][..], |errors| &errors.largest[..2 * n]).iter().enumerate() {
+            let mut other = state.clone();
+            let number = if i < n { &mut other.q[i] } else { &mut other.qd[i - n] };
+            *number += POSSIBLE * error;
+            uncertainty += (self.moved_value(&other)? - largest).abs();
+        }
+        (missing <= uncertainty).then_some((state.t, missing))
     }
 
     /// The end of a run in which it did not become true.
@@ -134,6 +201,7 @@ impl<'a> StopCondition<'a> {
         for (number, [from, to]) in steps.iter().enumerate() {
             let at = &mut |t: f64| integrator.between(self.mechanism, from, t).ok();
             let reached = self.function.first_inside(self.mechanism, [from, to], at);
+            let reached = reached.or_else(|| self.largest_between([from, to], at));
             let is_last = is_true_at_last && number + 1 == steps.len();
             // The last row says so, and what lies before it does not.
             found =
