@@ -76,6 +76,30 @@ fn conditions_that_only_touch_their_bound_are_met() {
     }
 }
 
+/// `y = 1 - cos(t)` comes to 2 within the error of the motion.
+#[test]
+#[ignore = "full tier: engine"]
+fn a_maximum_within_errors_of_the_bound_is_not_passed_over() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/extremes/swing.toml");
+    for (condition, method, step) in [
+        ("y >= 2", "dop853", "0.5"),
+        ("y >= 2", "dop853", "2"),
+        ("y_ddot <= -1", "dop853", "0.1"),
+        ("abs(y_ddot) <= 0", "gauss", "1"),
+    ] {
+        let run = run(&[scene, "--until", condition, "--method", method, "--step", step]);
+        let time = if condition.starts_with("abs") { "1.570796" } else { "3.141593" };
+        let is_named = run.stderr().contains(&format!("may have become true at t = {time} s"));
+        let end = run.summary()["end_time"].as_f64().expect("a number");
+        let is_met = run.status() == 0 && (end - time.parse::<f64>().expect("a number")).abs() < 1e-3;
+        assert!(is_named || is_met, "{condition} by {method}, step {step}: {}", run.stderr());
+    }
+    // A zero without a change of sign, where the motion is exact.
+    let run = run(&[scene, "--until", "-(x - 2.345)^2 >= 0", "--step", "0.37"]);
+    assert_eq!(run.status(), 0, "{}", run.stderr());
+    near("the time of the zero", run.summary()["end_time"].as_f64().expect("a number"), 2.345, 1e-14);
+}
+
 /// The times at which 300 times the angle is 30 degrees, and at which the angle is one radian: Gauss steps at 1e-14.
 #[test]
 fn conditions_that_are_true_for_moments_are_met() {

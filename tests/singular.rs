@@ -107,6 +107,50 @@ fn equal_links_pass_the_position_in_which_they_fold() {
     }
 }
 
+/// Newton and Euler at 60 digits, with the angle of the crank in closed form.
+const LAWS: [(&str, &[(&str, [f64; 2])]); 2] = [
+    (
+        "slider-by-law",
+        &[
+            ("F", [-416.133_127_131_523_36, 38.244_449_155_955_368]),
+            ("F_O_x", [-356.433_861_623_091_63, 244.731_226_379_676_58]),
+            ("F_O", [150.508_777_123_778_46, 356.433_861_623_091_63]),
+        ],
+    ),
+    (
+        "slider-by-another-law",
+        &[
+            ("F", [-766.333_911_236_186_6, 559.293_770_971_037_7]),
+            ("F_O_x", [-410.370_059_784_828_58, 44.538_365_558_141_19]),
+        ],
+    ),
+];
+
+#[test]
+#[ignore = "full tier: engine"]
+fn sizes_of_joint_forces_at_dead_points_are_limits_too() {
+    let settings: [&[&str]; 5] = [
+        &["--step", "1e-3"],
+        &["--step", "0.01685"],
+        &["--method", "dop853", "--tolerance", "1e-9", "--step", "0.013"],
+        &["--method", "gauss", "--tolerance", "1e-10"],
+        &["--method", "dopri5", "--tolerance", "1e-7"],
+    ];
+    for (name, exact) in LAWS {
+        for settings in settings {
+            let run = run(&[&[scene(name).as_str(), "--no-figures"], settings].concat());
+            if run.status() != 0 {
+                // The longest steps are refused.
+                assert!(settings.contains(&"0.01685"), "{name} {settings:?}: {}", run.stderr());
+                continue;
+            }
+            for (column, exact) in exact {
+                compare(&run, column, exact, &format!("{column} of {name} {settings:?}"));
+            }
+        }
+    }
+}
+
 #[test]
 #[ignore = "full tier: engine"]
 fn a_slider_drives_a_crank_through_its_dead_points() {

@@ -6,7 +6,7 @@ use crate::maximum::peak_between;
 use crate::state::State;
 
 /// The part of a step over which slopes are taken.
-const SHIFT: f64 = 1e-4;
+pub(crate) const SHIFT: f64 = 1e-4;
 /// A value that is zero this many resolutions of the time before a zero stays there: it does not cross.
 const FLAT: f64 = 16.0;
 

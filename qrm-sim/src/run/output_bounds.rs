@@ -10,9 +10,11 @@ use crate::state::State;
 
 /// Values beyond an extreme that do not count, in parts of the output's range.
 const ROUNDING: f64 = 1e-13;
-/// The number of bounds that an output may take inside steps, and for each sample.
+/// The number of bounds that an output may take inside steps, and for each sample, of outputs with at most so many
+/// operations; others take as many times fewer bounds.
 const FIRST_BOUNDS: u32 = 20_000;
 const BOUNDS_OF_SAMPLE: u32 = 20;
+const FEW_OPERATIONS: usize = 1000;
 /// The number of samples that are kept for the next ones: they show how fast accelerations change.
 const KEPT: usize = 3;
 
@@ -23,6 +25,8 @@ pub(super) struct OutputBounds {
     layout: RowLayout,
     /// Each output has the number of bounds that it may still take inside steps.
     pub(super) outputs: Vec<(BoundedOutput, u32)>,
+    /// The number of bounds that each sample adds.
+    of_sample: u32,
     /// Each sample has time, coordinates, rates, accelerations, multipliers and outputs.
     samples: Vec<f64>,
     width: usize,
@@ -42,9 +46,12 @@ pub(super) struct UnresolvedStep {
 impl OutputBounds {
     /// `None` if rows show the extremes of all outputs, or the mechanism has no tape.
     pub(super) fn new(mechanism: &dyn Mechanism, layout: RowLayout) -> Option<Self> {
-        let outputs: Vec<_> = bounded_outputs(mechanism).into_iter().map(|output| (output, FIRST_BOUNDS)).collect();
+        let operations = mechanism.tape()?.outputs.operations.len();
+        let cost = u32::try_from(operations / FEW_OPERATIONS).unwrap_or(u32::MAX).max(1);
+        let [first, of_sample] = [FIRST_BOUNDS / cost, (BOUNDS_OF_SAMPLE / cost).max(1)];
+        let outputs: Vec<_> = bounded_outputs(mechanism).into_iter().map(|output| (output, first)).collect();
         let width = 1 + 3 * layout.n + layout.m + mechanism.description().outputs.len();
-        (!outputs.is_empty()).then_some(Self { layout, outputs, samples: Vec::new(), width, next: 0 })
+        (!outputs.is_empty()).then_some(Self { layout, outputs, of_sample, samples: Vec::new(), width, next: 0 })
     }
 
     /// Adds a sample: a row's state, and its outputs.
@@ -52,7 +59,7 @@ impl OutputBounds {
         self.samples.extend_from_slice(&row[..self.width - outputs.len()]);
         self.samples.extend_from_slice(outputs);
         for (_, left) in &mut self.outputs {
-            *left = left.saturating_add(BOUNDS_OF_SAMPLE);
+            *left = left.saturating_add(self.of_sample);
         }
     }
 

@@ -5,7 +5,7 @@ use qrm_core::StateRef;
 use super::super::corner::Corner;
 use super::super::step_error::StepError;
 use super::Corners;
-use crate::event::location::{locate, touched};
+use crate::event::location::{SHIFT, locate, touched};
 use crate::state::State;
 
 /// The largest ratio of a switching function at an end of a step to its change in the step, for which it may have two
@@ -89,6 +89,18 @@ impl Corners {
         let mut first: Option<State> = None;
         let Self { evaluator, values, candidates, found: of_first, .. } = self;
         let mut all = vec![0.0; values[0].len()];
+        // All switching functions next to the ends, so that each is looked into only if it turns between them.
+        let beside: Vec<Vec<f64>> = if self.others.clone().any(|i| candidates[i] && values[0][i] * values[1][i] > 0.0) {
+            let shift = SHIFT * (to.t - from.t);
+            let next = [from.moved_along(shift), to.moved_along(-shift)];
+            next.map(|at| {
+                evaluator.switching_functions(at.t, &at.q, &at.qd, &mut all);
+                all.clone()
+            })
+            .into()
+        } else {
+            Vec::new()
+        };
         for i in self.others.clone().filter(|i| candidates[*i]) {
             let [a, b] = [values[0][i], values[1][i]];
             // The function multiplied by the sign with which it rises through zero.
@@ -99,6 +111,10 @@ impl Corners {
             let beyond = if a * b < 0.0 {
                 Some(to.clone())
             } else if a * b > 0.0 {
+                let turns = a.signum() * (beside[0][i] - a) < 0.0 && a.signum() * (beside[1][i] - b) < 0.0;
+                if !turns {
+                    continue;
+                }
                 let found = touched(from, to, &mut |at| Some(rising(at)), &mut |t| step(t).ok());
                 found.filter(|found| rising(found) >= 0.0)
             } else {
