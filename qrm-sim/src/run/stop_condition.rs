@@ -117,6 +117,9 @@ impl<'a> StopCondition<'a> {
         [from, to]: [&State; 2],
         at: &mut dyn FnMut(f64) -> Option<State>,
     ) -> Option<Reached> {
+        if !cfg!(feature = "events") {
+            return None;
+        }
         let mut value = |t: f64| self.value(&at(t)?).filter(|value| value.is_finite());
         let time = |i: usize| from.t + i as f64 / PARTS as f64 * (to.t - from.t);
         let values: Vec<f64> = (0..=PARTS).map(|i| value(time(i))).collect::<Option<_>>()?;
@@ -141,6 +144,9 @@ impl<'a> StopCondition<'a> {
     /// The time at which it may have become true before the end of the run, within errors of the motion, and its
     /// distance from true there.
     pub(super) fn undecided(&self, errors: Option<&ErrorEstimates>) -> Option<(f64, f64)> {
+        if !cfg!(feature = "events") {
+            return None;
+        }
         let (state, largest) = self.maximum_between.as_ref()?;
         let (missing, n) = (-largest, self.layout.n);
         let mut uncertainty = ROUNDING * self.at_start;
