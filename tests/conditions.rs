@@ -76,7 +76,7 @@ fn conditions_that_only_touch_their_bound_are_met() {
     }
 }
 
-/// `y = 1 - cos(t)` comes to 2 within the error of the motion.
+/// The largest value of `y = 1 - cos(t)` is 2, at t = pi. Steps reach it with an error.
 #[test]
 #[ignore = "full tier: engine"]
 fn a_maximum_within_errors_of_the_bound_is_not_passed_over() {

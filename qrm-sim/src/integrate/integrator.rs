@@ -207,12 +207,13 @@ impl Integrator {
             return Ok(to);
         }
         self.step_between(mechanism, from, t, &mut to)?;
-        if self.solver.singularity_fraction(mechanism, INTERPOLATED, t, (&to.q, &to.qd)).is_some()
+        let fraction = self.solver.singularity_fraction(mechanism, INTERPOLATED, t, (&to.q, &to.qd));
+        if fraction.is_some()
             && let Some(state) = self.across(mechanism, from, t)
         {
             return Ok(state);
         }
-        if self.solver.singularity_fraction(mechanism, SINGULAR, t, (&to.q, &to.qd)).is_some() {
+        if fraction.is_some_and(|fraction| fraction < SINGULAR) {
             // Kernels lose digits of the rates so near a singular position, and reach another branch at last.
             to.clone_from(from);
             self.solver.avoids_kernels = true;

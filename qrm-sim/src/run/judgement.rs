@@ -172,8 +172,8 @@ impl RejectionReason {
                 )
             }
             Self::ConditionUndecided { t, missing } => format!(
-                "the condition that ends the run may have become true at t = {t:.6} s: it was {missing:.1e} short there, \
-                 within the error of the motion"
+                "the condition that ends the run may have become true at t = {t:.6} s: it was {missing:.1e} short \
+                 there, within the error of the motion"
             ),
             Self::UnboundedForces { t } => format!(
                 "forces grow without bound at t = {t:.6} s, where the mechanism is singular: no finite force makes it \

@@ -122,7 +122,9 @@ impl<'a> StopCondition<'a> {
         }
         let mut value = |t: f64| self.value(&at(t)?).filter(|value| value.is_finite());
         let time = |i: usize| from.t + i as f64 / PARTS as f64 * (to.t - from.t);
-        let values: Vec<f64> = (0..=PARTS).map(|i| value(time(i))).collect::<Option<_>>()?;
+        let ends = [from, to].map(|end| self.value(end).filter(|value| value.is_finite()));
+        let inner = (1..PARTS).map(|i| value(time(i)));
+        let values: Vec<f64> = [ends[0]].into_iter().chain(inner).chain([ends[1]]).collect::<Option<_>>()?;
         let place = (0..=PARTS).max_by(|a, b| values[*a].total_cmp(&values[*b]))?;
         if place == 0 || place == PARTS {
             return None;

@@ -199,8 +199,8 @@ impl SingularPositions {
     }
 
     /// The error of the multipliers at a singular position, relative to the largest one, that rounding errors of the
-    /// numbers in the scene cause: the largest difference between polynomials through states at various distances. `None`
-    /// if they are not determined.
+    /// numbers in the scene cause: the largest difference between polynomials through states at various distances.
+    /// `None` if they are not determined.
     pub(crate) fn rounding(
         &mut self,
         mechanism: &dyn Mechanism,
