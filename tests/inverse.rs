@@ -1,18 +1,24 @@
 //! Inverse dynamics as the command gives them.
 
 use std::fs;
+use std::path::Path;
 
 use crate::common;
 use crate::common::{near, qrm};
 
 /// The columns of a table by their names.
-fn columns(path: &std::path::Path) -> impl Fn(&str) -> Vec<f64> + use<> {
+fn columns(path: &Path) -> impl Fn(&str) -> Vec<f64> + use<> {
     let text = fs::read_to_string(path).expect("the table");
     let rows: Vec<Vec<String>> = text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
     move |name| {
         let place = rows[0].iter().position(|own| own == name).unwrap_or_else(|| panic!("no column `{name}`"));
         rows[1..].iter().map(|row| row[place].parse().expect("a number")).collect()
     }
+}
+
+/// A scene of a folder of the tests.
+fn scene(name: &str) -> String {
+    format!("{}/tests/{name}.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
 fn inverse(arguments: &[&str]) -> (String, tempfile::TempDir) {
@@ -98,27 +104,77 @@ fn a_length_is_moved_by_a_force() {
     assert_eq!(column("power_").len(), t.len());
 }
 
-/// Crank and rod of one length pass the position in which they fold; a slider that is driven to its dead point does
-/// not determine forces there.
+/// The statistics of a force or torque in the summary.
+fn statistics(folder: &Path, name: &str) -> serde_json::Value {
+    let summary = fs::read_to_string(folder.join("inverse.json")).expect("the summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    summary["results"][name].clone()
+}
+
+/// Crank and rod of one length pass the position in which they fold.
 #[test]
 #[ignore = "full tier: engine"]
 fn branches_that_cross_are_followed_smoothly() {
-    let scene = |name: &str| format!("{}/tests/singular/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    let (_, folder) = inverse(&[&scene("equal-links")]);
+    let (_, folder) = inverse(&[&scene("singular/equal-links")]);
     let columns = columns(&folder.path().join("inverse.csv"));
     for (t, torque) in columns("t").iter().zip(columns("torque_O_drive")) {
         near("torque", torque, 250.0 * (10.0 * t).sin(), 1e-9);
     }
-    let summary = fs::read_to_string(folder.path().join("inverse.json")).expect("the summary");
-    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
-    let mean = summary["results"]["torque_O_drive"]["mean"].as_f64().expect("a number");
+    let mean = statistics(folder.path(), "torque_O_drive")["mean"].as_f64().expect("a number");
     near("mean", mean, 12.5 * (1.0 - f64::cos(20.0)), 1e-10);
+}
+
+/// A slider is driven through its dead points, a pin by a law: the extremes are those of `tests/singular.rs`, of 40 digits.
+/// The motion of a kite is the same before and after its change point, backwards and mirrored.
+#[test]
+#[ignore = "full tier: engine"]
+fn forces_at_dead_points_are_limits() {
+    for (name, force, extremes) in [
+        ("dead-points", "force_G_drive", [-6.374119509036878, 5.757269233968793]),
+        ("crank-by-law", "force_push", [1.3159472534786, 1.9739208802179]),
+    ] {
+        let (_, folder) = inverse(&[&scene(&format!("singular/{name}"))]);
+        let own = statistics(folder.path(), force);
+        let error = own["extreme_error"].as_f64().expect("a number");
+        assert!((1e-13..3e-9).contains(&error), "{name}: {error}");
+        for (end, exact) in ["minimum", "maximum"].into_iter().zip(extremes) {
+            near(name, own[end][0].as_f64().expect("a number"), exact, 3.0 * error);
+        }
+        let columns = columns(&folder.path().join("inverse.csv"));
+        assert!(columns(force).iter().all(|force| (extremes[0] - 1e-8..extremes[1] + 1e-8).contains(force)), "{name}");
+    }
+    let (_, folder) = inverse(&[&scene("singular/kite"), "--time", "10*pi/3"]);
+    let columns = columns(&folder.path().join("inverse.csv"));
+    let torque = columns("torque_phi_crank");
+    for (before, after) in torque.iter().zip(torque.iter().rev()) {
+        near("torque", *before, -after, 1e-11);
+    }
+
+    // With an offset no force at the slider can change the rate of the crank at its dead points.
+    let text = fs::read_to_string(scene("singular/dead-points")).expect("a scene");
+    let offset = "sqrt(0.1599) + 0.5*(sqrt(0.1599) - sqrt(0.0399))*(cos(2*pi*t + 60deg) - 1)";
+    let text = text.replace("G = [0, 0]", "G = [0, 0.01]").replace("0.3 + 0.1*cos(2*pi*t + 60deg)", offset);
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let refused = qrm(&["inverse", &scene("dead-points")]).arg("--out").arg(folder.path()).output().expect("it starts");
+    let file = folder.path().join("offset.toml");
+    fs::write(&file, text).expect("written");
+    let refused = qrm(&["inverse"]).arg(&file).arg("--out").arg(folder.path()).output().expect("it starts");
     assert_eq!(refused.status.code(), Some(1));
-    assert!(
-        String::from_utf8_lossy(&refused.stderr).contains("the motion comes to a dead point near phi_crank = 179.")
-    );
+    let stderr = String::from_utf8_lossy(&refused.stderr);
+    assert!(stderr.contains("the motion comes to a dead point near phi_crank = "), "{stderr}");
+}
+
+/// A spring that is touched for a short time near each dead point: the mean torque and power are those of adaptive
+/// quadrature with the corners as ends, of 30 digits.
+#[test]
+#[ignore = "full tier: engine"]
+fn integrals_know_of_corners() {
+    let (_, folder) = inverse(&[&scene("extremes/stop")]);
+    for (name, exact) in [("torque_O_drive", 0.0346073244845), ("power", 9.09191804625)] {
+        let own = statistics(folder.path(), name);
+        let [mean, error] = ["mean", "mean_error"].map(|key| own[key].as_f64().expect("a number"));
+        near(name, mean, exact, 3.0 * error + 1e-11);
+        assert!(error < 1e-6, "{name}: {error}");
+    }
 }
 
 #[test]

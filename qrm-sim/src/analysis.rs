@@ -14,6 +14,7 @@ mod motion_statistics;
 mod reference;
 mod revolution;
 mod sensitivity;
+mod singular_interval;
 mod spectrum;
 
 pub use branches::{MAX_BRANCHES, branches};

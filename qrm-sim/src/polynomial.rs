@@ -8,6 +8,7 @@ pub trait Number: DualNum<Primitive = f64> + Copy {}
 impl<D: DualNum<Primitive = f64> + Copy> Number for D {}
 
 /// A polynomial in Newton's form.
+#[derive(Clone, Debug)]
 pub(crate) struct Polynomial<D> {
     times: Vec<D>,
     coefficients: Vec<D>,

@@ -2,6 +2,7 @@
 
 use qrm_core::Mechanism;
 
+use super::singular_interval::{Placed, SingularInterval};
 use crate::position::{CONTINUATION, LoopSolver, NotAssembled, Position, Start, assemble_from_guesses};
 use crate::solve::Dynamics;
 
@@ -22,6 +23,9 @@ pub struct PrescribedState {
     pub forces: Vec<f64>,
     /// The outputs.
     pub outputs: Vec<f64>,
+    /// The estimated error of the numbers, relative to the largest of their kind, where they are interpolated across a
+    /// singular position.
+    pub error: f64,
 }
 
 /// The reason why a motion is not possible.
@@ -73,9 +77,21 @@ pub struct PrescribedMotion<'m> {
     drive: LoopSolver<'m>,
     position: Position,
     last: PrescribedState,
-    /// The last state at a distance from singular positions, and the largest determinant so far.
-    regular: (Position, PrescribedState),
     largest_determinant: f64,
+    ahead: Ahead,
+}
+
+/// What is known of the motion ahead.
+#[derive(Clone, Debug)]
+enum Ahead {
+    /// No singular position is near.
+    Regular,
+    /// The given coordinates come to a singular position beyond which they cannot go, or turn before it.
+    Limit,
+    /// The motion goes on beyond a singular position, but its forces there are not smooth.
+    DeadPoint,
+    /// The motion goes on smoothly beyond a singular position.
+    Smooth(Box<SingularInterval>),
 }
 
 /// Value, rate and acceleration of a given coordinate.
@@ -114,9 +130,8 @@ impl<'m> PrescribedMotion<'m> {
         drive.t = t;
         let position = drive.solve_loops(q).ok_or(NotPossible::Singular)?;
         let last = state(&drive, &position, prescribed).ok_or(NotPossible::NotFinite { t })?;
-        let regular = (position.clone(), last.clone());
         let largest_determinant = position.determinant.abs();
-        Ok(Self { drive, position, last, regular, largest_determinant })
+        Ok(Self { drive, position, last, largest_determinant, ahead: Ahead::Regular })
     }
 
     /// The state at the last time.
@@ -135,9 +150,25 @@ impl<'m> PrescribedMotion<'m> {
     /// The mechanism locks before that time.
     pub fn advance(&mut self, t: f64, prescribed: Prescribed) -> Result<&PrescribedState, NotPossible> {
         let from = self.last.t;
+        if t == from {
+            return self.go_on_otherwise(prescribed);
+        }
         let mut step = t - from;
         let mut count = 0;
         while self.last.t < t {
+            if let Ahead::Smooth(interval) = &self.ahead {
+                if interval.contains(t) {
+                    self.last = interval.state(self.drive.mechanism, t).ok_or(NotPossible::NotFinite { t })?;
+                    return Ok(&self.last);
+                }
+                let behind = interval.after();
+                if self.last.t < behind.1.t && behind.1.t <= t {
+                    (self.position, self.last) = behind.clone();
+                    self.ahead = Ahead::Regular;
+                    step = t - self.last.t;
+                    continue;
+                }
+            }
             count += 1;
             if count > MAX_STEPS {
                 return Err(NotPossible::TooFast { t: from });
@@ -145,30 +176,35 @@ impl<'m> PrescribedMotion<'m> {
             let next = if self.last.t + step >= t { t } else { self.last.t + step };
             match self.neighbour(next, prescribed) {
                 Some(position) => {
+                    let before = (self.last.t, self.position.determinant);
                     self.take(next, position, prescribed)?;
+                    self.look_ahead(before, prescribed);
                     step *= 2.0;
                 }
-                None if step <= SHORTEST * (t - from) => {
-                    if let Some((next, position)) = self.across(t, prescribed) {
-                        self.take(next, position, prescribed)?;
-                        step = t - next;
-                        continue;
-                    }
-                    let jumps = |i: &usize| {
-                        self.drive.is_given(*i) && Self::jumps(&self.last, *i, prescribed(*i, next)[0], next)
-                    };
-                    if let Some(coordinate) = (0..self.last.q.len()).find(jumps) {
-                        return Err(NotPossible::Discontinuous { coordinate, t: self.last.t });
-                    }
-                    return Err(NotPossible::LimitPosition { t: self.last.t, q: self.last.q.clone() });
-                }
+                None if step <= SHORTEST * (t - from) => return Err(self.stopped(next, prescribed)),
                 None => step *= 0.5,
             }
         }
-        // At the same time the prescribed motion may continue with another acceleration.
-        if t == from {
-            self.last = state(&self.drive, &self.position, prescribed).ok_or(NotPossible::NotFinite { t })?;
+        Ok(&self.last)
+    }
+
+    /// Goes on from the last time with a prescribed motion that may have another acceleration.
+    fn go_on_otherwise(&mut self, prescribed: Prescribed) -> Result<&PrescribedState, NotPossible> {
+        let t = self.last.t;
+        if let Ahead::Smooth(interval) = &self.ahead
+            && interval.contains(t)
+        {
+            let differs = |i: usize| {
+                let (qdd, other) = (self.last.qdd[i], prescribed(i, t)[2]);
+                (qdd - other).abs() > CONTINUATION * qdd.abs().max(other.abs())
+            };
+            if (0..self.last.q.len()).any(|i| self.drive.is_given(i) && differs(i)) {
+                return Err(NotPossible::DeadPoint { t, q: self.last.q.clone() });
+            }
+            return Ok(&self.last);
         }
+        self.ahead = Ahead::Regular;
+        self.last = state(&self.drive, &self.position, prescribed).ok_or(NotPossible::NotFinite { t })?;
         Ok(&self.last)
     }
 
@@ -177,24 +213,81 @@ impl<'m> PrescribedMotion<'m> {
         self.drive.t = t;
         self.position = position;
         self.last = state(&self.drive, &self.position, prescribed).ok_or(NotPossible::NotFinite { t })?;
-        let determinant = self.position.determinant.abs();
-        self.largest_determinant = self.largest_determinant.max(determinant);
-        if determinant > REGULAR * self.largest_determinant {
-            self.regular = (self.position.clone(), self.last.clone());
-        }
+        self.largest_determinant = self.largest_determinant.max(self.position.determinant.abs());
         Ok(())
     }
 
-    /// A time behind the singular position ahead, at most `t`, and the position there; `None` if the motion from before
-    /// it does not go on smoothly.
+    /// Looks for a singular position ahead, where the determinant is small; `before` are an earlier time and the
+    /// determinant there.
+    fn look_ahead(&mut self, before: (f64, f64), prescribed: Prescribed) {
+        let determinant = self.position.determinant;
+        let regular = REGULAR * self.largest_determinant;
+        if determinant.abs() > regular {
+            self.ahead = Ahead::Regular;
+        } else if matches!(self.ahead, Ahead::Regular) && determinant.abs() < before.1.abs() {
+            let left = (self.last.t - before.0) * determinant / (before.1 - determinant);
+            let middle = self.last.t + left;
+            let distance = left * regular / determinant.abs();
+            self.ahead = self.across(middle, distance, prescribed);
+        }
+    }
+
+    /// The motion across a singular position, from a distance in time before it.
     ///
     /// Where branches cross, the given coordinates do not tell which one goes on, but the smooth motion does.
-    fn across(&self, t: f64, prescribed: Prescribed) -> Option<(f64, Position)> {
-        let (from, last) = &self.regular;
-        let next = (2.0 * self.last.t - last.t).min(t);
-        let position = Self::near(&self.drive, last, next, prescribed)?;
-        let is_crossed = next > self.last.t && position.determinant * from.determinant < 0.0;
-        is_crossed.then_some((next, position))
+    fn across(&self, middle: f64, distance: f64, prescribed: Prescribed) -> Ahead {
+        let placed = |t: f64, position: Position| {
+            let mut drive = self.drive.clone();
+            drive.t = t;
+            state(&drive, &position, prescribed).map(|state| (position, state))
+        };
+        let follow = |from: &Placed, t: f64| {
+            let (mut at, mut step) = (from.clone(), t - from.1.t);
+            while at.1.t != t {
+                let next = if (t - at.1.t).abs() <= step.abs() { t } else { at.1.t + step };
+                let near = Self::near(&self.drive, &at.1, next, prescribed);
+                match near.filter(|position| position.is_on_branch_of(&at.0)) {
+                    Some(position) => at = placed(next, position)?,
+                    None if step.abs() <= SHORTEST * distance => return None,
+                    None => step *= 0.5,
+                }
+            }
+            Some(at)
+        };
+        let here = (self.position.clone(), self.last.clone());
+        let mut best = Ahead::Limit;
+        let mut middle = middle;
+        for distance in DISTANCES.map(|part| part * distance) {
+            let Some(before) = follow(&here, middle - distance) else { break };
+            let beyond = Self::near(&self.drive, &before.1, middle + distance, prescribed);
+            let beyond = beyond.filter(|position| position.determinant * before.0.determinant < 0.0);
+            let Some(after) = beyond.and_then(|position| placed(middle + distance, position)) else { continue };
+            // The zero of the determinant, by the secant.
+            let [one, other] = [&before, &after].map(|placed| placed.0.determinant);
+            middle += distance * (one + other) / (one - other);
+            let ends = [(&before, -distance), (&after, distance)].map(|(from, left)| follow(from, middle + left));
+            let [Some(before), Some(after)] = ends else { continue };
+            match (&best, SingularInterval::new(self.drive.mechanism, middle, [&before, &after], follow)) {
+                (Ahead::Smooth(best), Some(other)) if best.error <= other.error => {}
+                (_, Some(other)) => best = Ahead::Smooth(Box::new(other)),
+                (Ahead::Limit, None) => best = Ahead::DeadPoint,
+                (_, None) => {}
+            }
+        }
+        best
+    }
+
+    /// The reason why there is no next position.
+    fn stopped(&self, next: f64, prescribed: Prescribed) -> NotPossible {
+        let (t, q) = (self.last.t, self.last.q.clone());
+        let jumps = |i: &usize| self.drive.is_given(*i) && Self::jumps(&self.last, *i, prescribed(*i, next)[0], next);
+        if let Some(coordinate) = (0..q.len()).find(jumps) {
+            return NotPossible::Discontinuous { coordinate, t };
+        }
+        match self.ahead {
+            Ahead::DeadPoint => NotPossible::DeadPoint { t, q },
+            _ => NotPossible::LimitPosition { t, q },
+        }
     }
 
     /// The reason why forces between the last time and the next ones cannot be resolved.
@@ -241,8 +334,10 @@ impl<'m> PrescribedMotion<'m> {
     }
 }
 
-/// The smallest determinant at a distance from singular positions, relative to the largest one.
-const REGULAR: f64 = 0.02;
+/// The smallest determinant at which rounding errors are small, relative to the largest one.
+const REGULAR: f64 = 0.1;
+/// The distances from a singular position at which the motion across it begins, in parts of that with this determinant.
+const DISTANCES: [f64; 3] = [1.0, 0.5, 0.25];
 /// The longest step of an angle, so that the other angles are not confused with those a turn later.
 const LONGEST: f64 = 0.5;
 /// The largest effect of rounding errors on an angle.
@@ -255,9 +350,18 @@ fn state(drive: &LoopSolver, position: &Position, prescribed: Prescribed) -> Opt
     let dynamics = Dynamics::at(drive.mechanism, t, &q, &qd);
     let qdd = drive.accelerations(position, |i| prescribed(i, t)[2], &dynamics.constraint_bias);
     let (multipliers, forces) = drive.inverse_dynamics(&dynamics, &qdd);
-    let mut outputs = vec![0.0; drive.mechanism.description().outputs.len()];
-    drive.mechanism.outputs(t, &q, &qd, &qdd, &multipliers, &mut outputs);
-    let all = [&qd, &qdd, &multipliers, &forces, &outputs];
+    with_outputs(
+        drive.mechanism,
+        PrescribedState { t, q, qd, qdd, multipliers, forces, outputs: Vec::new(), error: 0.0 },
+    )
+}
+
+/// The state with its outputs; `None` if a number is not finite.
+pub(super) fn with_outputs(mechanism: &dyn Mechanism, mut state: PrescribedState) -> Option<PrescribedState> {
+    let PrescribedState { t, q, qd, qdd, multipliers, forces, outputs, .. } = &mut state;
+    outputs.resize(mechanism.description().outputs.len(), 0.0);
+    mechanism.outputs(*t, q, qd, qdd, multipliers, outputs);
+    let all = [qd, qdd, multipliers, forces, outputs];
     let is_finite = all.into_iter().flatten().all(|value| value.is_finite());
-    is_finite.then_some(PrescribedState { t, q, qd, qdd, multipliers, forces, outputs })
+    is_finite.then_some(state)
 }

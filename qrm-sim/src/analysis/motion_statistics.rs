@@ -126,8 +126,11 @@ impl MotionStatistics {
         let begin = motion.clone();
         let (from, h) = (begin.state().t, end - begin.state().t);
         let mut values = Vec::with_capacity(NODES);
+        let mut error: f64 = 0.0;
         for (x, _) in self.nodes {
-            values.push(numbers(motion.advance(from + x * h, prescribed)?));
+            let state = motion.advance(from + x * h, prescribed)?;
+            error = error.max(state.error);
+            values.push(numbers(state));
         }
         let series: Vec<[f64; NODES]> =
             (0..self.sums.len()).map(|i| self.series(&std::array::from_fn(|node| values[node][i]))).collect();
@@ -152,15 +155,16 @@ impl MotionStatistics {
             self.add_piece(motion, middle, (prescribed, numbers), (halvings - 1, &lasts))?;
             return self.add_piece(motion, end, (prescribed, numbers), (halvings - 1, &lasts));
         }
+        let errors: Vec<f64> = series.iter().enumerate().map(|(i, own)| lasts[i] + error * size(i, own)).collect();
         self.time += h;
         for (i, series) in series.iter().enumerate() {
             let sum = &mut self.sums[i];
             let mut value = |t: f64| begin.clone().advance(t, prescribed).ok().map(|state| numbers(state)[i]);
-            sum.add(series, h, lasts[i]);
+            sum.add(series, h, errors[i]);
             for (node, (_, weight)) in self.nodes.iter().enumerate() {
                 sum.of_square += h * weight * values[node][i] * values[node][i];
             }
-            sum.search(series, (from, h), (at_end[i], lasts[i]), &mut value);
+            sum.search(series, (from, h), (at_end[i], errors[i]), &mut value);
         }
         Ok(())
     }

@@ -76,17 +76,23 @@ impl<'r> Report<'r> {
 
     /// The results as text with this title.
     pub(super) fn text(&self, title: &str) -> String {
-        let mut text = format!(
-            "{title}\n\n  {:12}{:>20}{:>12}{:>20}{:>12}{:>20}{:>20}\n",
-            "", "minimum", "at t", "maximum", "at t", "mean", "rms"
-        );
-        for (name, own) in &self.results.0 {
-            let [(low, at_low), (high, at_high)] =
-                [own.minimum, own.maximum].map(|[value, t]| (with_error(value, own.extreme_error), t));
+        let row = |(name, own): &(String, Entry)| {
+            let [low, high] = [own.minimum, own.maximum].map(|[value, _]| with_error(value, own.extreme_error));
             let [mean, rms] = [own.mean, own.root_mean_square].map(|value| with_error(value, own.mean_error));
-            let unit = own.unit;
-            text +=
-                &format!("  {name:12}{low:>20}{at_low:>12.6}{high:>20}{at_high:>12.6}{mean:>20}{rms:>20}  {unit}\n");
+            ([name.clone(), low, high, mean, rms], [own.minimum[1], own.maximum[1]], own.unit)
+        };
+        let rows: Vec<_> = self.results.0.iter().map(row).collect();
+        let longest = |i: usize| rows.iter().map(|(texts, ..)| texts[i].len()).max().unwrap_or(0);
+        let [first, low, high, mean, rms] = [0, 1, 2, 3, 4].map(|i| longest(i).max(if i == 0 { 10 } else { 18 }) + 2);
+        let head = ["", "minimum", "at t", "maximum", "at t", "mean", "rms"];
+        let line = |texts: [&str; 7]| {
+            let [name, minimum, from, maximum, to, average, root] = texts;
+            format!("  {name:first$}{minimum:>low$}{from:>12}{maximum:>high$}{to:>12}{average:>mean$}{root:>rms$}")
+        };
+        let mut text = format!("{title}\n\n{}\n", line(head));
+        for ([name, low, high, mean, rms], times, unit) in &rows {
+            let [at_low, at_high] = times.map(|t| format!("{t:.6}"));
+            text += &format!("{}  {unit}\n", line([name, low, &at_low, high, &at_high, mean, rms]));
         }
         text
     }
