@@ -12,12 +12,12 @@ use crate::expression::Node;
 use crate::scene::{Friction, Known, Load, LoadKind, Quantity, Scene, Value};
 use columns::columns;
 use freedoms::freedoms;
-use units::{angles, units};
+use units::{parameters, units};
 
 /// Checks the parts of a scene whose parameters have values. Parts with unknown names are skipped.
 pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
     units(document, findings);
-    angles(document, scene, findings);
+    parameters(document, scene, findings);
     finite_constants(scene, findings);
     for (syntax, place) in document.bodies.iter().zip(0..) {
         body(syntax, scene, place, findings);

@@ -1,5 +1,7 @@
 //! Units that differ from those in which a scene computes.
 
+use std::f64::consts::TAU;
+
 use super::super::usage::all_values;
 use crate::diagnostic::Diagnostic;
 use crate::document::{CoordinateSyntax, Document, Identifier, OutputSyntax, OutputValue};
@@ -13,8 +15,9 @@ const SCALED: [&str; 27] = [
     "mJ", "kJ", "MJ", "mW", "kW", "MW", "ms", "min", "h",
 ];
 
-/// Units of angles other than rad.
+/// Units of angles other than rad, and of lengths other than m.
 const ANGLES: [&str; 4] = ["deg", "°", "grad", "rev"];
+const LENGTHS: [&str; 9] = ["um", "µm", "mm", "cm", "dm", "km", "in", "inch", "ft"];
 
 /// Reports units of coordinates, and of outputs that are computed without a factor, that the numbers do not have.
 pub(super) fn units(document: &Document, findings: &mut Vec<Diagnostic>) {
@@ -33,45 +36,87 @@ pub(super) fn units(document: &Document, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Reports parameters whose unit is an angle other than rad, and which are taken as angles without a factor.
-pub(super) fn angles(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
+/// Reports parameters that are taken as angles or lengths without a factor, and whose unit is not rad or m; and bare
+/// numbers beyond a turn that are taken as angles.
+pub(super) fn parameters(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
+    let [angles, lengths] = [angles(scene), lengths(scene)];
+    for (place, parameter) in scene.parameters.iter().enumerate() {
+        let (is_angle, is_length) = (angles.contains(&place), lengths.contains(&place));
+        let Some(syntax) = document.parameters.iter().find(|syntax| syntax.identifier.name == parameter.name) else {
+            continue;
+        };
+        let unit = parameter.unit.as_str();
+        let mut report = |title: String, label: &str, help: &str| {
+            findings.push(Diagnostic::error(title, syntax.identifier.span.clone(), label).help(help));
+        };
+        let name = &parameter.name;
+        let label = "a unit does not convert numbers";
+        if is_angle && ANGLES.contains(&unit) {
+            let help = "write `value = '45deg', unit = \"rad\"`, or the factor `pi/180` wherever it is an angle";
+            report(format!("parameter `{name}` is an angle in rad, and has the unit `{unit}`"), label, help);
+        } else if is_length && LENGTHS.contains(&unit) {
+            let help =
+                "write the value in m, such as `value = 0.3, unit = \"m\"`, or the factor wherever it is a length";
+            report(format!("parameter `{name}` is a length in m, and has the unit `{unit}`"), label, help);
+        } else if is_angle && unit.is_empty() && matches!(parameter.formula.nodes(), [Node::Number(n)] if n.value > TAU)
+        {
+            let help = "write `'45deg'`, or `{ value = 45, unit = \"rad\" }`";
+            let title = format!("parameter `{name}` is an angle without a unit, and is more than a turn in radians");
+            report(title, "degrees or radians?", help);
+        }
+    }
+}
+
+/// The parameters that are terms of angles.
+fn angles(scene: &Scene) -> Vec<usize> {
     let mut angles = Vec::new();
     for value in all_values(scene) {
         for node in value.nodes() {
             if let Node::Call(Function::Sin | Function::Cos | Function::Tan, operands) = node {
-                operands.iter().for_each(|operand| terms(value, *operand, &mut angles));
+                operands.iter().for_each(|operand| terms(value, *operand, &|_| None, &mut angles));
             }
         }
     }
-    for coordinate in &scene.coordinates {
+    for coordinate in scene.coordinates.iter().filter(|coordinate| coordinate.unit == "rad") {
         if let Start::Given(value) | Start::Guess(value) = &coordinate.position {
-            terms(value, value.nodes().len() - 1, &mut angles);
+            terms(value, value.nodes().len() - 1, &|_| None, &mut angles);
         }
     }
-    angles.sort_unstable();
-    angles.dedup();
-    for place in angles {
-        let parameter = &scene.parameters[place];
-        if !ANGLES.contains(&parameter.unit.as_str()) {
-            continue;
-        }
-        let Some(syntax) = document.parameters.iter().find(|syntax| syntax.identifier.name == parameter.name) else {
-            continue;
-        };
-        let title = format!("parameter `{}` is an angle in rad, and has the unit `{}`", parameter.name, parameter.unit);
-        let label = "a unit does not convert numbers";
-        let help = "write `value = '45deg', unit = \"rad\"`, or the factor `pi/180` wherever it is an angle";
-        findings.push(Diagnostic::error(title, syntax.identifier.span.clone(), label).help(help));
-    }
+    angles
 }
 
-/// Adds the parameters that are terms of a sum.
-fn terms(value: &Value, id: NodeId, parameters: &mut Vec<usize>) {
+/// The parameters that are lengths of points, alone or times a function of angles.
+fn lengths(scene: &Scene) -> Vec<usize> {
+    let mut lengths = Vec::new();
+    for value in scene.points.iter().flat_map(|point| &point.position) {
+        let is_scale = |id: NodeId| match &value.nodes()[id] {
+            Node::Call(Function::Sin | Function::Cos, _) => true,
+            Node::Number(number) => number.value == 0.5 || number.value == 2.0,
+            _ => false,
+        };
+        let factor = |id: NodeId| match &value.nodes()[id] {
+            Node::Multiply(a, b) | Node::Divide(a, b) if is_scale(*b) => Some(*a),
+            Node::Multiply(a, b) if is_scale(*a) => Some(*b),
+            _ => None,
+        };
+        terms(value, value.nodes().len() - 1, &factor, &mut lengths);
+    }
+    lengths
+}
+
+/// Adds the parameters that are terms of a sum; `factor` gives the operation that a term is a multiple of.
+fn terms(value: &Value, id: NodeId, factor: &dyn Fn(NodeId) -> Option<NodeId>, parameters: &mut Vec<usize>) {
     match &value.nodes()[id] {
         Node::Name(Quantity::Parameter(place)) => parameters.push(*place),
-        Node::Negate(a) => terms(value, *a, parameters),
-        Node::Add(a, b) | Node::Subtract(a, b) => [*a, *b].into_iter().for_each(|id| terms(value, id, parameters)),
-        _ => {}
+        Node::Negate(a) => terms(value, *a, factor, parameters),
+        Node::Add(a, b) | Node::Subtract(a, b) => {
+            [*a, *b].into_iter().for_each(|id| terms(value, id, factor, parameters))
+        }
+        _ => {
+            if let Some(id) = factor(id) {
+                terms(value, id, factor, parameters);
+            }
+        }
     }
 }
 
