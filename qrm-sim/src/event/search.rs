@@ -43,9 +43,9 @@ pub(crate) enum Reached {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Maximum {
     /// The rounding error of its value.
-    rounding: f64,
+    pub(crate) rounding: f64,
     /// Half of the second derivative by time.
-    half_curvature: f64,
+    pub(crate) half_curvature: f64,
 }
 
 impl Maximum {

@@ -7,7 +7,7 @@ use super::outcome::{StartError, Status};
 use crate::event::location::{locate, slope, time_to_event};
 use crate::event::{End, EventFunction, Maximum, Reached};
 use crate::integrate::{Integrator, StepError};
-use crate::maximum::peak_between;
+use crate::maximum::{peak_between, vertex_beside};
 use crate::state::State;
 
 /// The part of the time over which the slope of a condition is taken.
@@ -17,6 +17,10 @@ const LONGEST: f64 = 1e-3;
 
 /// The number of parts of a step in which the condition is looked at for its largest value.
 const PARTS: usize = 4;
+/// The part of half of such a part in which it rises, if its largest value is inside and not at its end.
+const INSIDE: f64 = 1e-2;
+/// The distance at which its curvature at the largest value is computed, relative to two such parts.
+const BESIDE: f64 = 1e-3;
 /// The largest error of a motion, in parts of the estimated one.
 const POSSIBLE: f64 = 3.0;
 /// How near to true a condition is looked at for its largest value, in parts of its distance from true at the start.
@@ -126,18 +130,27 @@ impl<'a> StopCondition<'a> {
         let inner = (1..PARTS).map(|i| value(time(i)));
         let values: Vec<f64> = [ends[0]].into_iter().chain(inner).chain([ends[1]]).collect::<Option<_>>()?;
         let place = (0..=PARTS).max_by(|a, b| values[*a].total_cmp(&values[*b]))?;
+        let ends = [time(place.saturating_sub(1)), time((place + 1).min(PARTS))];
+        let mut first = (time(place), values[place]);
         if place == 0 || place == PARTS {
-            return None;
+            let inside = first.0 + INSIDE * (0.5 * (ends[0] + ends[1]) - first.0);
+            first = (inside, value(inside)?);
+            if first.1 <= values[place] {
+                return None;
+            }
         }
-        let ends = [time(place - 1), time(place + 1)];
-        let (t, largest) = peak_between(ends, (time(place), values[place]), &mut value)?;
+        let peak = peak_between(ends, first, &mut value)?;
+        let (t, largest) = vertex_beside(peak, ends, &mut value);
         if largest <= self.nearest.1 {
             return None;
         }
+        let apart = BESIDE * (ends[1] - ends[0]);
+        let beside = value(t - apart)? + value(t + apart)?;
         let state = at(t)?;
         self.nearest = (t, largest);
         if largest >= 0.0 {
-            return Some(Reached::Touched(state, None));
+            let half_curvature = (0.5 * beside - largest) / (apart * apart);
+            return Some(Reached::Touched(state, Some(Maximum { rounding: ROUNDING * self.at_start, half_curvature })));
         }
         self.maximum_between = Some((state, largest));
         None
