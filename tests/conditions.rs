@@ -84,7 +84,10 @@ fn a_maximum_within_errors_of_the_bound_is_not_passed_over() {
     for (condition, method, step) in [
         ("y >= 2", "dop853", "0.5"),
         ("y >= 2", "dop853", "2"),
+        ("y >= 2", "dop853", "10"),
         ("y_ddot <= -1", "dop853", "0.1"),
+        ("y_ddot <= -1", "gauss", "1"),
+        ("y_ddot <= -1", "rk4", "0.5"),
         ("abs(y_ddot) <= 0", "gauss", "1"),
     ] {
         let run = run(&[scene, "--until", condition, "--method", method, "--step", step]);
@@ -94,6 +97,19 @@ fn a_maximum_within_errors_of_the_bound_is_not_passed_over() {
         let is_met = run.status() == 0 && (end - time.parse::<f64>().expect("a number")).abs() < 1e-3;
         assert!(is_named || is_met, "{condition} by {method}, step {step}: {}", run.stderr());
     }
+    // Masses by which the largest value is 2 within errors of the motion: no design ends at the next maximum.
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let table = folder.path().join("sweep.csv");
+    let sweep =
+        qrm(&["sweep", scene, "--until", "y >= 2", "--vary", "m=1-1e-8:1+1e-8:41", "--out"]).arg(&table).output();
+    assert!(sweep.is_ok());
+    let rows = std::fs::read_to_string(&table).expect("the table");
+    let done: Vec<f64> = rows
+        .lines()
+        .filter_map(|row| row.split_once(",done,,"))
+        .map(|(_, rest)| rest.split(',').next().and_then(|end| end.parse().ok()).expect("an end time"))
+        .collect();
+    assert!(done.len() > 10 && done.iter().all(|end| (3.141..3.142).contains(end)), "{done:?}");
     // A zero without a change of sign, where the motion is exact.
     let run = run(&[scene, "--until", "-(x - 2.345)^2 >= 0", "--step", "0.37"]);
     assert_eq!(run.status(), 0, "{}", run.stderr());

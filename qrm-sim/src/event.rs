@@ -1,6 +1,7 @@
 //! Events: functions of the state that rise through zero.
 
 mod bounds;
+mod largest;
 pub(crate) mod location;
 mod rows;
 mod search;
@@ -8,6 +9,7 @@ mod search;
 use std::cell::RefCell;
 
 use bounds::EventBounds;
+pub(crate) use largest::Largest;
 use qrm_core::{Mechanism, Tape, TapeEvaluator};
 pub(crate) use search::{Maximum, Reached};
 
@@ -16,6 +18,9 @@ use crate::state::State;
 
 /// Whether events are looked for between rows.
 const HAS_BOUNDS: bool = cfg!(feature = "events");
+
+/// How near to zero an event is looked at for its largest value, in parts of its value at the start.
+const NEARNESS: f64 = 1e-4;
 
 /// The end of a motion.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +39,7 @@ pub(crate) struct EventFunction<'a> {
     /// Bounds with the parameters of the mechanism; made on first use.
     bounds: RefCell<Option<EventBounds>>,
     /// How far below zero it counts as negative between rows.
-    pub(crate) nearness: f64,
+    nearness: f64,
 }
 
 impl<'a> EventFunction<'a> {
@@ -60,6 +65,17 @@ impl<'a> EventFunction<'a> {
     /// Whether it depends on accelerations or multipliers.
     pub(crate) fn takes_forces(&self) -> bool {
         self.solver.is_some()
+    }
+
+    /// Sets the value at the start, relative to which values are near zero.
+    pub(crate) fn set_start(&mut self, value: f64) {
+        self.bounds.replace(None);
+        self.nearness = NEARNESS * value.abs();
+    }
+
+    /// Whether a value is near zero.
+    pub(crate) fn is_near_zero(&self, value: f64) -> bool {
+        value >= -self.nearness
     }
 
     /// Sets the parameters to those of another mechanism of the same scene.

@@ -236,9 +236,11 @@ impl<'a> LaneSweep<'a> {
         if self.solver.complete(mechanism, &mut first).is_err() {
             return Ok(None);
         }
-        if let Some(event) = self.events.get(lane) {
+        if let Some(event) = self.events.get_mut(lane) {
             event.set_parameters(mechanism);
-            check_condition(event.value(mechanism, &first))?;
+            let value = event.value(mechanism, &first);
+            check_condition(value)?;
+            value.into_iter().for_each(|value| event.set_start(value));
         }
         Ok(Some(first))
     }

@@ -72,6 +72,17 @@ impl EventFunction<'_> {
         self.first_in_parts(mechanism, (ends, MOST_HALVINGS), at)
     }
 
+    /// Whether the event may come near zero in a step, by its bound.
+    pub(crate) fn may_come_near_zero(&self, mechanism: &dyn Mechanism, ends: [&State; 2]) -> bool {
+        let mut solver = self.solver.as_ref().map(|solver| solver.borrow_mut());
+        let is_negative = self.with_bounds(mechanism, |bounds| {
+            let arguments = &bounds.function.arguments;
+            let motion = ArgumentPolynomials::between(mechanism, solver.as_deref_mut(), ends, arguments);
+            motion.is_some_and(|motion| bounds.is_negative_in(&motion))
+        });
+        is_negative != Some(true)
+    }
+
     /// Halves the step until the motion is a polynomial, and looks at each part.
     #[inline(never)] // One copy: pages are to be small.
     fn first_in_parts(

@@ -91,9 +91,7 @@ impl Companion {
         end_time: f64,
         has_outputs: bool,
     ) -> Option<Self> {
-        let finer = |order: u32| settings.tolerance * COMPANION_STEP_RATIO.powi(order as i32);
-        let tolerance = finer(settings.method.order).max(finer(4).min(ORDER4_THRESHOLD)).max(SMALLEST_TOLERANCE);
-        let settings = MethodSettings { tolerance, ..*settings };
+        let settings = finer(settings);
         let mut at = beside(first);
         // A page has no room for it.
         let uncertainty = uncertainty.filter(|_| cfg!(feature = "events"));
@@ -319,6 +317,25 @@ fn beside(first: &State) -> State {
 }
 
 /// Creates an integrator with coarser steps behind corners than those of the run.
+/// The state of a companion of an adaptive run at a time.
+pub(super) fn state_of_companion(
+    mechanism: &dyn Mechanism,
+    settings: &MethodSettings,
+    first: &State,
+    t: f64,
+) -> Option<State> {
+    let mut at = first.clone();
+    integrator(mechanism, finer(settings), first, t).ok()?.advance(mechanism, first, t, &mut at).ok()?;
+    Some(at)
+}
+
+/// The settings of a companion.
+fn finer(settings: &MethodSettings) -> MethodSettings {
+    let finer = |order: u32| settings.tolerance * COMPANION_STEP_RATIO.powi(order as i32);
+    let tolerance = finer(settings.method.order).max(finer(4).min(ORDER4_THRESHOLD)).max(SMALLEST_TOLERANCE);
+    MethodSettings { tolerance, ..*settings }
+}
+
 fn integrator(
     mechanism: &dyn Mechanism,
     settings: MethodSettings,

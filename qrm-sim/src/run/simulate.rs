@@ -253,7 +253,10 @@ impl<'a> Run<'a> {
         let errors = self.companion.as_ref().and_then(|companion| companion.errors(counts.accepted));
         Outcome {
             tolerance: self.request.settings.tolerance(),
-            condition_undecided: self.condition.as_ref().and_then(|condition| condition.undecided(errors.as_ref())),
+            condition_undecided: self
+                .condition
+                .as_ref()
+                .and_then(|condition| condition.undecided(errors.as_ref(), &self.request.settings)),
             errors,
             companion_failed: self.companion.as_ref().is_some_and(Companion::failed),
             ranges: monitor.ranges.clone(),

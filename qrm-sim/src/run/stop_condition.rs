@@ -2,12 +2,12 @@
 
 use qrm_core::{Mechanism, RowLayout};
 
+use super::companion::state_of_companion;
 use super::error_estimate::ErrorEstimates;
 use super::outcome::{StartError, Status};
 use crate::event::location::{locate, slope, time_to_event};
-use crate::event::{End, EventFunction, Maximum, Reached};
-use crate::integrate::{Integrator, StepError};
-use crate::maximum::{peak_between, vertex_beside};
+use crate::event::{End, EventFunction, Largest, Maximum, Reached};
+use crate::integrate::{Integrator, MethodSettings, StepError};
 use crate::state::State;
 
 /// The part of the time over which the slope of a condition is taken.
@@ -15,16 +15,8 @@ const SHIFT: f64 = 1e-7;
 /// The part of the time within which the jump of a condition is looked for in another motion.
 const LONGEST: f64 = 1e-3;
 
-/// The number of parts of a step in which the condition is looked at for its largest value.
-const PARTS: usize = 4;
-/// The part of half of such a part in which it rises, if its largest value is inside and not at its end.
-const INSIDE: f64 = 1e-2;
-/// The distance at which its curvature at the largest value is computed, relative to two such parts.
-const BESIDE: f64 = 1e-3;
 /// The largest error of a motion, in parts of the estimated one.
 const POSSIBLE: f64 = 3.0;
-/// How near to true a condition is looked at for its largest value, in parts of its distance from true at the start.
-const NEARNESS: f64 = 1e-4;
 /// The rounding error of a condition, in parts of its distance from true at the start.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
@@ -37,6 +29,7 @@ pub(super) struct StopCondition<'a> {
     nearest: (f64, f64),
     /// Its distance from true at the start.
     at_start: f64,
+    start: State,
     /// The state between rows at which it was nearest to true, and its value there.
     maximum_between: Option<(State, f64)>,
     /// The samples before the last row.
@@ -60,13 +53,14 @@ impl<'a> StopCondition<'a> {
         let value = function.value(mechanism, first);
         check_condition(value)?;
         let Some(value) = value else { return Ok(None) };
-        function.nearness = NEARNESS * value.abs();
+        function.set_start(value);
         Ok(Some(Self {
             mechanism,
             layout,
             function,
             nearest: (first.t, value),
             at_start: value.abs(),
+            start: first.clone(),
             maximum_between: None,
             before: Vec::new(),
             maximum: None,
@@ -116,49 +110,26 @@ impl<'a> StopCondition<'a> {
     }
 
     /// Looks where it is nearest to true in a step in which its bounds are negative; the state, if it is true there.
-    fn largest_between(
-        &mut self,
-        [from, to]: [&State; 2],
-        at: &mut dyn FnMut(f64) -> Option<State>,
-    ) -> Option<Reached> {
+    fn largest_between(&mut self, ends: [&State; 2], at: &mut dyn FnMut(f64) -> Option<State>) -> Option<Reached> {
         if !cfg!(feature = "events") {
             return None;
         }
-        let mut value = |t: f64| self.value(&at(t)?).filter(|value| value.is_finite());
-        let time = |i: usize| from.t + i as f64 / PARTS as f64 * (to.t - from.t);
-        let ends = [from, to].map(|end| self.value(end).filter(|value| value.is_finite()));
-        let inner = (1..PARTS).map(|i| value(time(i)));
-        let values: Vec<f64> = [ends[0]].into_iter().chain(inner).chain([ends[1]]).collect::<Option<_>>()?;
-        let place = (0..=PARTS).max_by(|a, b| values[*a].total_cmp(&values[*b]))?;
-        let ends = [time(place.saturating_sub(1)), time((place + 1).min(PARTS))];
-        let mut first = (time(place), values[place]);
-        if place == 0 || place == PARTS {
-            let inside = first.0 + INSIDE * (0.5 * (ends[0] + ends[1]) - first.0);
-            first = (inside, value(inside)?);
-            if first.1 <= values[place] {
-                return None;
-            }
-        }
-        let peak = peak_between(ends, first, &mut value)?;
-        let (t, largest) = vertex_beside(peak, ends, &mut value);
-        if largest <= self.nearest.1 {
+        let Largest { t, value, half_curvature } = self.function.largest_inside(self.mechanism, ends, at)?;
+        if value <= self.nearest.1 {
             return None;
         }
-        let apart = BESIDE * (ends[1] - ends[0]);
-        let beside = value(t - apart)? + value(t + apart)?;
         let state = at(t)?;
-        self.nearest = (t, largest);
-        if largest >= 0.0 {
-            let half_curvature = (0.5 * beside - largest) / (apart * apart);
+        self.nearest = (t, value);
+        if value >= 0.0 {
             return Some(Reached::Touched(state, Some(Maximum { rounding: ROUNDING * self.at_start, half_curvature })));
         }
-        self.maximum_between = Some((state, largest));
+        self.maximum_between = Some((state, value));
         None
     }
 
     /// The time at which it may have become true before the end of the run, within errors of the motion, and its
     /// distance from true there.
-    pub(super) fn undecided(&self, errors: Option<&ErrorEstimates>) -> Option<(f64, f64)> {
+    pub(super) fn undecided(&self, errors: Option<&ErrorEstimates>, settings: &MethodSettings) -> Option<(f64, f64)> {
         if !cfg!(feature = "events") {
             return None;
         }
@@ -170,6 +141,11 @@ impl<'a> StopCondition<'a> {
             let number = if i < n { &mut other.q[i] } else { &mut other.qd[i - n] };
             *number += POSSIBLE * error;
             uncertainty += (self.moved_value(&other)? - largest).abs();
+        }
+        // Few rows may tell little of the errors between them.
+        if errors.is_some() && settings.method.is_adaptive() {
+            let other = state_of_companion(self.mechanism, settings, &self.start, state.t)?;
+            uncertainty += POSSIBLE * (self.moved_value(&other)? - largest).abs();
         }
         (missing <= uncertainty).then_some((state.t, missing))
     }

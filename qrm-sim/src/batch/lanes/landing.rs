@@ -63,10 +63,8 @@ impl LaneSweep<'_> {
         } else if dt > 0.0 && dt <= h {
             self.step_on(lane, to.t, to.t + dt)
         } else {
-            if let Some(lane) = &mut self.lanes[lane] {
-                lane.is_landing = false;
-            }
-            self.go_on(lane, to.t)
+            // It became true for a short time only, or nearly.
+            self.leave(lane)
         }
     }
 
@@ -76,25 +74,36 @@ impl LaneSweep<'_> {
         self.read(&mut from, |batch, row| batch.read_row_before(lane, row));
         let reached = self.reached_inside(lane, [&from, to]);
         match &reached {
-            Some(Reached::Crossed(at)) => self.step_again(lane, &from, at),
-            Some(_) => self.leave(lane),
+            Some(Inside::BecomesTrue(at)) => self.step_again(lane, &from, at),
+            Some(Inside::ComesNear) => self.leave(lane),
             None => {}
         }
         self.from = from;
         reached.is_some()
     }
 
-    /// Where the stop condition of a lane becomes true first inside its last step.
-    fn reached_inside(&self, lane: usize, [from, to]: [&State; 2]) -> Option<Reached> {
+    /// Whether the stop condition of a lane becomes true inside its last step.
+    fn reached_inside(&self, lane: usize, [from, to]: [&State; 2]) -> Option<Inside> {
         let (of_lane, event) = (self.lanes[lane].as_ref()?, self.events.get(lane)?);
         let mechanism = &*self.designs[of_lane.design];
+        if !event.may_come_near_zero(mechanism, [from, to]) {
+            return None;
+        }
         let settings = self.request.settings;
-        event.first_inside(mechanism, [from, to], &mut |t| {
+        let at = &mut |t: f64| {
             let mut at = from.clone();
             let mut integrator = Integrator::new(mechanism, settings, from, to.t).ok()?;
             integrator.advance(mechanism, from, t, &mut at).ok()?;
             Some(at)
-        })
+        };
+        match event.first_inside(mechanism, [from, to], at) {
+            Some(Reached::Crossed(at)) => Some(Inside::BecomesTrue(at)),
+            Some(_) => Some(Inside::ComesNear),
+            None => {
+                let largest = event.largest_inside(mechanism, [from, to], at)?;
+                event.is_near_zero(largest.value).then_some(Inside::ComesNear)
+            }
+        }
     }
 
     /// Makes the last step of a lane again, to the time at which a polynomial through its begin and a later state meets
@@ -127,6 +136,14 @@ impl LaneSweep<'_> {
         let event = self.events.get(lane);
         event.and_then(|event| event.value_at_position(&*self.designs[*design], at)).unwrap_or(f64::NAN)
     }
+}
+
+/// What the stop condition of a lane does inside a step.
+enum Inside {
+    /// It becomes true before this state.
+    BecomesTrue(State),
+    /// It comes so near to true that a run of its own has to tell.
+    ComesNear,
 }
 
 /// Moves a state to `dt` after another one along the Taylor series of order 2.
