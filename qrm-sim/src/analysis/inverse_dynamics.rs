@@ -57,7 +57,7 @@ pub enum NotPossible {
         /// The time.
         t: f64,
     },
-    /// After this time the motion changes too much before the next time.
+    /// After this time the motion changes too much before the next row.
     TooFast {
         /// The time.
         t: f64,
@@ -144,7 +144,7 @@ impl<'m> PrescribedMotion<'m> {
         (0..self.last.q.len()).filter(|&i| self.drive.is_angle(i))
     }
 
-    /// Moves to a later time.
+    /// Moves to a later time. At the time of the last state, the prescribed motion may go on with another acceleration.
     ///
     /// # Errors
     /// The mechanism locks before that time.
@@ -164,6 +164,7 @@ impl<'m> PrescribedMotion<'m> {
                 let behind = interval.after();
                 if self.last.t < behind.1.t && behind.1.t <= t {
                     (self.position, self.last) = behind.clone();
+                    self.drive.t = self.last.t;
                     self.ahead = Ahead::Regular;
                     step = t - self.last.t;
                     continue;
@@ -194,11 +195,9 @@ impl<'m> PrescribedMotion<'m> {
         if let Ahead::Smooth(interval) = &self.ahead
             && interval.contains(t)
         {
-            let differs = |i: usize| {
-                let (qdd, other) = (self.last.qdd[i], prescribed(i, t)[2]);
-                (qdd - other).abs() > CONTINUATION * qdd.abs().max(other.abs())
-            };
-            if (0..self.last.q.len()).any(|i| self.drive.is_given(i) && differs(i)) {
+            // The polynomials hold for the prescribed motion that they were made of.
+            let given = |i: &usize| self.drive.is_given(*i);
+            if (0..self.last.q.len()).filter(given).any(|i| !interval.agrees(i, t, |t| prescribed(i, t))) {
                 return Err(NotPossible::DeadPoint { t, q: self.last.q.clone() });
             }
             return Ok(&self.last);
@@ -336,7 +335,8 @@ impl<'m> PrescribedMotion<'m> {
 
 /// The smallest determinant at which rounding errors are small, relative to the largest one.
 const REGULAR: f64 = 0.1;
-/// The distances from a singular position at which the motion across it begins, in parts of that with this determinant.
+/// Half-widths of the singular interval that are tried, relative to that at whose ends the determinant is `REGULAR` of
+/// its largest value.
 const DISTANCES: [f64; 3] = [1.0, 0.5, 0.25];
 /// The longest step of an angle, so that the other angles are not confused with those a turn later.
 const LONGEST: f64 = 0.5;

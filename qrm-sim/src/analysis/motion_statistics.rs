@@ -3,19 +3,24 @@
 use super::inverse_dynamics::{NotPossible, Prescribed, PrescribedMotion, PrescribedState};
 use crate::maximum::peak_between;
 use crate::quadrature::{gauss_legendre, next_legendre};
+use crate::solve::largest;
 
 /// The number of times in a piece of the motion at which the numbers are computed.
 const NODES: usize = 12;
 /// The largest change of an angle in a piece that is tried.
 const LONGEST: f64 = 1.0;
-/// The largest part of a number, in this piece or so far, in the last two terms of its Legendre series; other pieces
-/// are halved.
+/// The largest of the last two coefficients of a Legendre series, relative to the largest value so far; other pieces are
+/// halved.
 const RESOLVED: f64 = 1e-11;
-/// The largest difference between a number and its series at the ends of a piece, in parts of the largest last term.
+/// The largest difference between a number and its series at the ends of a piece, relative to the limit of the last
+/// coefficients.
 const ENDS: f64 = 100.0;
-/// Terms that are as small as that, and that halving did not make smaller by this factor, are rounding errors.
+/// The limit where halving does not help.
 const NOISE: f64 = 1e-8;
+/// The factor by which halving a piece makes the last coefficients smaller, unless they are rounding errors.
 const FALLING: f64 = 4.0;
+/// The size of a number that is zero but for rounding errors, relative to the largest multiplier.
+const ZERO: f64 = 1e-3;
 /// The largest number of times that a piece is halved.
 const MOST_HALVINGS: u32 = 20;
 /// The largest number of pieces between two rows, halved ones included.
@@ -106,7 +111,7 @@ impl MotionStatistics {
             let state = motion.state();
             let fastest = motion.angles().fold(0.0_f64, |fastest, i| fastest.max(state.qd[i].abs()));
             let end = if fastest * (t - state.t) <= LONGEST { t } else { (state.t + LONGEST / fastest).min(t) };
-            // Of few equal pieces none is much shorter than the others.
+            // Equal pieces: the last one is not a short remainder.
             let count = ((t - state.t) / (end - state.t)).ceil();
             let end = if count > 1.0 { state.t + (t - state.t) / count } else { t };
             self.add_piece(motion, end, (prescribed, numbers), (MOST_HALVINGS, &[]))?;
@@ -126,28 +131,31 @@ impl MotionStatistics {
         let begin = motion.clone();
         let (from, h) = (begin.state().t, end - begin.state().t);
         let mut values = Vec::with_capacity(NODES);
-        let mut error: f64 = 0.0;
+        let (mut error, mut held): (f64, f64) = (0.0, 0.0);
         for (x, _) in self.nodes {
             let state = motion.advance(from + x * h, prescribed)?;
             error = error.max(state.error);
+            held = held.max(largest(&state.multipliers).1);
             values.push(numbers(state));
         }
         let series: Vec<[f64; NODES]> =
             (0..self.sums.len()).map(|i| self.series(&std::array::from_fn(|node| values[node][i]))).collect();
         let size = |i: usize, series: &[f64; NODES]| {
             let known = self.sums[i].extremes.iter().map(|(value, _)| value);
-            series.iter().chain(known).fold(0.0_f64, |size, c| size.max(c.abs()))
+            series.iter().chain(known).fold(ZERO * held, |size, c| size.max(c.abs()))
         };
         let last = |series: &[f64; NODES]| series[NODES - 1].abs().max(series[NODES - 2].abs());
         let lasts: Vec<f64> = series.iter().map(last).collect();
         let at_begin = numbers(begin.state());
         let at_end = numbers(motion.advance(end, prescribed)?);
+        // A corner between an end and the node next to it shows in no coefficient.
+        let beyond = |i: usize, series: &[f64; NODES]| {
+            (sum(series, -1.0) - at_begin[i]).abs().max((sum(series, 1.0) - at_end[i]).abs())
+        };
         let is_resolved = series.iter().enumerate().all(|(i, series)| {
             let is_noise = before.get(i).is_some_and(|before| lasts[i] > before / FALLING);
             let limit = if is_noise { NOISE } else { RESOLVED } * size(i, series);
-            // A corner between an end and the node next to it shows in no term.
-            let beyond = (sum(series, -1.0) - at_begin[i]).abs().max((sum(series, 1.0) - at_end[i]).abs());
-            lasts[i] <= limit && beyond <= ENDS * limit
+            lasts[i] <= limit && beyond(i, series) <= ENDS * limit
         });
         let middle = from + 0.5 * h;
         if !is_resolved && halvings > 0 && from < middle && middle < end {
@@ -155,7 +163,9 @@ impl MotionStatistics {
             self.add_piece(motion, middle, (prescribed, numbers), (halvings - 1, &lasts))?;
             return self.add_piece(motion, end, (prescribed, numbers), (halvings - 1, &lasts));
         }
-        let errors: Vec<f64> = series.iter().enumerate().map(|(i, own)| lasts[i] + error * size(i, own)).collect();
+        let of_series = |i: usize, own| if is_resolved { lasts[i] } else { lasts[i].max(beyond(i, own)) };
+        let errors: Vec<f64> =
+            series.iter().enumerate().map(|(i, own)| of_series(i, own) + error * size(i, own)).collect();
         self.time += h;
         for (i, series) in series.iter().enumerate() {
             let sum = &mut self.sums[i];

@@ -14,6 +14,8 @@ pub(super) type Placed = (Position, PrescribedState);
 const PLACES: [f64; 5] = [1.0, 1.5, 2.0, 2.5, 3.0];
 /// The largest error of a polynomial that is used, relative to the largest number of its kind.
 const SMOOTH: f64 = 1e-6;
+/// The largest rounding error of a number that may be zero all the time, relative to the smallest size of its kind.
+const ROUNDING: f64 = 1e-12;
 
 /// The time near a singular position, at which the loops do not determine the state.
 ///
@@ -51,7 +53,7 @@ impl SingularInterval {
                 states.push(last.1.clone());
             }
         }
-        // Of a pole, which is odd, the error is zero in the middle.
+        // The error at a pole is odd about the middle, and zero there: it is computed beside it too.
         let places = [-0.5, 0.0, 0.5].map(|part| middle + part * (after.1.t - middle));
         let mut error: f64 = 0.0;
         let mut through =
@@ -65,12 +67,14 @@ impl SingularInterval {
                     let difference = places.map(|t| (polynomial.value(t) - other.value(t)).abs());
                     let difference = difference.into_iter().fold(0.0, f64::max);
                     let own = if is_motion { size.max(least) } else { size };
-                    error = if difference > 0.0 { error.max(difference / own) } else { error };
+                    if difference > ROUNDING * least {
+                        error = error.max(difference / own);
+                    }
                     (difference <= SMOOTH * size.max(least)).then_some(polynomial)
                 };
                 (0..numbers(&before.1).len()).map(polynomial).collect()
             };
-        // Coordinates and accelerations may be zero all the time, and forces too.
+        // The smallest sizes to compare with, for numbers that may be zero all the time.
         let PrescribedState { t, q, qd, .. } = &before.1;
         let fastest = largest(qd).1;
         let mass = Dynamics::at(mechanism, *t, q, qd).mass_matrix.iter().map(|row| largest(row).1).fold(0.0, f64::max);
@@ -87,6 +91,21 @@ impl SingularInterval {
     /// Whether the state at a time is that of the polynomials.
     pub(super) fn contains(&self, t: f64) -> bool {
         self.ends[0] < t && t < self.ends[1]
+    }
+
+    /// Whether a prescribed motion of a coordinate from a time on is that of the polynomials: value, rate and
+    /// acceleration.
+    pub(super) fn agrees(&self, coordinate: usize, t: f64, prescribed: impl Fn(f64) -> [f64; 3]) -> bool {
+        let [q, qd, qdd, ..] = &self.polynomials;
+        let own = [q, qd, qdd].map(|polynomials| &polynomials[coordinate]);
+        let duration = self.ends[1] - self.ends[0];
+        [t, 0.5 * (t + self.ends[1]), self.ends[1]].into_iter().all(|t| {
+            let (own, other) = (own.map(|polynomial| polynomial.value(t)), prescribed(t));
+            // Sizes of the three: a coordinate moves by its rate.
+            let rate = own[1].abs().max(other[1].abs());
+            let sizes = [rate * duration, rate, own[2].abs().max(other[2].abs()).max(rate / duration)];
+            (0..3).all(|k| (own[k] - other[k]).abs() <= SMOOTH * sizes[k])
+        })
     }
 
     /// The motion at the later end.

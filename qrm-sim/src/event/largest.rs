@@ -8,16 +8,16 @@ use crate::state::State;
 
 /// The number of parts of a step in which the event is looked at for its largest value.
 const PARTS: usize = 4;
-/// The part of half of such a part in which it rises, if its largest value is inside and not at its end.
+/// How far from an end of the step a larger value is looked for, if the largest one is there; relative to half a part.
 const INSIDE: f64 = 1e-2;
-/// The distance at which its curvature is computed, relative to two such parts.
+/// The distance of the values for the second derivative, relative to the interval that is searched.
 const BESIDE: f64 = 1e-3;
 
 /// The largest value of an event inside a step.
 pub(crate) struct Largest {
     pub(crate) t: f64,
     pub(crate) value: f64,
-    /// Half of the second derivative by time.
+    /// Half of the second derivative by time; zero if it is not known.
     pub(crate) half_curvature: f64,
 }
 
@@ -46,8 +46,10 @@ impl EventFunction<'_> {
         }
         let peak = peak_between(ends, first, &mut value)?;
         let (t, largest) = vertex_beside(peak, ends, &mut value);
-        let apart = BESIDE * (ends[1] - ends[0]);
-        let beside = value(t - apart)? + value(t + apart)?;
-        Some(Largest { t, value: largest, half_curvature: (0.5 * beside - largest) / (apart * apart) })
+        let apart = (BESIDE * (ends[1] - ends[0])).min(t - from.t).min(to.t - t);
+        let curvature = |[before, after]: [f64; 2]| (0.5 * (before + after) - largest) / (apart * apart);
+        let beside = value(t - apart).zip(value(t + apart));
+        let half_curvature = beside.filter(|_| apart > 0.0).map_or(0.0, |(before, after)| curvature([before, after]));
+        Some(Largest { t, value: largest, half_curvature })
     }
 }

@@ -316,7 +316,6 @@ fn beside(first: &State) -> State {
     at
 }
 
-/// Creates an integrator with coarser steps behind corners than those of the run.
 /// The state of a companion of an adaptive run at a time.
 pub(super) fn state_of_companion(
     mechanism: &dyn Mechanism,
@@ -336,6 +335,7 @@ fn finer(settings: &MethodSettings) -> MethodSettings {
     MethodSettings { tolerance, ..*settings }
 }
 
+/// Creates an integrator with coarser steps behind corners than those of the run.
 fn integrator(
     mechanism: &dyn Mechanism,
     settings: MethodSettings,

@@ -196,7 +196,7 @@ impl<'a> Run<'a> {
         let mut reason = block.reason;
         if let Some(condition) = &mut self.condition {
             let rows = &mut self.buffer[..(made + 1) * width];
-            if let Some(found) = condition.write(rows) {
+            if let Some(found) = condition.write(&mut self.integrator, rows) {
                 (made, reason) = (found, Ok(StopReason::Event));
             }
             let rows = &mut self.buffer[..(made + 1) * width];

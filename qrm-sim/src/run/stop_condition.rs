@@ -8,14 +8,15 @@ use super::outcome::{StartError, Status};
 use crate::event::location::{locate, slope, time_to_event};
 use crate::event::{End, EventFunction, Largest, Maximum, Reached};
 use crate::integrate::{Integrator, MethodSettings, StepError};
+use crate::solve::IRREGULAR;
 use crate::state::State;
 
-/// The part of the time over which the slope of a condition is taken.
+/// The time over which the slope of a condition is computed, relative to the time of the event.
 const SHIFT: f64 = 1e-7;
-/// The part of the time within which the jump of a condition is looked for in another motion.
+/// How far from the event a jump of the condition is looked for in the companion's motion, relative to its time.
 const LONGEST: f64 = 1e-3;
 
-/// The largest error of a motion, in parts of the estimated one.
+/// The largest ratio of an error to its estimate.
 const POSSIBLE: f64 = 3.0;
 /// The rounding error of a condition, in parts of its distance from true at the start.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -83,13 +84,14 @@ impl<'a> StopCondition<'a> {
     }
 
     /// Writes the values of a condition of the run into rows after the first; the first row at which it is not false.
-    pub(super) fn write(&self, rows: &mut [f64]) -> Option<usize> {
+    pub(super) fn write(&self, integrator: &mut Integrator, rows: &mut [f64]) -> Option<usize> {
         if !self.function.is_of_request() {
             return None;
         }
         let mut at = State::zero(self.layout.n, self.layout.m);
         for (number, row) in rows.chunks_exact_mut(self.layout.width()).enumerate().skip(1) {
             at.read(row);
+            self.refine(integrator, &mut at);
             let value = self.value(&at)?;
             row[self.layout.event()] = value;
             if !(value < 0.0) {
@@ -97,6 +99,13 @@ impl<'a> StopCondition<'a> {
             }
         }
         None
+    }
+
+    /// Solves for a state near a singular position in all digits, if the condition takes forces.
+    fn refine(&self, integrator: &mut Integrator, state: &mut State) {
+        if cfg!(feature = "events") && self.function.takes_forces() {
+            integrator.solver_mut().refine(self.mechanism, IRREGULAR, state);
+        }
     }
 
     /// Looks where it is nearest to true in rows after the first.
@@ -109,7 +118,7 @@ impl<'a> StopCondition<'a> {
         }
     }
 
-    /// Looks where it is nearest to true in a step in which its bounds are negative; the state, if it is true there.
+    /// Looks where it is nearest to true in a step in which no crossing was found; the state, if it is true there.
     fn largest_between(&mut self, ends: [&State; 2], at: &mut dyn FnMut(f64) -> Option<State>) -> Option<Reached> {
         if !cfg!(feature = "events") {
             return None;
@@ -134,20 +143,35 @@ impl<'a> StopCondition<'a> {
             return None;
         }
         let (state, largest) = self.maximum_between.as_ref()?;
-        let (missing, n) = (-largest, self.layout.n);
+        let missing = -largest;
+        // An uncertainty that is not known decides nothing.
+        let uncertainty = self.uncertainty(state, *largest, errors, settings);
+        let is_short = uncertainty.is_some_and(|uncertainty| missing > uncertainty);
+        (!is_short).then_some((state.t, missing))
+    }
+
+    /// The error of a value of the condition at a state of the motion; `None` if it is not known.
+    fn uncertainty(
+        &self,
+        state: &State,
+        value: f64,
+        errors: Option<&ErrorEstimates>,
+        settings: &MethodSettings,
+    ) -> Option<f64> {
+        let n = self.layout.n;
         let mut uncertainty = ROUNDING * self.at_start;
         for (i, error) in errors.map_or(&[][..], |errors| &errors.largest[..2 * n]).iter().enumerate() {
             let mut other = state.clone();
             let number = if i < n { &mut other.q[i] } else { &mut other.qd[i - n] };
             *number += POSSIBLE * error;
-            uncertainty += (self.moved_value(&other)? - largest).abs();
+            uncertainty += (self.moved_value(&other)? - value).abs();
         }
         // Few rows may tell little of the errors between them.
         if errors.is_some() && settings.method.is_adaptive() {
             let other = state_of_companion(self.mechanism, settings, &self.start, state.t)?;
-            uncertainty += POSSIBLE * (self.moved_value(&other)? - largest).abs();
+            uncertainty += POSSIBLE * (self.moved_value(&other)? - value).abs();
         }
-        (missing <= uncertainty).then_some((state.t, missing))
+        Some(uncertainty)
     }
 
     /// The end of a run in which it did not become true.
@@ -173,7 +197,8 @@ impl<'a> StopCondition<'a> {
         Some((time_to_event(other, longest, moved_value)? - time_to_event(end, longest, moved_value)?).abs())
     }
 
-    /// Finds where the condition first becomes true in rows, and the row after that. It is false in the first row.
+    /// Finds where the condition first becomes true in rows, and the number of the row after that. It is false in the
+    /// first row.
     ///
     /// # Errors
     /// A step could not be made.
@@ -193,14 +218,15 @@ impl<'a> StopCondition<'a> {
         }
         self.before = samples[last.saturating_sub(2)..last].concat();
         let state = |sample: usize| State::from_row(self.layout, samples[sample]);
-        let steps: Vec<[State; 2]> = steps.into_iter().map(|step| [state(step), state(step + 1)]).collect();
+        let mut steps: Vec<[State; 2]> = steps.into_iter().map(|step| [state(step), state(step + 1)]).collect();
+        steps.iter_mut().flatten().for_each(|state| self.refine(integrator, state));
         let mut found = None;
         for (number, [from, to]) in steps.iter().enumerate() {
             let at = &mut |t: f64| integrator.between(self.mechanism, from, t).ok();
             let reached = self.function.first_inside(self.mechanism, [from, to], at);
             let reached = reached.or_else(|| self.largest_between([from, to], at));
             let is_last = is_true_at_last && number + 1 == steps.len();
-            // The last row says so, and what lies before it does not.
+            // It is true in the last row, and no crossing was found before.
             found =
                 reached.or_else(|| is_last.then(|| Reached::Crossed(to.clone()))).map(|reached| (reached, from, to));
             if found.is_some() {

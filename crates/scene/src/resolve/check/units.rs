@@ -39,7 +39,9 @@ pub(super) fn units(document: &Document, findings: &mut Vec<Diagnostic>) {
 /// Reports parameters that are taken as angles or lengths without a factor, and whose unit is not rad or m; and bare
 /// numbers beyond a turn that are taken as angles.
 pub(super) fn parameters(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
-    let [angles, lengths] = [angles(scene), lengths(scene)];
+    let [angles, lengths] = [angles(scene, &all_values(scene)), lengths(scene)];
+    // Elsewhere a sine may have any argument.
+    let of_points = self::angles(scene, &scene.points.iter().flat_map(|point| &point.position).collect::<Vec<_>>());
     for (place, parameter) in scene.parameters.iter().enumerate() {
         let (is_angle, is_length) = (angles.contains(&place), lengths.contains(&place));
         let Some(syntax) = document.parameters.iter().find(|syntax| syntax.identifier.name == parameter.name) else {
@@ -55,11 +57,9 @@ pub(super) fn parameters(document: &Document, scene: &Scene, findings: &mut Vec<
             let help = "write `value = '45deg', unit = \"rad\"`, or the factor `pi/180` wherever it is an angle";
             report(format!("parameter `{name}` is an angle in rad, and has the unit `{unit}`"), label, help);
         } else if is_length && LENGTHS.contains(&unit) {
-            let help =
-                "write the value in m, such as `value = 0.3, unit = \"m\"`, or the factor wherever it is a length";
+            let help = "write the value in m, such as `'300/1000'`, with `unit = \"m\"`, or the factor wherever it is a length";
             report(format!("parameter `{name}` is a length in m, and has the unit `{unit}`"), label, help);
-        } else if is_angle && unit.is_empty() && matches!(parameter.formula.nodes(), [Node::Number(n)] if n.value > TAU)
-        {
+        } else if of_points.contains(&place) && unit.is_empty() && is_beyond_turn(&parameter.formula) {
             let help = "write `'45deg'`, or `{ value = 45, unit = \"rad\" }`";
             let title = format!("parameter `{name}` is an angle without a unit, and is more than a turn in radians");
             report(title, "degrees or radians?", help);
@@ -67,10 +67,15 @@ pub(super) fn parameters(document: &Document, scene: &Scene, findings: &mut Vec<
     }
 }
 
-/// The parameters that are terms of angles.
-fn angles(scene: &Scene) -> Vec<usize> {
+/// Whether a formula is a bare number of more than a turn in radians.
+fn is_beyond_turn(formula: &Value) -> bool {
+    matches!(formula.nodes(), [Node::Number(number)] | [Node::Number(number), Node::Negate(_)] if number.value > TAU)
+}
+
+/// The parameters that are terms of angles in formulae, or in starts of angles.
+fn angles(scene: &Scene, values: &[&Value]) -> Vec<usize> {
     let mut angles = Vec::new();
-    for value in all_values(scene) {
+    for value in values {
         for node in value.nodes() {
             if let Node::Call(Function::Sin | Function::Cos | Function::Tan, operands) = node {
                 operands.iter().for_each(|operand| terms(value, *operand, &|_| None, &mut angles));
@@ -85,7 +90,8 @@ fn angles(scene: &Scene) -> Vec<usize> {
     angles
 }
 
-/// The parameters that are lengths of points, alone or times a function of angles.
+/// The parameters that are terms of positions, alone or times a sine, a cosine, 1/2 or 2: another factor may convert
+/// them.
 fn lengths(scene: &Scene) -> Vec<usize> {
     let mut lengths = Vec::new();
     for value in scene.points.iter().flat_map(|point| &point.position) {
@@ -100,6 +106,11 @@ fn lengths(scene: &Scene) -> Vec<usize> {
             _ => None,
         };
         terms(value, value.nodes().len() - 1, &factor, &mut lengths);
+    }
+    for coordinate in scene.coordinates.iter().filter(|coordinate| coordinate.unit == "m") {
+        if let Start::Given(value) | Start::Guess(value) = &coordinate.position {
+            terms(value, value.nodes().len() - 1, &|_| None, &mut lengths);
+        }
     }
     lengths
 }
