@@ -15,9 +15,6 @@ use crate::state::State;
 
 /// The largest number of stored values of states between rows.
 const MOST_INNER: usize = 1 << 20;
-/// The largest number of coordinates for which states near singular positions begin with those on both sides: their time
-/// grows with its third power.
-const MOST_COORDINATES: usize = 24;
 /// The distance of states on both sides of a position near a singular one, in rad or m.
 const SIDE: f64 = 0.02;
 
@@ -232,7 +229,7 @@ impl Integrator {
     /// with the polynomial between states on both sides. `None` if the equations do not determine it.
     fn across(&mut self, mechanism: &dyn Mechanism, from: &State, t: f64) -> Option<State> {
         let duration = SIDE / largest(&from.qd).1;
-        if !cfg!(feature = "extremes") || !duration.is_finite() || self.layout.n > MOST_COORDINATES {
+        if !cfg!(feature = "extremes") || !duration.is_finite() {
             return None;
         }
         let mut side = |t: f64| {
