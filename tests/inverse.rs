@@ -124,8 +124,8 @@ fn branches_that_cross_are_followed_smoothly() {
     near("mean", mean, 12.5 * (1.0 - f64::cos(20.0)), 1e-10);
 }
 
-/// A slider is driven through its dead points, a pin by a law: the extremes are those of `tests/singular.rs`, of 40 digits.
-/// The motion of a kite is the same before and after its change point, backwards and mirrored.
+/// A slider is driven through its dead points, a pin by a law: the extremes are those of `tests/singular.rs`, of 40
+/// digits. The motion of a kite is the same before and after its change point, backwards and mirrored.
 #[test]
 #[ignore = "full tier: engine"]
 fn forces_at_dead_points_are_limits() {

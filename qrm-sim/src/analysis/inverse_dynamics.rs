@@ -81,7 +81,7 @@ pub struct PrescribedMotion<'m> {
     ahead: Ahead,
 }
 
-/// What is known of the motion ahead.
+/// The singular position ahead of a motion, and whether the motion passes it.
 #[derive(Clone, Debug)]
 enum Ahead {
     /// No singular position is near.

@@ -9,8 +9,8 @@ use crate::solve::largest;
 const NODES: usize = 12;
 /// The largest change of an angle in a piece that is tried.
 const LONGEST: f64 = 1.0;
-/// The largest of the last two coefficients of a Legendre series, relative to the largest value so far; other pieces are
-/// halved.
+/// The largest of the last two coefficients of a Legendre series, relative to the largest value so far; other pieces
+/// are halved.
 const RESOLVED: f64 = 1e-11;
 /// The largest difference between a number and its series at the ends of a piece, relative to the limit of the last
 /// coefficients.

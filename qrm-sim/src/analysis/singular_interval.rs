@@ -53,7 +53,7 @@ impl SingularInterval {
                 states.push(last.1.clone());
             }
         }
-        // The error at a pole is odd about the middle, and zero there: it is computed beside it too.
+        // At a pole the error changes its sign in the middle, so it is also computed on both sides.
         let places = [-0.5, 0.0, 0.5].map(|part| middle + part * (after.1.t - middle));
         let mut error: f64 = 0.0;
         let mut through =

@@ -11,7 +11,7 @@ const PARTS: usize = 4;
 /// How far from an end of the step a larger value is looked for, if the largest one is there; relative to half a part.
 const INSIDE: f64 = 1e-2;
 /// The distance of the values for the second derivative, relative to the interval that is searched.
-const BESIDE: f64 = 1e-3;
+const APART: f64 = 1e-3;
 
 /// The largest value of an event inside a step.
 pub(crate) struct Largest {
@@ -46,10 +46,10 @@ impl EventFunction<'_> {
         }
         let peak = peak_between(ends, first, &mut value)?;
         let (t, largest) = vertex_beside(peak, ends, &mut value);
-        let apart = (BESIDE * (ends[1] - ends[0])).min(t - from.t).min(to.t - t);
-        let curvature = |[before, after]: [f64; 2]| (0.5 * (before + after) - largest) / (apart * apart);
-        let beside = value(t - apart).zip(value(t + apart));
-        let half_curvature = beside.filter(|_| apart > 0.0).map_or(0.0, |(before, after)| curvature([before, after]));
+        let apart = (APART * (ends[1] - ends[0])).min(t - from.t).min(to.t - t);
+        let curvature = |(before, after): (f64, f64)| (0.5 * (before + after) - largest) / (apart * apart);
+        let neighbours = value(t - apart).zip(value(t + apart));
+        let half_curvature = neighbours.filter(|_| apart > 0.0).map_or(0.0, curvature);
         Some(Largest { t, value: largest, half_curvature })
     }
 }

@@ -138,11 +138,11 @@ impl LaneSweep<'_> {
     }
 }
 
-/// What the stop condition of a lane does inside a step.
+/// The behaviour of the stop condition inside a step of a lane.
 enum Inside {
     /// It becomes true before this state.
     BecomesTrue(State),
-    /// It comes so near to true that a run of its own has to tell.
+    /// It comes near its bound: the design leaves the lanes.
     ComesNear,
 }
 

@@ -39,11 +39,12 @@ pub(super) fn units(document: &Document, findings: &mut Vec<Diagnostic>) {
 /// Reports parameters that are taken as angles or lengths without a factor, and whose unit is not rad or m; and bare
 /// numbers beyond a turn that are taken as angles.
 pub(super) fn parameters(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
-    let [angles, lengths] = [angles(scene, &all_values(scene)), lengths(scene)];
-    // Elsewhere a sine may have any argument.
-    let of_points = self::angles(scene, &scene.points.iter().flat_map(|point| &point.position).collect::<Vec<_>>());
+    let positions: Vec<&Value> = scene.points.iter().flat_map(|point| &point.position).collect();
+    // A sine in another formula may have any argument.
+    let [in_all, in_positions] = [&all_values(scene), &positions].map(|values| angles(scene, values));
+    let lengths = lengths(scene);
     for (place, parameter) in scene.parameters.iter().enumerate() {
-        let (is_angle, is_length) = (angles.contains(&place), lengths.contains(&place));
+        let (is_angle, is_length) = (in_all.contains(&place), lengths.contains(&place));
         let Some(syntax) = document.parameters.iter().find(|syntax| syntax.identifier.name == parameter.name) else {
             continue;
         };
@@ -57,9 +58,10 @@ pub(super) fn parameters(document: &Document, scene: &Scene, findings: &mut Vec<
             let help = "write `value = '45deg', unit = \"rad\"`, or the factor `pi/180` wherever it is an angle";
             report(format!("parameter `{name}` is an angle in rad, and has the unit `{unit}`"), label, help);
         } else if is_length && LENGTHS.contains(&unit) {
-            let help = "write the value in m, such as `'300/1000'`, with `unit = \"m\"`, or the factor wherever it is a length";
+            let help = "write the value in m, such as `'300/1000'`, with `unit = \"m\"`, or the factor wherever it \
+                        is a length";
             report(format!("parameter `{name}` is a length in m, and has the unit `{unit}`"), label, help);
-        } else if of_points.contains(&place) && unit.is_empty() && is_beyond_turn(&parameter.formula) {
+        } else if in_positions.contains(&place) && unit.is_empty() && is_beyond_turn(&parameter.formula) {
             let help = "write `'45deg'`, or `{ value = 45, unit = \"rad\" }`";
             let title = format!("parameter `{name}` is an angle without a unit, and is more than a turn in radians");
             report(title, "degrees or radians?", help);
