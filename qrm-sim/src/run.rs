@@ -13,6 +13,7 @@ mod first_state;
 mod integral;
 mod judgement;
 mod monitor;
+mod motion_between_rows;
 mod observer;
 mod outcome;
 mod output_bounds;

@@ -4,13 +4,13 @@ use qrm_core::{Mechanism, RowLayout};
 
 use super::extremes::{Vertex, sign};
 use super::extremes_tracker::ExtremesTracker;
+use super::motion_between_rows::MotionBetweenRows;
 use super::outcome::{NonFiniteQuantity, Status};
 use super::output_bounds::{OutputBounds, UnresolvedStep};
 use crate::bounds::{PeakError, PeakSearch};
 use crate::columns::number;
 use crate::integrate::Integrator;
 use crate::maximum::{peak_between, vertex_beside};
-use crate::state::State;
 
 /// Whether extremes are searched for between rows.
 pub(super) const SEARCHES: bool = cfg!(feature = "extremes");
@@ -84,9 +84,9 @@ impl ExtremeSearch {
         if vertices.is_empty() {
             return;
         }
-        // A copy, so that the run itself is not affected.
-        let mut integrator = run.clone();
-        let mut from = State::zero(self.layout.n, self.layout.m);
+        let rows = [rows, run.inner_rows(), &self.tail, &self.first];
+        let brackets = vertices.iter().map(|vertex| vertex.bracket).collect();
+        let mut motion = MotionBetweenRows::new(mechanism, run, self.layout, rows, brackets);
         for vertex in vertices {
             if !extremes.may_be_extreme(&vertex) {
                 continue;
@@ -95,12 +95,7 @@ impl ExtremeSearch {
             let t = estimate.1;
             let sign = sign(end);
             let mut value = |t: f64| {
-                // States between rows are closer, but only those of the last block are available.
-                let known = [rows, run.inner_rows(), &self.tail, &self.first].into_iter();
-                let last =
-                    known.filter_map(|states| self.last_until(states, t)).max_by(|a, b| a[0].total_cmp(&b[0]))?;
-                from.read(last);
-                let at = integrator.between(mechanism, &from, t).ok()?;
+                let at = motion.at(t)?;
                 Some(sign * number(mechanism, &at, column)).filter(|value| value.is_finite())
             };
             let at = value(t);
@@ -122,7 +117,7 @@ impl ExtremeSearch {
             }
             extremes.note(&vertex, found);
         }
-        self.unbounded_at = self.unbounded_at.or(integrator.stats().unbounded_at);
+        self.unbounded_at = self.unbounded_at.or(motion.unbounded_at());
     }
 
     /// Searches for the extremes of outputs that may change faster between samples than the motion does.
@@ -190,17 +185,5 @@ impl ExtremeSearch {
         self.tail.extend_from_slice(&rows[made.saturating_sub(TAIL) * width..made * width]);
         let excess = self.tail.len().saturating_sub(TAIL * width);
         self.tail.drain(..excess);
-    }
-
-    /// The last state in a row whose time is at most `t`; the times increase.
-    fn last_until<'a>(&self, states: &'a [f64], t: f64) -> Option<&'a [f64]> {
-        let width = self.layout.width();
-        let (mut begin, mut end) = (0, states.len() / width);
-        while begin < end {
-            let middle = (begin + end) / 2;
-            if states[middle * width] <= t { begin = middle + 1 } else { end = middle }
-        }
-        let place = begin.checked_sub(1)? * width;
-        Some(&states[place..place + width])
     }
 }

@@ -3,13 +3,20 @@
 use qrm_core::Scalar;
 
 use super::Number;
+use crate::solve::Lu;
 
 /// The factors of a square matrix by Gaussian elimination with row exchanges.
+///
+/// Large systems are factored in doubles, and their solutions are improved by residuals in double-double precision
+/// (iterative refinement; Wilkinson 1963), unless their condition is too large for that.
 #[derive(Clone, Debug)]
 pub(crate) struct Elimination {
     size: usize,
-    /// The factors row by row; below the diagonal, the multiples of the rows above.
+    /// The factors row by row; below the diagonal, the multiples of the rows above. The matrix itself where `doubles`
+    /// are its factors.
     factors: Vec<Number>,
+    /// The factors of the matrix in doubles, with rows divided by their scales.
+    doubles: Option<Lu>,
     /// The rows in the order of their pivots.
     order: Vec<usize>,
     /// The largest entry of each row.
@@ -18,11 +25,19 @@ pub(crate) struct Elimination {
 
 /// The ratio of a pivot to its row below which it is a rounding error.
 const SINGULAR: f64 = 1e-26;
+/// The size from which systems are solved by refinement.
+const LARGE: usize = 32;
+/// The largest ratio of a correction of a solution to the one before.
+const CONTRACTION: f64 = 1e-3;
+/// The largest ratio of a correction to its number that ends the refinement, and the largest number of corrections.
+const CONVERGED: f64 = 1e-31;
+const MOST_CORRECTIONS: usize = 12;
 
 impl Elimination {
     /// Creates the factors of a zero matrix of this size.
     pub(crate) fn zero(size: usize) -> Self {
-        Self { size, factors: vec![Number::zero(); size * size], order: Vec::new(), scales: Vec::new() }
+        let factors = vec![Number::zero(); size * size];
+        Self { size, factors, doubles: None, order: Vec::new(), scales: Vec::new() }
     }
 
     /// The entries, to be set before [`factor`](Self::factor).
@@ -42,6 +57,10 @@ impl Elimination {
         let largest = |row: &[Number]| row.iter().map(|entry| entry.to_f64().abs()).fold(0.0, f64::max);
         self.scales.clear();
         self.scales.extend(self.factors.chunks_exact(size).map(largest));
+        self.doubles = None;
+        if size >= LARGE && self.factor_in_doubles() {
+            return true;
+        }
         for k in 0..size {
             let share = |i: usize| self.factors[i * size + k].to_f64().abs() / self.scales[i];
             let pivot = (k..size).max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or(k);
@@ -69,8 +88,58 @@ impl Elimination {
         true
     }
 
+    /// Factors the matrix in doubles; false if solutions could not be improved with these factors.
+    fn factor_in_doubles(&mut self) -> bool {
+        if self.scales.iter().any(|scale| !(*scale > 0.0 && scale.is_finite())) {
+            return false;
+        }
+        let mut doubles = Lu::with_size(self.size);
+        doubles.factor_of(|i, j| self.factors[i * self.size + j].to_f64() / self.scales[i]);
+        // The solution for the sums of rows is known.
+        let ones = vec![Number::from_f64(1.0); self.size];
+        let sums: Vec<Number> = (0..self.size).map(|i| -self.residual(i, Number::zero(), &ones)).collect();
+        let first: Vec<f64> = sums.iter().zip(&self.scales).map(|(sum, scale)| sum.to_f64() / scale).collect();
+        let is_precise = doubles.solve(&first).iter().all(|x| (x - 1.0).abs() <= CONTRACTION);
+        self.doubles = is_precise.then_some(doubles);
+        is_precise
+    }
+
+    /// The residual `right - A x` in a row of the matrix.
+    fn residual(&self, i: usize, right: Number, x: &[Number]) -> Number {
+        let row = &self.factors[i * self.size..][..self.size];
+        let terms = row.iter().zip(x).filter(|(entry, _)| **entry != Number::zero());
+        terms.fold(right, |rest, (entry, x)| rest - *entry * *x)
+    }
+
+    /// Solves for a right-hand side with the factors in doubles.
+    fn refine(&self, doubles: &Lu, right: &[Number], x: &mut [Number]) {
+        x.fill(Number::zero());
+        let (mut rest, mut correction) = (vec![0.0; self.size], vec![0.0; self.size]);
+        let mut last = f64::INFINITY;
+        for _ in 0..MOST_CORRECTIONS {
+            for (i, (rest, right)) in rest.iter_mut().zip(right).enumerate() {
+                *rest = self.residual(i, *right, x).to_f64() / self.scales[i];
+            }
+            doubles.solve_into(&rest, &mut correction);
+            let (mut change, mut is_converged) = (0.0_f64, true);
+            for (x, correction) in x.iter_mut().zip(&correction) {
+                change = change.max(correction.abs());
+                is_converged &= correction.abs() <= CONVERGED * x.to_f64().abs();
+                *x = *x + Number::from(*correction);
+            }
+            // Corrections of numbers that are zero end at their rounding errors.
+            if is_converged || !(change < 0.5 * last) {
+                break;
+            }
+            last = change;
+        }
+    }
+
     /// Solves for a right-hand side.
     pub(crate) fn solve(&self, right: &[Number], x: &mut [Number]) {
+        if let Some(doubles) = &self.doubles {
+            return self.refine(doubles, right, x);
+        }
         for (i, &place) in self.order.iter().enumerate() {
             let row = &self.factors[i * self.size..][..i];
             x[i] = row.iter().zip(&*x).fold(right[place], |rest, (entry, x)| rest - *entry * *x);

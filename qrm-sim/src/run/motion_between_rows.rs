@@ -1,0 +1,164 @@
+//! The motion between the rows of a run, for extremes of many columns.
+
+use std::f64::consts::PI;
+
+use qrm_core::{Mechanism, RowLayout};
+
+use crate::integrate::Integrator;
+use crate::polynomial::Polynomial;
+use crate::solve::{IRREGULAR, largest};
+use crate::state::State;
+
+/// The number of candidates between two rows from which the motion near a singular position is interpolated.
+const MANY: usize = 16;
+/// The number of states of an interpolation.
+const NODES: usize = 6;
+/// The part of the distance between two rows at which an interpolation is compared with the motion.
+const COMPARED: f64 = 0.3;
+/// The largest error of an interpolation, relative to the largest number of its kind.
+const SMOOTH: f64 = 1e-11;
+
+/// The motion between rows: each state is a step from the last row before it.
+///
+/// Near singular positions a state takes many linear systems in double-double precision. Where many columns turn there
+/// between two rows, as in mechanisms of many coordinates, few states are computed, and others are interpolated.
+pub(super) struct MotionBetweenRows<'r> {
+    mechanism: &'r dyn Mechanism,
+    integrator: Integrator,
+    layout: RowLayout,
+    /// Rows in lists, each by increasing time.
+    rows: [&'r [f64]; 4],
+    /// The times between which candidates lie.
+    brackets: Vec<[f64; 2]>,
+    spans: Vec<Span>,
+    /// A buffer for a row.
+    from: State,
+}
+
+/// The time between two rows.
+struct Span {
+    ends: [f64; 2],
+    /// The polynomials of coordinates, rates, accelerations and multipliers, each `None` where rounding errors are
+    /// larger than their changes; `None` where the motion is evaluated.
+    polynomials: Option<[Option<Vec<Polynomial<f64>>>; 4]>,
+}
+
+impl<'r> MotionBetweenRows<'r> {
+    /// The motion of an integrator, which is copied, so that the run itself is not affected.
+    pub(super) fn new(
+        mechanism: &'r dyn Mechanism,
+        run: &Integrator,
+        layout: RowLayout,
+        rows: [&'r [f64]; 4],
+        brackets: Vec<[f64; 2]>,
+    ) -> Self {
+        let from = State::zero(layout.n, layout.m);
+        Self { mechanism, integrator: run.clone(), layout, rows, brackets, spans: Vec::new(), from }
+    }
+
+    /// The state at a time; `None` before the first row, and where the motion cannot be continued to.
+    pub(super) fn at(&mut self, t: f64) -> Option<State> {
+        let before = self.rows.into_iter().filter_map(|rows| self.place(rows, t).checked_sub(1).map(|k| (rows, k)));
+        let (rows, k) = before.max_by(|a, b| self.time(*a).total_cmp(&self.time(*b)))?;
+        let ends = [self.time((rows, k)), self.next_time(t)];
+        if ends[0] < t
+            && let Some(state) = self.interpolated((rows, k), ends, t)
+        {
+            return Some(state);
+        }
+        self.evaluated((rows, k), t)
+    }
+
+    /// The time at which multipliers grew without bound, if a state met one.
+    pub(super) fn unbounded_at(&self) -> Option<f64> {
+        self.integrator.stats().unbounded_at
+    }
+
+    /// The state by a step from a row.
+    fn evaluated(&mut self, (rows, k): (&[f64], usize), t: f64) -> Option<State> {
+        self.from.read(&rows[k * self.layout.width()..]);
+        self.integrator.between(self.mechanism, &self.from, t).ok()
+    }
+
+    /// The state by interpolation; `None` where few candidates lie, or where the motion is not smooth.
+    fn interpolated(&mut self, row: (&[f64], usize), ends: [f64; 2], t: f64) -> Option<State> {
+        if let Some(span) = self.spans.iter().find(|span| span.ends == ends) {
+            return span.state(self.layout, t);
+        }
+        let is_here = |bracket: &&[f64; 2]| bracket[0] < ends[1] && ends[0] < bracket[1];
+        if self.brackets.iter().filter(is_here).count() < MANY {
+            return None;
+        }
+        let polynomials = ends[1].is_finite().then(|| self.polynomials(row, ends)).flatten();
+        let span = Span { ends, polynomials };
+        let state = span.state(self.layout, t);
+        self.spans.push(span);
+        state
+    }
+
+    /// The polynomials through states at Chebyshev's points, near a singular position.
+    fn polynomials(
+        &mut self,
+        row: (&[f64], usize),
+        [begin, end]: [f64; 2],
+    ) -> Option<[Option<Vec<Polynomial<f64>>>; 4]> {
+        let compared = self.evaluated(row, begin + COMPARED * (end - begin))?;
+        let State { t, q, qd, .. } = &compared;
+        self.integrator.solver_mut().singularity_fraction(self.mechanism, IRREGULAR, *t, (q, qd))?;
+        let part = |k: usize| 0.5 - 0.5 * (PI * (k as f64 + 0.5) / NODES as f64).cos();
+        let nodes: Option<Vec<State>> =
+            (0..NODES).map(|k| self.evaluated(row, begin + part(k) * (end - begin))).collect();
+        let nodes = nodes?;
+        let through = |numbers: fn(&State) -> &[f64]| -> Option<Vec<Polynomial<f64>>> {
+            let size = largest(numbers(&compared)).1;
+            let polynomial = |i: usize| {
+                let points: Vec<_> = nodes.iter().map(|node| (node.t, numbers(node)[i])).collect();
+                let polynomial = Polynomial::through(&points);
+                let difference = (polynomial.value(compared.t) - numbers(&compared)[i]).abs();
+                (difference <= SMOOTH * size).then_some(polynomial)
+            };
+            (0..numbers(&compared).len()).map(polynomial).collect()
+        };
+        Some([
+            Some(through(|state| &state.q)?),
+            Some(through(|state| &state.qd)?),
+            through(|state| &state.qdd),
+            through(|state| &state.multipliers),
+        ])
+    }
+
+    /// The number of rows until a time.
+    fn place(&self, rows: &[f64], t: f64) -> usize {
+        let (mut begin, mut end) = (0, rows.len() / self.layout.width());
+        while begin < end {
+            let middle = (begin + end) / 2;
+            if self.time((rows, middle)) <= t { begin = middle + 1 } else { end = middle }
+        }
+        begin
+    }
+
+    /// The time of the first row after a time; infinite behind the last one.
+    fn next_time(&self, t: f64) -> f64 {
+        let after = self.rows.into_iter().map(|rows| (rows, self.place(rows, t)));
+        let after = after.filter(|(rows, k)| k * self.layout.width() < rows.len());
+        after.map(|row| self.time(row)).fold(f64::INFINITY, f64::min)
+    }
+
+    fn time(&self, (rows, k): (&[f64], usize)) -> f64 {
+        rows[k * self.layout.width()]
+    }
+}
+
+impl Span {
+    fn state(&self, RowLayout { n, m }: RowLayout, t: f64) -> Option<State> {
+        let mut state = State { t, ..State::zero(n, m) };
+        let numbers = [&mut state.q, &mut state.qd, &mut state.qdd, &mut state.multipliers];
+        for (numbers, polynomials) in numbers.into_iter().zip(self.polynomials.as_ref()?) {
+            match polynomials {
+                Some(own) => numbers.iter_mut().zip(own).for_each(|(number, own)| *number = own.value(t)),
+                None => numbers.fill(f64::NAN),
+            }
+        }
+        Some(state)
+    }
+}
