@@ -144,6 +144,11 @@ impl Adaptive {
         again
     }
 
+    /// Gives the motion up after a number of attempts from here.
+    pub(super) fn limit_attempts(&mut self, most: u64) {
+        self.most_attempts = self.most_attempts.min(self.attempts().saturating_add(most));
+    }
+
     /// The numbers of steps and evaluations.
     pub(super) fn counts(&self) -> Counts {
         self.counts

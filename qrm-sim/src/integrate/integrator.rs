@@ -17,6 +17,8 @@ use crate::state::State;
 const MOST_INNER: usize = 1 << 20;
 /// The distance of states on both sides of a position near a singular one, in rad or m.
 const SIDE: f64 = 0.02;
+/// The largest number of attempted steps to such a state: a motion that takes more is no polynomial there.
+const MOST_TO_SIDE: u64 = 50;
 
 /// A method and its data between rows.
 #[derive(Clone, Debug)]
@@ -31,6 +33,9 @@ pub struct Integrator {
     /// The choice of the states between rows that are kept; `inner` holds those of the last block.
     keeps_inner: Option<IntermediateRows>,
     inner: Vec<f64>,
+    /// Times on both sides of positions near singular ones and the states there, if steps are chosen by a tolerance;
+    /// without states where the motion is no polynomial.
+    sides: Vec<([f64; 2], Option<[State; 2]>)>,
 }
 
 #[derive(Clone, Debug)]
@@ -66,7 +71,7 @@ impl Integrator {
             }
         };
         let pair = [first.clone(), first.clone()];
-        Ok(Self { settings, solver, steps, pair, layout, keeps_inner: None, inner: Vec::new() })
+        Ok(Self { settings, solver, steps, pair, layout, keeps_inner: None, inner: Vec::new(), sides: Vec::new() })
     }
 
     /// Keeps states between rows, if the method chooses steps that are shorter than the rows.
@@ -206,7 +211,7 @@ impl Integrator {
         if t == from.t {
             return Ok(to);
         }
-        self.step_between(mechanism, from, t, &mut to)?;
+        self.step_between(mechanism, from, t, u64::MAX, &mut to)?;
         let fraction = self.solver.singularity_fraction(mechanism, INTERPOLATED, t, (&to.q, &to.qd));
         if fraction.is_some()
             && let Some(state) = self.across(mechanism, from, t)
@@ -217,7 +222,7 @@ impl Integrator {
             // Kernels lose digits of the rates so near a singular position, and reach another branch at last.
             to.clone_from(from);
             self.solver.avoids_kernels = true;
-            let made = self.step_between(mechanism, from, t, &mut to);
+            let made = self.step_between(mechanism, from, t, u64::MAX, &mut to);
             self.solver.avoids_kernels = false;
             made?;
         }
@@ -232,24 +237,41 @@ impl Integrator {
         if !cfg!(feature = "extremes") || !duration.is_finite() {
             return None;
         }
-        let mut side = |t: f64| {
-            let mut at = from.clone();
-            if t > from.t {
-                self.step_between(mechanism, from, t, &mut at).ok()?;
+        let is_between =
+            |([before, after], _): &&([f64; 2], Option<[State; 2]>)| *before <= t && t + 0.5 * duration <= *after;
+        let known = match self.sides.iter().find(is_between) {
+            Some((_, known)) => known.clone(),
+            None => {
+                let times = [(t - duration).max(from.t), t + duration];
+                let [before, after] = times.map(|t| self.side(mechanism, from, t));
+                let made = before.zip(after).map(|(before, after)| [before, after]);
+                if !self.is_fixed() {
+                    self.sides.push((times, made.clone()));
+                }
+                made
             }
-            self.solver.refine(mechanism, IRREGULAR, &mut at);
-            Some(at)
         };
-        let ends = [side((t - duration).max(from.t))?, side(t + duration)?];
-        let mut state = quintic(&ends[0], &ends[1], t);
+        let mut state = known.map(|[before, after]| quintic(&before, &after, t))?;
         self.solver.refine(mechanism, INTERPOLATED, &mut state).then_some(state)
     }
 
+    /// The state at a side; `None` if it takes many steps.
+    fn side(&mut self, mechanism: &dyn Mechanism, from: &State, t: f64) -> Option<State> {
+        let mut at = from.clone();
+        if t > from.t {
+            self.step_between(mechanism, from, t, MOST_TO_SIDE, &mut at).ok()?;
+        }
+        self.solver.refine(mechanism, IRREGULAR, &mut at);
+        Some(at)
+    }
+
+    /// Steps from a state to a time, by at most so many attempted steps where a tolerance chooses them.
     fn step_between(
         &mut self,
         mechanism: &dyn Mechanism,
         from: &State,
         t: f64,
+        most_attempts: u64,
         to: &mut State,
     ) -> Result<(), StepError> {
         match &self.steps {
@@ -262,6 +284,7 @@ impl Integrator {
             }
             Steps::Adaptive(adaptive) => {
                 let mut again = adaptive.restarted(from);
+                again.limit_attempts(most_attempts);
                 again.advance_to(mechanism, t, &mut self.solver, to, None)
             }
         }

@@ -80,7 +80,9 @@ impl ExtremeSearch {
         rows: &[f64],
         extremes: &mut ExtremesTracker,
     ) {
-        let vertices = extremes.take_vertices();
+        let mut vertices = extremes.take_vertices();
+        // Neighbouring times share states of the motion.
+        vertices.sort_by(|a, b| a.estimate.1.total_cmp(&b.estimate.1));
         if vertices.is_empty() {
             return;
         }
