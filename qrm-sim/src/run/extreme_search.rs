@@ -7,7 +7,7 @@ use super::extremes_tracker::ExtremesTracker;
 use super::motion_between_rows::MotionBetweenRows;
 use super::outcome::{NonFiniteQuantity, Status};
 use super::output_bounds::{OutputBounds, UnresolvedStep};
-use crate::bounds::{PeakError, PeakSearch};
+use crate::bounds::{MOST_STATES, PeakError, PeakSearch};
 use crate::columns::number;
 use crate::integrate::Integrator;
 use crate::maximum::{peak_between, vertex_beside};
@@ -80,9 +80,7 @@ impl ExtremeSearch {
         rows: &[f64],
         extremes: &mut ExtremesTracker,
     ) {
-        let mut vertices = extremes.take_vertices();
-        // Neighbouring times share states of the motion.
-        vertices.sort_by(|a, b| a.estimate.1.total_cmp(&b.estimate.1));
+        let vertices = extremes.take_vertices();
         if vertices.is_empty() {
             return;
         }
@@ -151,6 +149,7 @@ impl ExtremeSearch {
                         best: (sign * best.0, best.1),
                         tie: ROUNDING * known.range(),
                         left,
+                        states_left: MOST_STATES,
                         at: &mut |t| integrator.between(mechanism, &from, t).ok(),
                         value: &mut |at| number(mechanism, at, column),
                     };
