@@ -25,7 +25,6 @@ impl DoubleDouble {
     const ONE: Self = Self { hi: 1.0, lo: 0.0 };
 
     /// The exact sum of two doubles.
-    #[inline]
     pub fn sum(a: f64, b: f64) -> Self {
         let hi = a + b;
         let part = hi - a;
@@ -33,7 +32,6 @@ impl DoubleDouble {
     }
 
     /// The exact product of two doubles.
-    #[inline]
     pub fn product(a: f64, b: f64) -> Self {
         let hi = a * b;
         Self::rounded(hi, math::mul_add(a, b, -hi))
@@ -60,25 +58,21 @@ impl DoubleDouble {
     }
 
     /// The double nearest to the number.
-    #[inline]
     pub fn hi(self) -> f64 {
         self.hi
     }
 
     /// The difference between the number and the double nearest to it.
-    #[inline]
     pub fn lo(self) -> f64 {
         self.lo
     }
 
     /// The exact sum of two doubles; the first must not be smaller in size.
-    #[inline]
     fn ordered_sum(a: f64, b: f64) -> Self {
         let hi = a + b;
         Self::rounded(hi, b - (hi - a))
     }
 
-    #[inline]
     fn rounded(hi: f64, lo: f64) -> Self {
         Self { hi, lo: if hi.is_finite() { lo } else { 0.0 } }
     }
@@ -101,7 +95,6 @@ impl From<f64> for DoubleDouble {
 
 impl Add for DoubleDouble {
     type Output = Self;
-    #[inline]
     fn add(self, other: Self) -> Self {
         let (high, low) = (Self::sum(self.hi, other.hi), Self::sum(self.lo, other.lo));
         let high = Self::ordered_sum(high.hi, high.lo + low.hi);
@@ -111,7 +104,6 @@ impl Add for DoubleDouble {
 
 impl Sub for DoubleDouble {
     type Output = Self;
-    #[inline]
     fn sub(self, other: Self) -> Self {
         self + -other
     }
@@ -119,7 +111,6 @@ impl Sub for DoubleDouble {
 
 impl Mul for DoubleDouble {
     type Output = Self;
-    #[inline]
     fn mul(self, other: Self) -> Self {
         let high = Self::product(self.hi, other.hi);
         let low = math::mul_add(self.lo, other.hi, math::mul_add(self.hi, other.lo, self.lo * other.lo));
@@ -143,7 +134,6 @@ impl Div for DoubleDouble {
 
 impl Neg for DoubleDouble {
     type Output = Self;
-    #[inline]
     fn neg(self) -> Self {
         Self { hi: -self.hi, lo: -self.lo }
     }

@@ -33,9 +33,9 @@ pub struct Integrator {
     /// The choice of the states between rows that are kept; `inner` holds those of the last block.
     keeps_inner: Option<IntermediateRows>,
     inner: Vec<f64>,
-    /// Times on both sides of positions near singular ones and the states there, if steps are chosen by a tolerance;
-    /// without states where the motion is no polynomial.
-    sides: Vec<([f64; 2], Option<[State; 2]>)>,
+    /// Pairs of states on both sides of positions near singular ones, if steps are chosen by a tolerance; without
+    /// coordinates where the motion is no polynomial.
+    sides: Vec<State>,
 }
 
 #[derive(Clone, Debug)]
@@ -237,21 +237,18 @@ impl Integrator {
         if !cfg!(feature = "extremes") || !duration.is_finite() {
             return None;
         }
-        let is_between =
-            |([before, after], _): &&([f64; 2], Option<[State; 2]>)| *before <= t && t + 0.5 * duration <= *after;
-        let known = match self.sides.iter().find(is_between) {
-            Some((_, known)) => known.clone(),
-            None => {
-                let times = [(t - duration).max(from.t), t + duration];
-                let [before, after] = times.map(|t| self.side(mechanism, from, t));
-                let made = before.zip(after).map(|(before, after)| [before, after]);
-                if !self.is_fixed() {
-                    self.sides.push((times, made.clone()));
-                }
-                made
+        let is_between = |pair: &&[State]| pair[0].t <= t && t + 0.5 * duration <= pair[1].t;
+        let known = self.sides.chunks_exact(2).find(is_between).map(<[State]>::to_vec);
+        let pair = known.unwrap_or_else(|| {
+            let side = |t: f64| self.side(mechanism, from, t).unwrap_or(State { t, ..State::default() });
+            let pair = [(t - duration).max(from.t), t + duration].map(side);
+            if !self.is_fixed() {
+                self.sides.extend_from_slice(&pair);
             }
-        };
-        let mut state = known.map(|[before, after]| quintic(&before, &after, t))?;
+            pair.to_vec()
+        });
+        let is_known = pair.iter().all(|side| side.q.len() == from.q.len());
+        let mut state = is_known.then(|| quintic(&pair[0], &pair[1], t))?;
         self.solver.refine(mechanism, INTERPOLATED, &mut state).then_some(state)
     }
 

@@ -58,7 +58,8 @@ impl Elimination {
         self.scales.clear();
         self.scales.extend(self.factors.chunks_exact(size).map(largest));
         self.doubles = None;
-        if size >= LARGE && self.factor_in_doubles() {
+        // Pages have no scenes so large.
+        if cfg!(feature = "extremes") && size >= LARGE && self.factor_in_doubles() {
             return true;
         }
         for k in 0..size {
@@ -137,7 +138,9 @@ impl Elimination {
 
     /// Solves for a right-hand side.
     pub(crate) fn solve(&self, right: &[Number], x: &mut [Number]) {
-        if let Some(doubles) = &self.doubles {
+        if cfg!(feature = "extremes")
+            && let Some(doubles) = &self.doubles
+        {
             return self.refine(doubles, right, x);
         }
         for (i, &place) in self.order.iter().enumerate() {
