@@ -10,6 +10,6 @@ mod rows;
 pub(crate) use arguments::{ArgumentPolynomials, ball};
 pub(crate) use function::FunctionBounds;
 pub(crate) use output::{BoundedOutput, bounded_outputs};
-pub(crate) use peak::{MOST_STATES, PeakError, PeakSearch};
+pub(crate) use peak::{PeakError, PeakSearch};
 pub(crate) use resolution::{Resolution, Unresolved};
 pub(crate) use rows::RowBoxes;

@@ -30,9 +30,6 @@ const ZERO: f64 = 1e-200;
 /// The smallest change of a value that is no rounding error, in parts of the value.
 const ROUNDING: f64 = 1e-9;
 
-/// The largest number of states for an extreme in a step.
-pub(crate) const MOST_STATES: u32 = 100;
-
 /// The reason why the largest value is not known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PeakError {
@@ -55,8 +52,6 @@ pub(crate) struct PeakSearch<'s> {
     pub(crate) tie: f64,
     /// The number of bounds that may still be computed.
     pub(crate) left: &'s mut u32,
-    /// The number of states that may still be computed: near singular positions they take long.
-    pub(crate) states_left: u32,
     /// The state at a time inside the step.
     pub(crate) at: &'s mut dyn FnMut(f64) -> Option<State>,
     /// The function at a state.
@@ -87,10 +82,7 @@ impl PeakSearch<'_> {
         if self.is_excluded(whole.value) {
             return Ok(());
         }
-        if self.states_left == 0 {
-            return Err(PeakError::Undecided);
-        }
-        if let Some(middle) = self.state(from.t + 0.5 * h) {
+        if let Some(middle) = (self.at)(from.t + 0.5 * h) {
             self.note(&middle);
             if !motion.compare_with(&middle) && halvings > 0 {
                 self.search_parts([from, &middle], halvings - 1)?;
@@ -114,9 +106,6 @@ impl PeakSearch<'_> {
             let (middle, width) = (0.5 * (low + high), high - low);
             if self.is_excluded(bound.value) {
                 continue;
-            }
-            if self.states_left == 0 {
-                return Err(PeakError::Undecided);
             }
             let [slope, curvature] = [bound.slope, bound.curvature].map(|of| of * Interval::point(self.sign));
             if slope.lo() > 0.0 || slope.hi() < 0.0 {
@@ -173,17 +162,12 @@ impl PeakSearch<'_> {
         (bound * Interval::point(self.sign)).hi() <= self.best.0 + self.tie.max(ZERO)
     }
 
-    fn state(&mut self, t: f64) -> Option<State> {
-        self.states_left = self.states_left.saturating_sub(1);
-        (self.at)(t)
-    }
-
     fn value_at(&mut self, t: f64) -> f64 {
-        self.state(t).map_or(f64::NAN, |at| (self.value)(&at))
+        (self.at)(t).map_or(f64::NAN, |at| (self.value)(&at))
     }
 
     fn note_at(&mut self, t: f64) {
-        if let Some(at) = self.state(t) {
+        if let Some(at) = (self.at)(t) {
             self.note(&at);
         }
     }

@@ -17,6 +17,8 @@ use crate::state::State;
 const MOST_INNER: usize = 1 << 20;
 /// The distance of states on both sides of a position near a singular one, in rad or m.
 const SIDE: f64 = 0.02;
+/// The largest difference of such a polynomial from a state between them, in rad or m.
+const SMOOTH: f64 = 1e-9;
 /// The largest number of attempted steps to such a state: a motion that takes more is no polynomial there.
 const MOST_TO_SIDE: u64 = 50;
 
@@ -237,7 +239,14 @@ impl Integrator {
         if !cfg!(feature = "extremes") || !duration.is_finite() {
             return None;
         }
-        let is_between = |pair: &&[State]| pair[0].t <= t && t + 0.5 * duration <= pair[1].t;
+        // A corner between the states would bend the motion.
+        let is_smooth = |pair: &[State]| {
+            from.t < pair[0].t || pair[0].q.is_empty() || pair[1].q.is_empty() || {
+                let at = quintic(&pair[0], &pair[1], from.t);
+                at.q.iter().zip(&from.q).all(|(own, other)| (own - other).abs() <= SMOOTH)
+            }
+        };
+        let is_between = |pair: &&[State]| pair[0].t <= t && t + 0.5 * duration <= pair[1].t && is_smooth(pair);
         let known = self.sides.chunks_exact(2).find(is_between).map(<[State]>::to_vec);
         let pair = known.unwrap_or_else(|| {
             let side = |t: f64| self.side(mechanism, from, t).unwrap_or(State { t, ..State::default() });

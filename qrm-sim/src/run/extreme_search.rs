@@ -7,7 +7,7 @@ use super::extremes_tracker::ExtremesTracker;
 use super::motion_between_rows::MotionBetweenRows;
 use super::outcome::{NonFiniteQuantity, Status};
 use super::output_bounds::{OutputBounds, UnresolvedStep};
-use crate::bounds::{MOST_STATES, PeakError, PeakSearch};
+use crate::bounds::{PeakError, PeakSearch};
 use crate::columns::number;
 use crate::integrate::Integrator;
 use crate::maximum::{peak_between, vertex_beside};
@@ -149,7 +149,6 @@ impl ExtremeSearch {
                         best: (sign * best.0, best.1),
                         tie: ROUNDING * known.range(),
                         left,
-                        states_left: MOST_STATES,
                         at: &mut |t| integrator.between(mechanism, &from, t).ok(),
                         value: &mut |at| number(mechanism, at, column),
                     };

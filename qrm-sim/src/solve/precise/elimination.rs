@@ -187,4 +187,30 @@ mod tests {
         assert!(!system([1.0, 2.0, 3.0, f64::NAN, 5.0, 6.0, 7.0, 8.0, 0.0]).factor());
         assert!(system([0.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 0.0]).factor());
     }
+
+    /// A Hilbert matrix plus the unit matrix, times (1, 2, ...); with two rows that are equal in doubles it is
+    /// eliminated in all digits.
+    #[test]
+    fn solutions_of_large_systems_have_as_many_digits() {
+        const SIZE: usize = LARGE + 8;
+        for (difference, digits) in [(None, 1e-27), (Some(1e-20), 1e-8)] {
+            let entry = |i: usize, j: usize| match difference {
+                Some(difference) if i == 1 => {
+                    let first = Number::from_f64((j + 1) as f64).recip() + Number::from_f64(f64::from(j == 0));
+                    first + Number::from_f64(if j == 1 { difference } else { 0.0 })
+                }
+                _ => Number::from_f64((i + j + 1) as f64).recip() + Number::from_f64(f64::from(i == j)),
+            };
+            let mut system = Elimination::zero(SIZE);
+            (0..SIZE * SIZE).for_each(|k| system.entries_mut()[k] = entry(k / SIZE, k % SIZE));
+            assert!(system.factor() && system.doubles.is_none() == difference.is_some());
+            let exact = |j: usize| Number::from_f64((j + 1) as f64);
+            let right = (0..SIZE).map(|i| (0..SIZE).fold(Number::zero(), |sum, j| sum + entry(i, j) * exact(j)));
+            let mut x = vec![Number::zero(); SIZE];
+            system.solve(&right.collect::<Vec<_>>(), &mut x);
+            for (j, x) in x.into_iter().enumerate() {
+                assert!((x - exact(j)).to_f64().abs() < digits, "{j}: {x:?}");
+            }
+        }
+    }
 }
