@@ -17,9 +17,9 @@ use crate::state::State;
 const MOST_INNER: usize = 1 << 20;
 /// The distance of states on both sides of a position near a singular one, in rad or m.
 const SIDE: f64 = 0.02;
-/// The largest difference of such a polynomial from a state between them, in rad or m.
+/// The largest difference between a row and the polynomial through the states on both sides, in rad or m.
 const SMOOTH: f64 = 1e-9;
-/// The largest number of attempted steps to such a state: a motion that takes more is no polynomial there.
+/// The largest number of attempted steps to a state on a side. A motion that takes more is no polynomial there.
 const MOST_TO_SIDE: u64 = 50;
 
 /// A method and its data between rows.
@@ -239,29 +239,36 @@ impl Integrator {
         if !cfg!(feature = "extremes") || !duration.is_finite() {
             return None;
         }
-        // A corner between the states would bend the motion.
-        let is_smooth = |pair: &[State]| {
-            from.t < pair[0].t || pair[0].q.is_empty() || pair[1].q.is_empty() || {
-                let at = quintic(&pair[0], &pair[1], from.t);
-                at.q.iter().zip(&from.q).all(|(own, other)| (own - other).abs() <= SMOOTH)
-            }
-        };
-        let is_between = |pair: &&[State]| pair[0].t <= t && t + 0.5 * duration <= pair[1].t && is_smooth(pair);
-        let known = self.sides.chunks_exact(2).find(is_between).map(<[State]>::to_vec);
-        let pair = known.unwrap_or_else(|| {
-            let side = |t: f64| self.side(mechanism, from, t).unwrap_or(State { t, ..State::default() });
-            let pair = [(t - duration).max(from.t), t + duration].map(side);
-            if !self.is_fixed() {
-                self.sides.extend_from_slice(&pair);
-            }
-            pair.to_vec()
-        });
-        let is_known = pair.iter().all(|side| side.q.len() == from.q.len());
-        let mut state = is_known.then(|| quintic(&pair[0], &pair[1], t))?;
+        let [before, after] = self.sides_around(mechanism, from, t, duration)?;
+        let mut state = quintic(&before, &after, t);
         self.solver.refine(mechanism, INTERPOLATED, &mut state).then_some(state)
     }
 
-    /// The state at a side; `None` if it takes many steps.
+    /// The states on both sides of a position, which are kept if steps are chosen by a tolerance; `None` if they take
+    /// many steps.
+    fn sides_around(&mut self, mechanism: &dyn Mechanism, from: &State, t: f64, duration: f64) -> Option<[State; 2]> {
+        let is_known = |pair: &[State]| pair.iter().all(|side| !side.q.is_empty());
+        // A corner between the states would bend the motion.
+        let is_smooth = |pair: &[State]| {
+            let at = quintic(&pair[0], &pair[1], from.t);
+            at.q.iter().zip(&from.q).all(|(own, other)| (own - other).abs() <= SMOOTH)
+        };
+        let kept = self.sides.chunks_exact(2).find(|pair| {
+            let is_between = pair[0].t <= t && t + 0.5 * duration <= pair[1].t;
+            is_between && (from.t < pair[0].t || !is_known(pair) || is_smooth(pair))
+        });
+        if let Some(pair) = kept {
+            return is_known(pair).then(|| [pair[0].clone(), pair[1].clone()]);
+        }
+        let side = |t: f64| self.side(mechanism, from, t).unwrap_or(State { t, ..State::default() });
+        let pair = [(t - duration).max(from.t), t + duration].map(side);
+        if !self.is_fixed() {
+            self.sides.extend_from_slice(&pair);
+        }
+        is_known(&pair).then_some(pair)
+    }
+
+    /// The state on a side; `None` if it takes many steps.
     fn side(&mut self, mechanism: &dyn Mechanism, from: &State, t: f64) -> Option<State> {
         let mut at = from.clone();
         if t > from.t {
@@ -271,7 +278,7 @@ impl Integrator {
         Some(at)
     }
 
-    /// Steps from a state to a time, by at most so many attempted steps where a tolerance chooses them.
+    /// Steps from a state to a time. A method that chooses its steps gives up after `most_attempts` of them.
     fn step_between(
         &mut self,
         mechanism: &dyn Mechanism,

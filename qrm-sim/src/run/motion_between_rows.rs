@@ -60,9 +60,10 @@ impl<'r> MotionBetweenRows<'r> {
     pub(super) fn at(&mut self, t: f64) -> Option<State> {
         let before = self.rows.into_iter().filter_map(|rows| self.place(rows, t).checked_sub(1).map(|k| (rows, k)));
         let (rows, k) = before.max_by(|a, b| self.time(*a).total_cmp(&self.time(*b)))?;
-        let ends = [self.time((rows, k)), self.next_time(t)];
-        if ends[0] < t
-            && let Some(state) = self.interpolated((rows, k), ends, t)
+        let begin = self.time((rows, k));
+        if begin < t
+            && self.brackets.len() >= MANY
+            && let Some(state) = self.interpolated((rows, k), [begin, self.next_time(t)], t)
         {
             return Some(state);
         }

@@ -25,9 +25,11 @@ pub(crate) struct Elimination {
 
 /// The ratio of a pivot to its row below which it is a rounding error.
 const SINGULAR: f64 = 1e-26;
-/// The size from which systems are solved by refinement.
+/// Whether large systems are refined: pages hold no scenes so large.
+const REFINES: bool = cfg!(feature = "extremes");
+/// The size from which systems are large.
 const LARGE: usize = 32;
-/// The largest ratio of a correction of a solution to the one before.
+/// The largest relative error of a solution in doubles that is refined. Each correction reduces the error by as much.
 const CONTRACTION: f64 = 1e-3;
 /// The largest ratio of a correction to its number that ends the refinement, and the largest number of corrections.
 const CONVERGED: f64 = 1e-31;
@@ -58,8 +60,7 @@ impl Elimination {
         self.scales.clear();
         self.scales.extend(self.factors.chunks_exact(size).map(largest));
         self.doubles = None;
-        // Pages have no scenes so large.
-        if cfg!(feature = "extremes") && size >= LARGE && self.factor_in_doubles() {
+        if REFINES && size >= LARGE && self.factor_in_doubles() {
             return true;
         }
         for k in 0..size {
@@ -138,9 +139,7 @@ impl Elimination {
 
     /// Solves for a right-hand side.
     pub(crate) fn solve(&self, right: &[Number], x: &mut [Number]) {
-        if cfg!(feature = "extremes")
-            && let Some(doubles) = &self.doubles
-        {
+        if REFINES && let Some(doubles) = &self.doubles {
             return self.refine(doubles, right, x);
         }
         for (i, &place) in self.order.iter().enumerate() {
