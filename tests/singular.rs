@@ -201,6 +201,20 @@ fn sweeps_find_the_same_forces() {
 
 #[test]
 #[ignore = "full tier: engine"]
+fn forces_have_no_derivatives_at_dead_points() {
+    let said = |of: &str| {
+        let out = tempfile::tempdir().expect("a folder");
+        let mut command = qrm(&["sensitivity", &scene("dead-points"), "--step", "3e-4", "--of", of, "--out"]);
+        let output = command.arg(out.path()).output().expect("a command");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (status, text) = said("F");
+    assert!(status == Some(1) && text.contains("the mechanism is near a singular position"), "{text}");
+    assert_eq!(said("end"), (Some(0), String::new()));
+}
+
+#[test]
+#[ignore = "full tier: engine"]
 fn a_free_kite_passes_its_change_point() {
     for step in ["0.0005", "0.001", "0.0037"] {
         for method in METHODS {

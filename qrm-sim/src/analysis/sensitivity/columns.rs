@@ -35,7 +35,7 @@ impl<T: Inner> Columns<T> {
     /// # Errors
     /// An output has no value or no derivative.
     pub(super) fn row(&mut self, equations: &mut DualEquations<T>, at: &DualState<T>) -> Result<(), SensitivityError> {
-        self.outputs = equations.outputs(at);
+        self.outputs = equations.outputs(at)?;
         for (integral, output) in self.integrals.iter_mut().zip(&self.outputs) {
             if !(output.to_f64().is_finite() && has_derivatives(output)) {
                 return Err(SensitivityError::NotSmooth { t: at.t.to_f64() });

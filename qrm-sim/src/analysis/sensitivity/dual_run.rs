@@ -55,7 +55,7 @@ impl<'a, T: Inner> DualRun<'a, T> {
         request: &'a SensitivityRequest<'a>,
         is_halved: bool,
     ) -> Result<Self, SensitivityError> {
-        let mut stepper = DualStepper::new(mechanism, tape, parameters.len(), request.settings);
+        let mut stepper = DualStepper::new(mechanism, tape, parameters.len(), request);
         seed(&mut stepper, replace, parameters, request.direction)?;
         let schedule = stepper.equations.evaluator.schedule();
         let end_time = match request.end {
@@ -155,7 +155,7 @@ impl<'a, T: Inner> DualRun<'a, T> {
         if !self.resolution.is_needed() {
             return self.add_row(formula, &self.state.clone());
         }
-        let outputs = self.stepper.equations.outputs(&self.state).into_iter().map(Scalar::to_f64).collect();
+        let outputs = self.stepper.equations.outputs(&self.state)?.into_iter().map(Scalar::to_f64).collect();
         let times = self.resolution.times(self.stepper.equations.mechanism, &[(self.state.real(), outputs)])?;
         for t in times {
             let between = state_at(&mut self.stepper, formula, &self.last_states, t)?;
@@ -206,7 +206,7 @@ fn outputs_at<T: Inner>(
     t: f64,
 ) -> Result<Vec<Number<T>>, SensitivityError> {
     let at = state_at(stepper, formula, states, t)?;
-    Ok(stepper.equations.outputs(&at))
+    stepper.equations.outputs(&at)
 }
 
 /// Gives the parameters their values, and the derivatives by themselves and along the direction.

@@ -3,12 +3,13 @@
 use num_dual::Dual64;
 use qrm_core::{Dual, Mechanism, Scalar, Tape, TapeEvaluator};
 
+use super::SensitivityRequest;
 use super::error::SensitivityError;
 use super::number::{Inner, Number, has_derivatives, values};
 use super::saddle::{DualSaddlePoint, Equations, less_product};
 use super::slope::Slope;
 use crate::integrate::{MethodSettings, StepError};
-use crate::solve::{NotConverged, Projection, Solver, largest};
+use crate::solve::{NEAR, NotConverged, Projection, Solver, largest};
 use crate::state::State;
 
 /// A state with its derivatives by parameters.
@@ -57,8 +58,10 @@ pub(super) struct DualEquations<'m, T: Inner> {
     /// The equations with derivatives by time.
     moving: TapeEvaluator<'m, Vec<Moving>>,
     settings: MethodSettings,
-    /// Tells whether the mass matrix is a metric.
+    /// Tells whether the mass matrix is a metric, and how far positions are from singular ones.
     solver: Solver,
+    /// Whether an output that was asked for takes accelerations or multipliers.
+    takes_forces: bool,
     saddle: DualSaddlePoint,
     /// Results of the tape's functions.
     dynamics: Vec<Number<T>>,
@@ -70,17 +73,25 @@ pub(super) struct DualEquations<'m, T: Inner> {
 const SETTLED: f64 = 1e-9;
 
 impl<'m, T: Inner> DualEquations<'m, T> {
-    /// The equations with derivatives by so many parameters, for steps of a method.
-    pub(super) fn new(mechanism: &'m dyn Mechanism, tape: &'m Tape, parts: usize, settings: MethodSettings) -> Self {
+    /// The equations with derivatives by so many parameters, for what is asked for.
+    pub(super) fn new(
+        mechanism: &'m dyn Mechanism,
+        tape: &'m Tape,
+        parts: usize,
+        SensitivityRequest { settings, outputs, .. }: &SensitivityRequest,
+    ) -> Self {
         let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
+        let is_asked = |output: &usize| outputs.is_none_or(|outputs| outputs.contains(output));
+        let by_forces = tape.outputs_by_forces();
         let zero = |size| vec![Number::zero(); size];
         Self {
             mechanism,
             evaluator: TapeEvaluator::new(tape),
             parts,
             moving: TapeEvaluator::with_parameters(tape, mechanism.parameters()),
-            settings,
+            settings: *settings,
             solver: Solver::new(mechanism),
+            takes_forces: (0..by_forces.len()).any(|output| by_forces[output] && is_asked(&output)),
             saddle: DualSaddlePoint::zero(n, m, parts),
             dynamics: zero(tape.dynamics.results.len()),
             constraints: zero(tape.loop_constraints.results.len()),
@@ -134,10 +145,19 @@ impl<'m, T: Inner> DualEquations<'m, T> {
     }
 
     /// The outputs of a state.
-    pub(super) fn outputs(&mut self, at: &DualState<T>) -> Vec<Number<T>> {
+    ///
+    /// # Errors
+    /// They take forces, which have no derivatives near singular positions.
+    pub(super) fn outputs(&mut self, at: &DualState<T>) -> Result<Vec<Number<T>>, SensitivityError> {
+        if self.takes_forces {
+            let (t, q, qd) = (at.t.to_f64(), values(&at.q), values(&at.qd));
+            if self.solver.singularity_fraction(self.mechanism, NEAR, t, (&q, &qd)).is_some() {
+                return Err(SensitivityError::ForcesNearSingular { t });
+            }
+        }
         let mut outputs = vec![Number::zero(); self.evaluator.tape().outputs.results.len()];
         self.evaluator.outputs(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, &mut outputs);
-        outputs
+        Ok(outputs)
     }
 
     /// A state that a step from `t` on has led to.

@@ -22,6 +22,12 @@ pub enum SensitivityError {
         /// The time at the beginning of the step.
         t: f64,
     },
+    /// At this time `C_q` nearly loses rank, and an output that was asked for takes accelerations or multipliers, whose
+    /// derivatives are lost there.
+    ForcesNearSingular {
+        /// The time.
+        t: f64,
+    },
     /// At or after this time some formula has no finite value, or no finite derivative, as a root at zero.
     NotSmooth {
         /// The time.

@@ -2,12 +2,13 @@
 
 use qrm_core::{Mechanism, Scalar, Tape};
 
+use super::SensitivityRequest;
 use super::crossing::crossing;
 use super::equations::{DualEquations, DualState};
 use super::error::SensitivityError;
 use super::number::{Inner, Number};
 use super::{collocation, explicit, rosenbrock};
-use crate::integrate::{Corner, Corners, Formula, JUMP_MARGIN, MOST_PARTS, MethodSettings, StepError};
+use crate::integrate::{Corner, Corners, Formula, JUMP_MARGIN, MOST_PARTS, StepError};
 
 /// A corner is crossed where it is as near as this part of the step.
 const NEAR: f64 = 1e-6;
@@ -26,9 +27,14 @@ pub(super) struct DualStepper<'m, T: Inner> {
 }
 
 impl<'m, T: Inner> DualStepper<'m, T> {
-    pub(super) fn new(mechanism: &'m dyn Mechanism, tape: &'m Tape, parts: usize, settings: MethodSettings) -> Self {
+    pub(super) fn new(
+        mechanism: &'m dyn Mechanism,
+        tape: &'m Tape,
+        parts: usize,
+        request: &SensitivityRequest,
+    ) -> Self {
         Self {
-            equations: DualEquations::new(mechanism, tape, parts, settings),
+            equations: DualEquations::new(mechanism, tape, parts, request),
             corners: Corners::new(mechanism),
             switching: vec![Number::zero(); tape.switching_functions.results.len()],
         }
