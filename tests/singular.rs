@@ -201,6 +201,21 @@ fn sweeps_find_the_same_forces() {
 
 #[test]
 #[ignore = "full tier: engine"]
+fn forces_of_links_without_mass_are_zero() {
+    let text = std::fs::read_to_string(scene("dead-points")).expect("a scene");
+    let text = text.replace(", mass = 1", "").replace(", mass = 'm', com = \"B\"", "");
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("massless.toml");
+    std::fs::write(&file, text).expect("written");
+    for step in STEPS {
+        let run = run(&[&file.display().to_string(), "--step", step, "--no-figures"]);
+        let largest = run.summary()["extremes"]["F_O"]["max"].as_f64().expect("bounded");
+        assert!(largest < 1e-11, "step {step}: {largest}");
+    }
+}
+
+#[test]
+#[ignore = "full tier: engine"]
 fn forces_have_no_derivatives_at_dead_points() {
     let said = |of: &str| {
         let out = tempfile::tempdir().expect("a folder");

@@ -25,6 +25,8 @@ const DISTANCE: f64 = 1e-9;
 /// more from one to the next, others less.
 const NEARER: f64 = 16.0;
 const GROWS: f64 = 0.8;
+/// The relative change of a distance that hardly changes a value without bound.
+const SHIFT: f64 = 1e-3;
 /// The largest difference from zero that rounding errors of zero have.
 const ZERO: f64 = 1e-200;
 /// The smallest change of a value that is no rounding error, in parts of the value.
@@ -182,10 +184,15 @@ impl PeakSearch<'_> {
     /// Looks whether the function grows without bound towards a time, on either side.
     fn note_pole(&mut self, t: f64, distance: f64) {
         for side in [-1.0, 1.0] {
-            let [near, far, farther] =
-                [1.0, NEARER, NEARER * NEARER].map(|factor| self.sign * self.value_at(t + side * distance * factor));
-            let (growth, before) = (near - far, far - farther);
-            if growth > GROWS * before && before > ROUNDING * far.abs() {
+            let mut value = |distance: f64| self.sign * self.value_at(t + side * distance);
+            let values: [f64; 5] = std::array::from_fn(|k| value(distance * NEARER.powi(k as i32)));
+            let [near, far, ..] = values;
+            let grows = values.windows(3).all(|values| {
+                let (growth, before) = (values[0] - values[1], values[1] - values[2]);
+                growth > GROWS * before && before > ROUNDING * values[1].abs()
+            });
+            // Rounding errors differ at a neighbouring time as much as between distances.
+            if grows && (value(distance * (1.0 + SHIFT)) - near).abs() < 0.1 * (near - far) {
                 self.best = (f64::INFINITY, t);
             } else if near > self.best.0 {
                 self.best = (near, t + side * distance);
