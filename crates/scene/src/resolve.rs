@@ -150,7 +150,7 @@ impl Resolver<'_> {
         self.outputs(document, &mut scene);
         if !self.has_unread_declarations {
             number_parameters(&mut scene, replace);
-            check::parts(document, &scene, &mut self.findings);
+            check::parts(document, &scene, self.source, &mut self.findings);
             friction::check(document, &scene, &mut self.findings);
             self.check_joints(document, &scene);
             self.check_extremes(document, &scene, replace);

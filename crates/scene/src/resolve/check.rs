@@ -12,11 +12,12 @@ use crate::expression::Node;
 use crate::scene::{Friction, Known, Load, LoadKind, Quantity, Scene, Value};
 use columns::columns;
 use freedoms::freedoms;
-use units::{parameters, units};
+use units::{parameters, relaxed_angles, units};
 
 /// Checks the parts of a scene whose parameters have values. Parts with unknown names are skipped.
-pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
+pub(super) fn parts(document: &Document, scene: &Scene, source: &str, findings: &mut Vec<Diagnostic>) {
     units(document, findings);
+    relaxed_angles(scene, source, findings);
     parameters(document, scene, findings);
     finite_constants(scene, findings);
     for (syntax, place) in document.bodies.iter().zip(0..) {

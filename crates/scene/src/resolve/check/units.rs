@@ -7,12 +7,12 @@ use crate::diagnostic::Diagnostic;
 use crate::document::{CoordinateSyntax, Document, Identifier, OutputSyntax, OutputValue};
 use crate::expression::{Node, NodeId};
 use crate::function::Function;
-use crate::scene::{Quantity, Scene, Start, Value};
+use crate::scene::{Constraint, LoadKind, Quantity, Scene, Start, Value};
 
-/// Units other than rad, m, s, N, J and W.
-const SCALED: [&str; 27] = [
+/// Units other than rad, m, kg, s, N, J and W.
+const SCALED: [&str; 31] = [
     "deg", "°", "grad", "rev", "rpm", "um", "µm", "mm", "cm", "dm", "km", "in", "inch", "ft", "mN", "kN", "MN", "lbf",
-    "mJ", "kJ", "MJ", "mW", "kW", "MW", "ms", "min", "h",
+    "mJ", "kJ", "MJ", "mW", "kW", "MW", "ms", "min", "h", "g", "mg", "t", "lb",
 ];
 
 /// Units of angles other than rad, and of lengths other than m.
@@ -36,13 +36,14 @@ pub(super) fn units(document: &Document, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Reports parameters that are taken as angles or lengths without a factor, and whose unit is not rad or m; and bare
-/// numbers beyond a turn that are taken as angles.
+/// Reports parameters that are taken without a factor, and whose unit is none of those in which a scene computes; and
+/// bare numbers beyond a turn that are taken as angles.
 pub(super) fn parameters(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
     let positions: Vec<&Value> = scene.points.iter().flat_map(|point| &point.position).collect();
     // A sine in another formula may have any argument.
     let [in_all, in_positions] = [&all_values(scene), &positions].map(|values| angles(scene, values));
     let lengths = lengths(scene);
+    let others = inertias_rates_and_loads(scene);
     for (place, parameter) in scene.parameters.iter().enumerate() {
         let (is_angle, is_length) = (in_all.contains(&place), lengths.contains(&place));
         let Some(syntax) = document.parameters.iter().find(|syntax| syntax.identifier.name == parameter.name) else {
@@ -61,6 +62,10 @@ pub(super) fn parameters(document: &Document, scene: &Scene, findings: &mut Vec<
             let help = "write the value in m, such as `'300/1000'`, with `unit = \"m\"`, or the factor wherever it \
                         is a length";
             report(format!("parameter `{name}` is a length in m, and has the unit `{unit}`"), label, help);
+        } else if others.contains(&place) && is_scaled(unit) {
+            let help = "write the value in rad, m, kg, s and N, such as `'0.1*1000'`, with its unit, or the factor \
+                        wherever it is used";
+            report(format!("parameter `{name}` is used without a factor, and has the unit `{unit}`"), label, help);
         } else if in_positions.contains(&place) && unit.is_empty() && is_beyond_turn(&parameter.formula) {
             let help = "write `'45deg'`, or `{ value = 45, unit = \"rad\" }`";
             let title = format!("parameter `{name}` is an angle without a unit, and is more than a turn in radians");
@@ -117,6 +122,55 @@ fn lengths(scene: &Scene) -> Vec<usize> {
     lengths
 }
 
+/// The parameters that are terms of masses, moments of inertia, loads, and rates at the start or of drives.
+fn inertias_rates_and_loads(scene: &Scene) -> Vec<usize> {
+    let mut values: Vec<&Value> = scene.bodies.iter().flat_map(|body| [&body.mass, &body.inertia]).flatten().collect();
+    for load in &scene.loads {
+        match &load.kind {
+            LoadKind::Force { force: components, .. } | LoadKind::Gravity(components) => values.extend(components),
+            LoadKind::Torque { torque, .. } => values.push(torque),
+            LoadKind::Spring { stiffness, rest, damping, force, friction, .. } => {
+                values.extend([stiffness, rest, damping, force].into_iter().flatten());
+                values.extend(friction.iter().map(|friction| &friction.size));
+            }
+        }
+    }
+    for coordinate in &scene.coordinates {
+        if let Start::Given(value) | Start::Guess(value) = &coordinate.rate {
+            values.push(value);
+        }
+    }
+    let mut parameters = Vec::new();
+    values.into_iter().for_each(|value| terms(value, value.nodes().len() - 1, &|_| None, &mut parameters));
+    // Such as `phi - w*t`.
+    for Constraint { residual, .. } in &scene.constraints {
+        let is_time = |id: NodeId| matches!(residual.nodes()[id], Node::Name(Quantity::Time));
+        let rate = |id: NodeId| match residual.nodes()[id] {
+            Node::Multiply(a, b) if is_time(b) => Some(a),
+            Node::Multiply(a, b) if is_time(a) => Some(b),
+            _ => None,
+        };
+        terms(residual, residual.nodes().len() - 1, &rate, &mut parameters);
+    }
+    parameters
+}
+
+/// Reports springs along angles whose relaxed angle is a bare number beyond a turn.
+pub(super) fn relaxed_angles(scene: &Scene, source: &str, findings: &mut Vec<Diagnostic>) {
+    for load in &scene.loads {
+        let LoadKind::Spring { along, rest: Some(rest), .. } = &load.kind else { continue };
+        let is_angle =
+            matches!(along.nodes(), [Node::Name(Quantity::Coordinate(i))] if scene.coordinates[*i].unit == "rad");
+        let span = rest.whole_span();
+        let [text, behind] = [span.clone(), span.end..source.len()].map(|part| source.get(part).unwrap_or_default());
+        if is_angle && is_beyond_turn(rest) && !behind.trim_start().starts_with("rad") {
+            let title = format!("an angle of {text} has no unit, and is more than a turn in radians");
+            let help = format!("write `'{text}deg'`, or `'{text} rad'` if it is in radians");
+            findings.push(Diagnostic::error(title, span, "degrees or radians?").help(help));
+        }
+    }
+}
+
 /// Adds the parameters that are terms of a sum; `factor` gives the operation that a term is a multiple of.
 fn terms(value: &Value, id: NodeId, factor: &dyn Fn(NodeId) -> Option<NodeId>, parameters: &mut Vec<usize>) {
     match &value.nodes()[id] {
@@ -133,10 +187,14 @@ fn terms(value: &Value, id: NodeId, factor: &dyn Fn(NodeId) -> Option<NodeId>, p
     }
 }
 
+/// Whether a unit has a factor other than one.
+fn is_scaled(unit: &str) -> bool {
+    unit.split(['/', '*', '^', ' ']).any(|part| SCALED.contains(&part))
+}
+
 /// Reports a unit that is scaled.
 fn report(what: &str, identifier: &Identifier, unit: &str, help: &str, findings: &mut Vec<Diagnostic>) {
-    let mut parts = unit.split(['/', '*', '^', ' ']);
-    if !parts.next().is_some_and(|first| SCALED.contains(&first)) && !parts.any(|part| part == "min" || part == "h") {
+    if !is_scaled(unit) {
         return;
     }
     let title = format!("{what} `{}` has the unit `{unit}`, and its numbers do not", identifier.name);
