@@ -288,3 +288,31 @@ fn a_scene_ends_at_a_condition_on_forces() {
         near(condition, table.number(table.last(), column), value, 1e-9 * value.abs());
     }
 }
+
+/// A mass of 1 kg is pushed by forces that jump to a bound of its acceleration, or rise to it, and stay there.
+#[test]
+#[ignore = "full tier: engine"]
+fn accelerations_that_jump_or_rise_to_their_bound_reach_it() {
+    let at_place = ((0.01_f64 + 0.031_37).sqrt() - 0.1) / 0.5;
+    let cases = [
+        ("max(sign(t - 0.3137), 0)", "x_ddot >= 1", 0.3137),
+        ("0.5 + max(sign(x - 0.03137), 0)", "x_ddot >= 1.5", at_place),
+        ("min(2*t, 1)", "x_ddot >= 1", 0.5),
+    ];
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("pushed.toml");
+    for (force, condition, time) in cases {
+        let text = format!(
+            "name = \"pushed\"\ncoordinates = [{{ name = \"x\", unit = \"m\" }}]\n[bodies]\nb = {{ mass = '1', com = \
+             ['x', '0'] }}\n[loads]\nf = {{ along = 'x', force = '{force}' }}\n[initial]\ngiven = {{ x = 0, x_dot = \
+             0.1 }}\n[run]\nstep = 0.01\nend_time = 1\n"
+        );
+        fs::write(&scene, text).expect("written");
+        for method in ["rk4", "dop853", "dopri5", "gauss", "auto"] {
+            let file = scene.display().to_string();
+            let run = run(&[&file, "--until", condition, "--method", method, "--step", "0.0123"]);
+            let end = run.summary()["end_time"].as_f64().expect("a number");
+            near(&format!("{condition} with {force} by {method}"), end, time, 1e-13);
+        }
+    }
+}

@@ -229,6 +229,14 @@ impl Adaptive {
                 (checked, then) = (attempts, now);
             }
             self.step(mechanism, solver, true)?;
+            // The state behind a corner.
+            let start = &self.dense_output.from;
+            if let Some((_, inner)) = &mut inner
+                && start.t > now.max(begin)
+                && start.t < t
+            {
+                inner(start);
+            }
         }
         if self.dense_output.to.t == t {
             to.clone_from(&self.dense_output.to);
