@@ -217,6 +217,37 @@ fn lanes_of_a_sweep_end_where_single_runs_do() {
     }
 }
 
+/// Near its turning point a condition hardly changes: rounding errors move the end by much more than those of the motion.
+/// The end is `acos(-bound)`, which the crank reaches at about 15 rad/s.
+#[test]
+fn ends_at_conditions_that_hardly_change_state_their_errors() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("sweep.csv");
+    for distance in [1e-6, 1e-10, 1e-14] {
+        let condition = format!("cos(phi2) <= -1 + {distance:e}");
+        let exact = PI - (0.5 * distance).sqrt().asin() * 2.0;
+        for method in ["rk4", "dop853"] {
+            let run = run(&["quick-return", "--method", method, "--until", &condition]);
+            let (table, summary) = (run.trajectory(), run.summary());
+            let stated = summary["end_time_error"].as_f64().expect("an error");
+            let off = (table.number(table.last(), "phi2") - exact).abs() / table.number(table.last(), "phi2_dot");
+            assert!(off <= 3.0 * stated, "{condition} by {method}: {off:e} of {stated:e}");
+            let sweep = qrm(&["sweep", "quick-return", "--vary", "w0=12", "--method", method, "--until", &condition])
+                .arg("--out")
+                .arg(&out)
+                .output()
+                .expect("the command starts");
+            assert!(sweep.status.success(), "{condition} by {method}");
+            let table = Table::read(&out);
+            let [end, rate, of_time, of_motion] =
+                ["phi2", "phi2_dot", "end_time_error", "estimated_error"].map(|column| table.number(0, column));
+            let off = (end - exact).abs();
+            assert!(off <= 3.0 * of_motion && off <= 3.0 * of_time * rate, "{condition} by {method}: {off:e}");
+            fs::remove_file(&out).expect("removed");
+        }
+    }
+}
+
 /// The polynomial of a step meets the bound where the motion itself only comes near it.
 #[test]
 fn a_condition_that_comes_near_its_bound_does_not_hold_a_lane() {

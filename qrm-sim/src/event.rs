@@ -1,6 +1,7 @@
 //! Events: functions of the state that rise through zero.
 
 mod bounds;
+mod end_time;
 mod largest;
 pub(crate) mod location;
 mod rows;

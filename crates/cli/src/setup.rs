@@ -270,6 +270,15 @@ impl Setup {
         self.end_time.map(End::Time).or(self.event.as_ref().map(End::Event))
     }
 
+    /// Whether motions end at a condition.
+    pub(crate) fn has_condition(&self) -> bool {
+        match self.end() {
+            Some(End::Time(_)) => false,
+            Some(End::Event(_)) => true,
+            None => self.scene.run.until.is_some(),
+        }
+    }
+
     /// The event of a condition on the names of the scene.
     pub(crate) fn event(&self, condition: &str) -> Result<Tape, Error> {
         event(&self.scene, self.model, condition)

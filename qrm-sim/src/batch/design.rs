@@ -53,6 +53,8 @@ pub struct DesignResult {
     pub steps: u64,
     /// Time of the end.
     pub end_time: f64,
+    /// The estimated error of the time at which a condition ended the motion.
+    pub end_time_error: Option<f64>,
     /// Coordinates at the end.
     pub q: Vec<f64>,
     /// Rates at the end.
@@ -62,7 +64,7 @@ pub struct DesignResult {
     /// The estimated errors of the smallest and of the largest value of each output; empty without estimates.
     pub extreme_errors: Vec<[f64; 2]>,
     /// Estimated largest error of a coordinate: in lanes over the end and two earlier times, in a separate run over all
-    /// rows.
+    /// rows. At the end, an error of the time counts too.
     pub estimated_error: Option<f64>,
     /// The reasons not to trust these numbers.
     pub rejection_reasons: Vec<RejectionReason>,
@@ -93,7 +95,11 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
             } else {
                 Vec::new()
             },
-            estimated_error: outcome.estimated_error(),
+            estimated_error: outcome
+                .errors
+                .as_ref()
+                .map(|errors| with_end_time(errors.coordinates(), &outcome.qd, errors.end_time().unwrap_or(0.0))),
+            end_time_error: outcome.errors.as_ref().and_then(ErrorEstimates::end_time),
             nearest_singular: outcome.nearest_singular,
             redundancy: outcome.redundancy,
             status: Ok(outcome.status),
@@ -109,6 +115,11 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
             is_alone: true,
         },
     }
+}
+
+/// The largest error of a coordinate at the end, which an error of the time increases.
+pub(super) fn with_end_time(errors: &[f64], rates: &[f64], end_time_error: f64) -> f64 {
+    errors.iter().zip(rates).map(|(error, rate)| error + rate.abs() * end_time_error).fold(0.0, f64::max)
 }
 
 /// The smallest and the largest value of each output, including those between rows.
@@ -162,6 +173,7 @@ impl DesignResult {
             status: Err(reason),
             steps: 0,
             end_time: 0.0,
+            end_time_error: None,
             q: Vec::new(),
             qd: Vec::new(),
             extremes: Vec::new(),

@@ -71,17 +71,9 @@ impl ArgumentPolynomials {
     ///
     /// The differences become their errors. Returns whether these are small.
     pub(crate) fn compare_with(&mut self, middle: &State) -> bool {
-        let n = middle.q.len();
         let mut are_small = true;
         for Argument { number, coefficients, error } in &mut self.arguments {
-            let exact = match *number {
-                0 => middle.t,
-                i if i <= n => middle.q[i - 1],
-                i if i <= 2 * n => middle.qd[i - 1 - n],
-                i if i <= 3 * n => middle.qdd[i - 1 - 2 * n],
-                i => middle.multipliers[i - 1 - 3 * n],
-            };
-            *error = (moved_to(0.5, *coefficients)[0] - exact).abs();
+            *error = (moved_to(0.5, *coefficients)[0] - argument(middle, *number)).abs();
             are_small &= *error <= SMALL * coefficients.iter().map(|coefficient| coefficient.abs()).sum::<f64>();
         }
         are_small
@@ -98,6 +90,18 @@ impl ArgumentPolynomials {
         let with_errors = self.clone();
         self.arguments.iter_mut().for_each(|argument| argument.error = 0.0);
         with_errors
+    }
+}
+
+/// The number of a state that is an argument: time, coordinates, rates, accelerations and multipliers in order.
+pub(super) fn argument(at: &State, number: usize) -> f64 {
+    let n = at.q.len();
+    match number {
+        0 => at.t,
+        i if i <= n => at.q[i - 1],
+        i if i <= 2 * n => at.qd[i - 1 - n],
+        i if i <= 3 * n => at.qdd[i - 1 - 2 * n],
+        i => at.multipliers[i - 1 - 3 * n],
     }
 }
 

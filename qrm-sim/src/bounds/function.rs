@@ -2,8 +2,9 @@
 
 use qrm_core::{Interval, Mechanism, Tape, TapeFunction, TapeSeries};
 
-use super::arguments::{Argument, ArgumentPolynomials, coefficient_within, moved_to};
+use super::arguments::{Argument, ArgumentPolynomials, argument, coefficient_within, moved_to};
 use super::rows::RowBoxes;
+use crate::state::State;
 
 /// The order of the Taylor expansion whose remainder is bounded.
 const ORDER: usize = 4;
@@ -49,6 +50,13 @@ impl FunctionBounds {
     /// The rounding error of the value at a part of a step; zero where it may jump, or has no value.
     pub(crate) fn rounding(&mut self, motion: &ArgumentPolynomials, s: f64) -> f64 {
         let value = self.at(motion, s);
+        if value.is_finite() && !self.series.may_jump() { value.width() } else { 0.0 }
+    }
+
+    /// The rounding error of the value at a state; zero where it may jump, or has no value.
+    pub(crate) fn rounding_at(&mut self, state: &State) -> f64 {
+        let numbers: Vec<Interval> = self.arguments.iter().map(|i| Interval::point(argument(state, *i))).collect();
+        let value = self.evaluate(0, &numbers);
         if value.is_finite() && !self.series.may_jump() { value.width() } else { 0.0 }
     }
 

@@ -62,8 +62,8 @@ pub(crate) struct Companion {
     by_forces: Vec<bool>,
     /// The largest differences of earlier parts of the motion, summed.
     before: Vec<f64>,
-    /// The difference of the times at which the stop condition became true.
-    of_end_time: Option<f64>,
+    /// The difference of the times at which the stop condition became true, and its rounding error.
+    of_end_time: Option<[f64; 2]>,
     /// The largest relative error of multipliers at extremes at singular positions.
     rounding_at_poles: f64,
     failed: bool,
@@ -209,7 +209,9 @@ impl Companion {
         }
         self.failed = self.advance_to(mechanism, end).is_err();
         if ESTIMATES_EXTREMES {
-            self.of_end_time = condition.and_then(|condition| condition.time_between(end, &self.at));
+            self.of_end_time = condition.and_then(|condition| {
+                Some([condition.time_between(end, &self.at)?, condition.rounding_of_time(end).unwrap_or(0.0)])
+            });
         }
     }
 

@@ -5,16 +5,11 @@ use qrm_core::{Mechanism, RowLayout};
 use super::companion::state_of_companion;
 use super::error_estimate::ErrorEstimates;
 use super::outcome::{StartError, Status};
-use crate::event::location::{locate, slope, time_to_event};
+use crate::event::location::locate;
 use crate::event::{End, EventFunction, Largest, Maximum, Reached};
 use crate::integrate::{Integrator, MethodSettings, StepError};
 use crate::solve::IRREGULAR;
 use crate::state::State;
-
-/// The time over which the slope of a condition is computed, relative to the time of the event.
-const SHIFT: f64 = 1e-7;
-/// How far from the event a jump of the condition is looked for in the companion's motion, relative to its time.
-const LONGEST: f64 = 1e-3;
 
 /// The largest ratio of an error to its estimate.
 const POSSIBLE: f64 = 3.0;
@@ -186,15 +181,16 @@ impl<'a> StopCondition<'a> {
         if let Some(maximum) = self.maximum {
             return Some(maximum.time_to_fall((other_value - own_value).abs()));
         }
-        let moved_value = &mut |at: &State| self.moved_value(at);
-        let slope = slope(end, SHIFT * end.t.abs().max(f64::MIN_POSITIVE), moved_value)?;
-        let time = (other_value - own_value).abs() / slope.abs();
-        if time.is_finite() && slope != 0.0 {
-            return Some(time);
+        self.function.time_between(self.mechanism, [(end, own_value), (other, other_value)], 0.0)
+    }
+
+    /// The error of the time at which it became true that its rounding error causes; `None` if it is not known.
+    pub(super) fn rounding_of_time(&self, end: &State) -> Option<f64> {
+        if let Some(maximum) = self.maximum {
+            return Some(maximum.time_to_fall(0.0));
         }
-        // The condition jumps, or stays as it is.
-        let longest = LONGEST * end.t.abs();
-        Some((time_to_event(other, longest, moved_value)? - time_to_event(end, longest, moved_value)?).abs())
+        let (at_end, rounding) = ((end, self.value(end)?), self.function.rounding(self.mechanism, end));
+        self.function.time_between(self.mechanism, [at_end; 2], rounding)
     }
 
     /// Finds where the condition first becomes true in rows, and the number of the row after that. It is false in the

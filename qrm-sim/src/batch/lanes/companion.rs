@@ -3,9 +3,9 @@
 
 use qrm_core::{CHECKPOINTS, Description};
 
-use super::super::design::DesignResult;
+use super::super::design::{DesignResult, with_end_time};
 use super::{Lane, LaneSweep};
-use crate::run::{accepted_errors, rounding, worst};
+use crate::run::{Status, accepted_errors, rounding, worst};
 use crate::solve::largest;
 use crate::state::State;
 
@@ -20,6 +20,9 @@ pub(super) const LONGER: f64 = 1.5;
 const FEW_STEPS: u64 = 32;
 /// The estimate is then so many times the difference.
 const CHANCE: f64 = 4.0;
+
+/// The rounding error of a condition, in parts of its distance from true at the start.
+const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
 /// The comparison of a companion with its design.
 pub(super) struct Companion {
@@ -65,6 +68,11 @@ impl LaneSweep<'_> {
             self.leave(lane);
             return;
         }
+        let end_time_error = match result.status {
+            Ok(Status::Stopped) => self.end_time_error(lane, result, at),
+            _ => Some(0.0),
+        };
+        let Some(end_time_error) = end_time_error else { return self.leave(lane) };
         let of_companion = self.outputs(design, at);
         let Some(Lane { companion: Some(companion), .. }) = self.lanes[lane].take() else { return };
         let Companion { mut result, ranges, outputs, .. } = companion;
@@ -77,7 +85,20 @@ impl LaneSweep<'_> {
             let of_motion = margin * of_motion.max(rounding(low.abs().max(high.abs()), result.steps));
             *errors = errors.map(|error| error + of_motion);
         }
-        self.finished[design] = Some(DesignResult { estimated_error: Some(margin * largest(&errors).1), ..result });
+        let estimated_error = Some(margin * with_end_time(&errors, &result.qd, end_time_error));
+        let end_time_error = matches!(result.status, Ok(Status::Stopped)).then_some(margin * end_time_error);
+        self.finished[design] = Some(DesignResult { estimated_error, end_time_error, ..result });
+    }
+
+    /// The error of the time at which a condition ended a design; `None` if it is not known.
+    fn end_time_error(&self, lane: usize, result: &DesignResult, at: &State) -> Option<f64> {
+        let (Lane { design, first, .. }, event) = (self.lanes[lane].as_ref()?, self.events.get(lane)?);
+        let mechanism = &*self.designs[*design];
+        event.set_parameters(mechanism);
+        let end = State { q: result.q.clone(), qd: result.qd.clone(), ..at.clone() };
+        let [at_start, end_value, other_value] = [first, &end, at].map(|at| event.value_at_position(mechanism, at));
+        let rounding = ROUNDING * at_start?.abs();
+        event.time_between(mechanism, [(&end, end_value?), (at, other_value?)], rounding)
     }
 }
 

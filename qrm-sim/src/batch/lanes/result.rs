@@ -70,6 +70,7 @@ impl LaneSweep<'_> {
             status: Ok(status),
             steps: self.batch.steps(lane),
             end_time: at.t,
+            end_time_error: None,
             q: at.q.clone(),
             qd: at.qd.clone(),
             extreme_errors: (0..outputs.len()).map(|output| self.batch.range_errors(lane, output)).collect(),

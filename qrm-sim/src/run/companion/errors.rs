@@ -68,7 +68,9 @@ impl Companion {
                 [const { Vec::new() }; 2]
             },
             at_end: errors(&|difference| difference.latest),
-            of_end_time: self.of_end_time.map(|difference| (difference / ratio).max(rounding(self.at.t, steps))),
+            of_end_time: self.of_end_time.map(|[difference, of_condition]| {
+                (difference / ratio).max(rounding(self.at.t, steps)).max(of_condition)
+            }),
         })
     }
 

@@ -67,6 +67,7 @@ pub(crate) enum Field {
     Status,
     Reason,
     EndTime,
+    EndTimeError,
     Steps,
     /// A coordinate at the end.
     Coordinate(usize),
@@ -79,12 +80,13 @@ pub(crate) enum Field {
     EstimatedError,
 }
 
-/// The columns that every sweep has.
-const FIXED: [(&str, &str, &str, Field); 6] = [
+/// The columns that every sweep has; `end_time_error` only where designs end at a condition.
+const FIXED: [(&str, &str, &str, Field); 7] = [
     ("design", "", "number of the design", Field::Design),
     ("status", "", "whether the design came to its end: done or failed", Field::Status),
     ("reason", "", "why it did not", Field::Reason),
     ("end_time", "s", "when the motion ended", Field::EndTime),
+    ("end_time_error", "s", "estimated error of this time", Field::EndTimeError),
     ("steps", "", "steps made", Field::Steps),
     ("estimated_error", "rad or m", "largest error of a coordinate in any row, estimated", Field::EstimatedError),
 ];
@@ -100,7 +102,7 @@ pub(super) fn parquet_kind(name: &str) -> parquet::Kind {
 
 /// The columns of a sweep.
 pub(super) fn columns(setup: &Setup, axes: &Axes, has_extremes: bool) -> Vec<Column<Field>> {
-    let [design, status, reason, end_time, steps, error] =
+    let [design, status, reason, end_time, end_time_error, steps, error] =
         FIXED.map(|(name, unit, doc, field)| Column::new(name, unit, doc, field));
     let description = setup.description;
     let varied = axes.names().enumerate().map(|(i, name)| {
@@ -138,7 +140,9 @@ pub(super) fn columns(setup: &Setup, axes: &Axes, has_extremes: bool) -> Vec<Col
     });
     let mut columns = vec![design];
     columns.extend(varied);
-    columns.extend([status, reason, end_time, steps]);
+    columns.extend([status, reason, end_time]);
+    columns.extend(Some(end_time_error).filter(|_| setup.has_condition()));
+    columns.push(steps);
     columns.extend(coordinates);
     columns.extend(rates);
     columns.extend(extremes);
@@ -187,6 +191,7 @@ pub(super) fn row(
         Field::EndTime if has_begun => Cell::Number(finished.end_time),
         Field::Steps if has_begun => Cell::Whole(finished.steps),
         Field::EndTime | Field::Steps => Cell::Empty,
+        Field::EndTimeError => number(finished.end_time_error.map(two_digits).as_ref()),
         Field::Coordinate(i) => number(finished.q.get(i)),
         Field::Rate(i) => number(finished.qd.get(i)),
         Field::Minimum(i) => number(finished.extremes.get(i).map(|e| &e[0])),

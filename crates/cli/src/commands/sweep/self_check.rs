@@ -219,6 +219,7 @@ mod tests {
             status: Ok(Status::Completed),
             steps: 100,
             end_time,
+            end_time_error: None,
             q: vec![q],
             qd: vec![2.0],
             extremes: Vec::new(),
