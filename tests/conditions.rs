@@ -218,12 +218,12 @@ fn lanes_of_a_sweep_end_where_single_runs_do() {
 }
 
 /// Near its turning point a condition hardly changes: rounding errors move the end by much more than those of the motion.
-/// The end is `acos(-bound)`, which the crank reaches at about 15 rad/s.
+/// The end is at `pi - 2 asin(sqrt(distance/2))`.
 #[test]
 fn ends_at_conditions_that_hardly_change_state_their_errors() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("sweep.csv");
-    for distance in [1e-6, 1e-10, 1e-14] {
+    for distance in [1e-6_f64, 1e-10, 1e-14] {
         let condition = format!("cos(phi2) <= -1 + {distance:e}");
         let exact = PI - (0.5 * distance).sqrt().asin() * 2.0;
         for method in ["rk4", "dop853"] {
