@@ -231,7 +231,8 @@ impl Adaptive {
             self.step(mechanism, solver, true)?;
             // The state behind a corner.
             let start = &self.dense_output.from;
-            if let Some((_, inner)) = &mut inner
+            if cfg!(feature = "corners")
+                && let Some((_, inner)) = &mut inner
                 && start.t > now.max(begin)
                 && start.t < t
             {

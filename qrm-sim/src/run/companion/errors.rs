@@ -68,7 +68,7 @@ impl Companion {
                 [const { Vec::new() }; 2]
             },
             at_end: errors(&|difference| difference.latest),
-            of_end_time: self.of_end_time.map(|[difference, of_condition]| {
+            of_end_time: self.of_end_time.filter(|_| ESTIMATES_EXTREMES).map(|[difference, of_condition]| {
                 (difference / ratio).max(rounding(self.at.t, steps)).max(of_condition)
             }),
         })
