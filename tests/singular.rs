@@ -214,6 +214,23 @@ fn forces_of_links_without_mass_are_zero() {
     }
 }
 
+/// Dry friction at the slider jumps where the crank is at its dead points: the search for extremes ends, and says what it
+/// has not decided.
+#[test]
+#[ignore = "full tier: engine"]
+fn friction_that_jumps_at_dead_points_does_not_hold_the_search_for_extremes() {
+    let text = std::fs::read_to_string(scene("dead-points")).expect("a scene");
+    let friction = "[loads]\nfriction = { force = ['-3*sign(B.x_dot)', 0], at = \"slider.B\" }\n[outputs]";
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("friction.toml");
+    std::fs::write(&file, text.replace("[outputs]", friction)).expect("written");
+    let run = run(&[&file.display().to_string(), "--step", "3e-3", "--no-figures"]);
+    assert_eq!(run.status(), 0, "{}", run.stderr());
+    // The drive bears the friction besides the force without it.
+    within_errors(&run, "F", [DEAD_POINTS[1].1[0] - 3.0, DEAD_POINTS[1].1[1] + 3.0], "friction");
+    assert!(run.stdout().contains("bounds between rows do not tell more"), "{}", run.stdout());
+}
+
 #[test]
 #[ignore = "full tier: engine"]
 fn forces_have_no_derivatives_at_dead_points() {

@@ -7,7 +7,7 @@ use qrm_core::{Interval, Mechanism};
 
 use super::arguments::ArgumentPolynomials;
 use super::function::{Bound, FunctionBounds};
-use crate::solve::Solver;
+use crate::solve::{NEAR, Solver};
 use crate::state::State;
 
 /// The shortest part of a step.
@@ -31,6 +31,9 @@ const SHIFT: f64 = 1e-3;
 const ZERO: f64 = 1e-200;
 /// The smallest change of a value that is no rounding error, in parts of the value.
 const ROUNDING: f64 = 1e-9;
+
+/// The number of bounds that a state near a singular position counts for.
+const BOUNDS_OF_STATE: u32 = 100;
 
 /// The reason why the largest value is not known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,13 +168,24 @@ impl PeakSearch<'_> {
     }
 
     fn value_at(&mut self, t: f64) -> f64 {
-        (self.at)(t).map_or(f64::NAN, |at| (self.value)(&at))
+        self.state_at(t).map_or(f64::NAN, |at| (self.value)(&at))
     }
 
     fn note_at(&mut self, t: f64) {
-        if let Some(at) = (self.at)(t) {
+        if let Some(at) = self.state_at(t) {
             self.note(&at);
         }
+    }
+
+    /// The state at a time; one near a singular position takes as long as many bounds.
+    fn state_at(&mut self, t: f64) -> Option<State> {
+        let at = (self.at)(t)?;
+        if let Some(solver) = &mut self.solver
+            && solver.singularity_fraction(self.mechanism, NEAR, t, (&at.q, &at.qd)).is_some()
+        {
+            *self.left = self.left.saturating_sub(BOUNDS_OF_STATE).max(1);
+        }
+        Some(at)
     }
 
     fn note(&mut self, at: &State) {
