@@ -329,6 +329,8 @@ fn accelerations_that_jump_or_rise_to_their_bound_reach_it() {
         ("max(sign(t - 0.3137), 0)", "x_ddot >= 1", 0.3137),
         ("0.5 + max(sign(x - 0.03137), 0)", "x_ddot >= 1.5", at_place),
         ("min(2*t, 1)", "x_ddot >= 1", 0.5),
+        // A jump at a row.
+        ("sign(t - 0.4)", "x_ddot >= 1", 0.4),
     ];
     let folder = tempfile::tempdir().expect("a folder");
     let scene = folder.path().join("pushed.toml");
@@ -339,11 +341,15 @@ fn accelerations_that_jump_or_rise_to_their_bound_reach_it() {
              0.1 }}\n[run]\nstep = 0.01\nend_time = 1\n"
         );
         fs::write(&scene, text).expect("written");
-        for method in ["rk4", "dop853", "dopri5", "gauss", "auto"] {
+        for (method, step) in
+            ["rk4", "dop853", "dopri5", "gauss", "auto"].iter().flat_map(|m| [(m, "0.01"), (m, "0.0123")])
+        {
             let file = scene.display().to_string();
-            let run = run(&[&file, "--until", condition, "--method", method, "--step", "0.0123"]);
-            let end = run.summary()["end_time"].as_f64().expect("a number");
+            let run = run(&[&file, "--until", condition, "--method", method, "--step", step]);
+            let summary = run.summary();
+            let [end, stated] = ["end_time", "end_time_error"].map(|name| summary[name].as_f64().expect("a number"));
             near(&format!("{condition} with {force} by {method}"), end, time, 1e-13);
+            near(&format!("{condition} with {force} by {method}, as stated"), end, time, 3.0 * stated);
         }
     }
 }

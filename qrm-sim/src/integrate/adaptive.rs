@@ -204,6 +204,15 @@ impl Adaptive {
         let begin = std::mem::replace(&mut self.asked, t);
         let is_sampled = matches!(inner, Some((IntermediateRows::Samples, _)));
         self.task.dense_from = if is_sampled || self.balance.has_power { f64::NEG_INFINITY } else { t };
+        // The state behind a corner at the last time that was asked for.
+        let start = &self.dense_output.from;
+        if cfg!(feature = "corners")
+            && let Some((_, inner)) = &mut inner
+            && begin < start.t
+            && start.t < t
+        {
+            inner(start);
+        }
         loop {
             if let Some((which, inner)) = &mut inner {
                 if *which == IntermediateRows::Samples {

@@ -13,6 +13,8 @@ use crate::state::State;
 
 /// The largest ratio of an error to its estimate.
 const POSSIBLE: f64 = 3.0;
+/// The error of the time of a corner of the equations of motion, relative to the time: steps to it are no shorter.
+const CORNER: f64 = 64.0 * f64::EPSILON;
 /// The rounding error of a condition, in parts of its distance from true at the start.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
@@ -190,7 +192,9 @@ impl<'a> StopCondition<'a> {
             return Some(maximum.time_to_fall(0.0));
         }
         let (at_end, rounding) = ((end, self.value(end)?), self.function.rounding(self.mechanism, end));
-        self.function.time_between(self.mechanism, [at_end; 2], rounding)
+        let of_value = self.function.time_between(self.mechanism, [at_end; 2], rounding)?;
+        let of_corner = if self.mechanism.description().has_corners { CORNER * end.t.abs() } else { 0.0 };
+        Some(of_value.max(of_corner))
     }
 
     /// Finds where the condition first becomes true in rows, and the number of the row after that. It is false in the

@@ -10,9 +10,10 @@ use crate::function::Function;
 use crate::scene::{Constraint, LoadKind, Quantity, Scene, Start, Value};
 
 /// Units other than rad, m, kg, s, N, J and W.
-const SCALED: [&str; 31] = [
+const SCALED: [&str; 46] = [
     "deg", "°", "grad", "rev", "rpm", "um", "µm", "mm", "cm", "dm", "km", "in", "inch", "ft", "mN", "kN", "MN", "lbf",
-    "mJ", "kJ", "MJ", "mW", "kW", "MW", "ms", "min", "h", "g", "mg", "t", "lb",
+    "mJ", "kJ", "MJ", "mW", "kW", "MW", "ms", "min", "h", "g", "mg", "t", "lb", "RPM", "rps", "Hz", "kHz", "Nmm",
+    "Ncm", "kNm", "mNm", "cN", "daN", "kgf", "gram", "grams", "tonne", "Mg",
 ];
 
 /// Units of angles other than rad, and of lengths other than m.
@@ -122,15 +123,17 @@ fn lengths(scene: &Scene) -> Vec<usize> {
     lengths
 }
 
-/// The parameters that are terms of masses, moments of inertia, loads, and rates at the start or of drives.
+/// The parameters that are masses, moments of inertia, parts of loads, or rates at the start or of drives.
 fn inertias_rates_and_loads(scene: &Scene) -> Vec<usize> {
     let mut values: Vec<&Value> = scene.bodies.iter().flat_map(|body| [&body.mass, &body.inertia]).flatten().collect();
     for load in &scene.loads {
         match &load.kind {
             LoadKind::Force { force: components, .. } | LoadKind::Gravity(components) => values.extend(components),
             LoadKind::Torque { torque, .. } => values.push(torque),
-            LoadKind::Spring { stiffness, rest, damping, force, friction, .. } => {
-                values.extend([stiffness, rest, damping, force].into_iter().flatten());
+            LoadKind::Spring { along, stiffness, rest, damping, force, friction, .. } => {
+                values.extend([stiffness, damping, force].into_iter().flatten());
+                let has_factor = matches!(along.nodes().last(), Some(Node::Multiply(..) | Node::Divide(..)));
+                values.extend(rest.iter().filter(|_| !has_factor));
                 values.extend(friction.iter().map(|friction| &friction.size));
             }
         }
@@ -140,8 +143,14 @@ fn inertias_rates_and_loads(scene: &Scene) -> Vec<usize> {
             values.push(value);
         }
     }
-    let mut parameters = Vec::new();
-    values.into_iter().for_each(|value| terms(value, value.nodes().len() - 1, &|_| None, &mut parameters));
+    // A term of a sum may be converted with the others.
+    let alone = |value: &Value| match value.nodes() {
+        [Node::Name(Quantity::Parameter(place))] | [Node::Name(Quantity::Parameter(place)), Node::Negate(_)] => {
+            Some(*place)
+        }
+        _ => None,
+    };
+    let mut parameters: Vec<usize> = values.into_iter().filter_map(alone).collect();
     // Such as `phi - w*t`.
     for Constraint { residual, .. } in &scene.constraints {
         let is_time = |id: NodeId| matches!(residual.nodes()[id], Node::Name(Quantity::Time));
@@ -189,7 +198,7 @@ fn terms(value: &Value, id: NodeId, factor: &dyn Fn(NodeId) -> Option<NodeId>, p
 
 /// Whether a unit has a factor other than one.
 fn is_scaled(unit: &str) -> bool {
-    unit.split(['/', '*', '^', ' ']).any(|part| SCALED.contains(&part))
+    unit.split(['/', '*', '^', ' ', '(', ')', '·']).any(|part| SCALED.contains(&part))
 }
 
 /// Reports a unit that is scaled.
