@@ -204,15 +204,7 @@ impl Adaptive {
         let begin = std::mem::replace(&mut self.asked, t);
         let is_sampled = matches!(inner, Some((IntermediateRows::Samples, _)));
         self.task.dense_from = if is_sampled || self.balance.has_power { f64::NEG_INFINITY } else { t };
-        // The state behind a corner at the last time that was asked for.
-        let start = &self.dense_output.from;
-        if cfg!(feature = "corners")
-            && let Some((_, inner)) = &mut inner
-            && begin < start.t
-            && start.t < t
-        {
-            inner(start);
-        }
+        self.keep_behind_corner([begin, t], &mut inner);
         loop {
             if let Some((which, inner)) = &mut inner {
                 if *which == IntermediateRows::Samples {
@@ -238,15 +230,7 @@ impl Adaptive {
                 (checked, then) = (attempts, now);
             }
             self.step(mechanism, solver, true)?;
-            // The state behind a corner.
-            let start = &self.dense_output.from;
-            if cfg!(feature = "corners")
-                && let Some((_, inner)) = &mut inner
-                && start.t > now.max(begin)
-                && start.t < t
-            {
-                inner(start);
-            }
+            self.keep_behind_corner([now.max(begin), t], &mut inner);
         }
         if self.dense_output.to.t == t {
             to.clone_from(&self.dense_output.to);
@@ -255,6 +239,18 @@ impl Adaptive {
         let mut evaluator = Evaluator { evaluations: &mut self.counts.evaluations, solver };
         to.t = t;
         self.formula.state_inside(mechanism, &mut self.dense_output, &self.task, &mut evaluator, to)
+    }
+
+    /// Keeps the state at which the last step began, if it lies between two times: it is the one behind a corner.
+    fn keep_behind_corner(&self, [begin, end]: [f64; 2], inner: &mut Option<(IntermediateRows, &mut KeepState)>) {
+        let from = &self.dense_output.from;
+        if cfg!(feature = "corners")
+            && begin < from.t
+            && from.t < end
+            && let Some((_, inner)) = inner
+        {
+            inner(from);
+        }
     }
 
     /// States inside the last step, between two times.

@@ -4,9 +4,11 @@ const root = document.currentScript.closest(".qrm-animation");
 /** What the page holds. */
 root.packed = JSON.parse(root.querySelector("script[type='application/json']").textContent);
 
-/** The digits of base 85: printable signs but those that HTML or JSON would escape. */
-const DIGITS = [...Array(94)].map((_, i) => String.fromCharCode(33 + i)).filter((sign) => !"\"&'<>\\`".includes(sign));
-const VALUES = new Map(DIGITS.map((sign, value) => [sign, value]));
+/** The values of the digits of base 85: printable signs but those that HTML or JSON would escape. */
+const VALUES = new Map(
+  [...Array(94)].map((_, i) => String.fromCharCode(33 + i)).filter((sign) => !"\"&'<>\\`".includes(sign))
+    .map((sign, value) => [sign, value])
+);
 
 /** The bytes of a text of digits, five of them for four bytes; a part of a byte at the end does not count. */
 function decoded(text) {

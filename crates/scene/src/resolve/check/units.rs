@@ -9,16 +9,14 @@ use crate::expression::{Node, NodeId};
 use crate::function::Function;
 use crate::scene::{Constraint, LoadKind, Quantity, Scene, Start, Value};
 
-/// Units other than rad, m, kg, s, N, J and W.
-const SCALED: [&str; 46] = [
-    "deg", "°", "grad", "rev", "rpm", "um", "µm", "mm", "cm", "dm", "km", "in", "inch", "ft", "mN", "kN", "MN", "lbf",
-    "mJ", "kJ", "MJ", "mW", "kW", "MW", "ms", "min", "h", "g", "mg", "t", "lb", "RPM", "rps", "Hz", "kHz", "Nmm",
-    "Ncm", "kNm", "mNm", "cN", "daN", "kgf", "gram", "grams", "tonne", "Mg",
+/// Units other than rad, m, kg, s, N, J and W: those of angles and of lengths first.
+const SCALED: [&str; 42] = [
+    "deg", "°", "grad", "rev", "um", "µm", "mm", "cm", "dm", "km", "in", "inch", "ft", "rpm", "RPM", "Hz", "mN", "kN",
+    "MN", "daN", "lbf", "kgf", "Nmm", "Ncm", "kNm", "mJ", "kJ", "MJ", "mW", "kW", "MW", "ms", "min", "h", "g", "mg",
+    "t", "lb", "gram", "tonne", "rps", "kHz",
 ];
-
-/// Units of angles other than rad, and of lengths other than m.
-const ANGLES: [&str; 4] = ["deg", "°", "grad", "rev"];
-const LENGTHS: [&str; 9] = ["um", "µm", "mm", "cm", "dm", "km", "in", "inch", "ft"];
+const ANGLES: &[&str] = SCALED.split_at(4).0;
+const LENGTHS: &[&str] = SCALED.split_at(13).0.split_at(4).1;
 
 /// Reports units of coordinates, and of outputs that are computed without a factor, that the numbers do not have.
 pub(super) fn units(document: &Document, findings: &mut Vec<Diagnostic>) {
