@@ -19,8 +19,9 @@ class SweepTable(np.ndarray):
     """A structured array with a row for each design, and the units and meanings of its columns.
 
     `table["N3_max"]` is an array of shape `(designs,)`. The columns are those of `qrm sweep`: `design`; the varied
-    parameters; `status` (`"done"` or `"failed"`); `reason`; `end_time`; `steps`; `NAME` and `NAME_dot` of each
-    coordinate at the end; `NAME_min` and `NAME_max` of each output; `estimated_error`. Numbers that are not known are
+    parameters; `status` (`"done"` or `"failed"`); `reason`; `end_time`; `end_time_error`, where a condition
+    ends the designs; `steps`; `NAME` and `NAME_dot` of each coordinate at the end; `NAME_min` and `NAME_max` of each
+    output; `estimated_error`. Numbers that are not known are
     NaN, and whole numbers 0.
     """
 
