@@ -217,7 +217,7 @@ fn lanes_of_a_sweep_end_where_single_runs_do() {
     }
 }
 
-/// Near its turning point a condition hardly changes: rounding errors move the end by much more than those of the motion.
+/// Near its turning point a condition hardly changes. Its rounding errors move the end by more than the motion does.
 /// The end is at `pi - 2 asin(sqrt(distance/2))`.
 #[test]
 fn ends_at_conditions_that_hardly_change_state_their_errors() {

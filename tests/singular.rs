@@ -214,8 +214,8 @@ fn forces_of_links_without_mass_are_zero() {
     }
 }
 
-/// Dry friction at the slider jumps where the crank is at its dead points: the search for extremes ends, and says what it
-/// has not decided.
+/// Dry friction at the slider jumps at the dead points of the crank. The search for extremes ends, and says what it has
+/// not decided.
 #[test]
 #[ignore = "full tier: engine"]
 fn friction_that_jumps_at_dead_points_does_not_hold_the_search_for_extremes() {

@@ -58,6 +58,13 @@ impl Diagnostic {
         Self { span: None, ..Self::error(title, 0..0, "") }
     }
 
+    /// Creates an error about a bare number of more than a turn that is taken as an angle.
+    pub(crate) fn angle_without_unit(text: &str, span: Span) -> Self {
+        let title = format!("an angle of {text} has no unit, and is more than a turn in radians");
+        let help = format!("write `'{text}deg'`, or `'{text} rad'` if it is in radians");
+        Self::error(title, span, "degrees or radians?").help(help)
+    }
+
     /// Adds a remedy.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {

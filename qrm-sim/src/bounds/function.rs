@@ -50,13 +50,17 @@ impl FunctionBounds {
     /// The rounding error of the value at a part of a step; zero where it may jump, or has no value.
     pub(crate) fn rounding(&mut self, motion: &ArgumentPolynomials, s: f64) -> f64 {
         let value = self.at(motion, s);
-        if value.is_finite() && !self.series.may_jump() { value.width() } else { 0.0 }
+        self.rounding_of(value)
     }
 
     /// The rounding error of the value at a state; zero where it may jump, or has no value.
     pub(crate) fn rounding_at(&mut self, state: &State) -> f64 {
         let numbers: Vec<Interval> = self.arguments.iter().map(|i| Interval::point(argument(state, *i))).collect();
         let value = self.evaluate(0, &numbers);
+        self.rounding_of(value)
+    }
+
+    fn rounding_of(&self, value: Interval) -> f64 {
         if value.is_finite() && !self.series.may_jump() { value.width() } else { 0.0 }
     }
 

@@ -12,10 +12,11 @@ const SHIFT: f64 = 1e-7;
 const LONGEST: f64 = 1e-3;
 
 impl EventFunction<'_> {
-    /// The time between the events of two motions, of which the first one ended and the other one is at the same time;
-    /// with the values there, and their rounding error. `None` if it is not known.
+    /// The time between the events of two motions; `None` if it is not known.
     ///
-    /// For a difference `d` of the values it is the smaller one of `d/|g'|` and `sqrt(2 d/|g''|)`.
+    /// The first motion ended at its event, in the state `end`. The other one is in the state `other` at that time. Each
+    /// state comes with the value of the event, which has a rounding error. For a difference `d` of the values, the time
+    /// is the smaller of `d/|g'|` and `sqrt(2 d/|g''|)`.
     pub(crate) fn time_between(
         &self,
         mechanism: &dyn Mechanism,

@@ -9,7 +9,7 @@ pub(crate) struct Corner(pub(crate) f64);
 
 impl Corner {
     /// The shortest distance of a step from `t` to a corner.
-    pub(super) fn resolution(t: f64) -> f64 {
+    pub(crate) fn resolution(t: f64) -> f64 {
         4.0 * equal(t)
     }
 

@@ -7,14 +7,12 @@ use super::error_estimate::ErrorEstimates;
 use super::outcome::{StartError, Status};
 use crate::event::location::locate;
 use crate::event::{End, EventFunction, Largest, Maximum, Reached};
-use crate::integrate::{Integrator, MethodSettings, StepError};
+use crate::integrate::{Corner, Integrator, MethodSettings, StepError};
 use crate::solve::IRREGULAR;
 use crate::state::State;
 
 /// The largest ratio of an error to its estimate.
 const POSSIBLE: f64 = 3.0;
-/// The error of the time of a corner of the equations of motion, relative to the time: steps to it are no shorter.
-const CORNER: f64 = 64.0 * f64::EPSILON;
 /// The rounding error of a condition, in parts of its distance from true at the start.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
@@ -193,7 +191,7 @@ impl<'a> StopCondition<'a> {
         }
         let (at_end, rounding) = ((end, self.value(end)?), self.function.rounding(self.mechanism, end));
         let of_value = self.function.time_between(self.mechanism, [at_end; 2], rounding)?;
-        let of_corner = if self.mechanism.description().has_corners { CORNER * end.t.abs() } else { 0.0 };
+        let of_corner = if self.mechanism.description().has_corners { Corner::resolution(end.t) } else { 0.0 };
         Some(of_value.max(of_corner))
     }
 

@@ -200,8 +200,8 @@ fn no_sensitivity(setup: &Setup, reason: &SensitivityError) -> Error {
             "use a shorter --step, an earlier --end-time, or look with `qrm stability {name}` for singular positions"
         )),
         SensitivityError::ForcesNearSingular { t } => Message::new(format!(
-            "at t = {t} s the mechanism is near a singular position, where forces and accelerations have too few digits \
-             for derivatives"
+            "at t = {t} s the mechanism is near a singular position, where forces and accelerations have too few \
+             digits for derivatives"
         ))
         .help("ask by --of for outputs that take neither, or end earlier with --end-time"),
         SensitivityError::NotSmooth { t } => {

@@ -95,9 +95,7 @@ impl<'s> Reader<'s> {
         };
         let text = self.source[value.span()].trim_matches(['\'', '"']).trim();
         if number > std::f64::consts::TAU && !text.ends_with("rad") {
-            let title = format!("an angle of {text} has no unit, and is more than a turn in radians");
-            let help = format!("write `'{text}deg'`, or `'{text} rad'` if it is in radians");
-            self.findings.push(Diagnostic::error(title, value.span(), "degrees or radians?").help(help));
+            self.findings.push(Diagnostic::angle_without_unit(text, value.span()));
         }
         formula
     }

@@ -73,7 +73,7 @@ pub(super) struct DualEquations<'m, T: Inner> {
 const SETTLED: f64 = 1e-9;
 
 impl<'m, T: Inner> DualEquations<'m, T> {
-    /// The equations with derivatives by so many parameters, for what is asked for.
+    /// Creates the equations of a request, with derivatives by this number of parameters.
     pub(super) fn new(
         mechanism: &'m dyn Mechanism,
         tape: &'m Tape,

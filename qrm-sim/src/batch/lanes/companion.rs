@@ -69,10 +69,12 @@ impl LaneSweep<'_> {
             return;
         }
         let end_time_error = match result.status {
-            Ok(Status::Stopped) => self.end_time_error(lane, result, at),
-            _ => Some(0.0),
+            Ok(Status::Stopped) => match self.end_time_error(lane, result, at) {
+                None => return self.leave(lane),
+                known => known,
+            },
+            _ => None,
         };
-        let Some(end_time_error) = end_time_error else { return self.leave(lane) };
         let of_companion = self.outputs(design, at);
         let Some(Lane { companion: Some(companion), .. }) = self.lanes[lane].take() else { return };
         let Companion { mut result, ranges, outputs, .. } = companion;
@@ -85,8 +87,8 @@ impl LaneSweep<'_> {
             let of_motion = margin * of_motion.max(rounding(low.abs().max(high.abs()), result.steps));
             *errors = errors.map(|error| error + of_motion);
         }
-        let estimated_error = Some(margin * with_end_time(&errors, &result.qd, end_time_error));
-        let end_time_error = matches!(result.status, Ok(Status::Stopped)).then_some(margin * end_time_error);
+        let estimated_error = Some(margin * with_end_time(&errors, &result.qd, end_time_error.unwrap_or(0.0)));
+        let end_time_error = end_time_error.map(|error| margin * error);
         self.finished[design] = Some(DesignResult { estimated_error, end_time_error, ..result });
     }
 

@@ -171,9 +171,7 @@ pub(super) fn relaxed_angles(scene: &Scene, source: &str, findings: &mut Vec<Dia
         let span = rest.whole_span();
         let [text, behind] = [span.clone(), span.end..source.len()].map(|part| source.get(part).unwrap_or_default());
         if is_angle && is_beyond_turn(rest) && !behind.trim_start().starts_with("rad") {
-            let title = format!("an angle of {text} has no unit, and is more than a turn in radians");
-            let help = format!("write `'{text}deg'`, or `'{text} rad'` if it is in radians");
-            findings.push(Diagnostic::error(title, span, "degrees or radians?").help(help));
+            findings.push(Diagnostic::angle_without_unit(text, span));
         }
     }
 }
