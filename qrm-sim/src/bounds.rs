@@ -7,7 +7,7 @@ mod peak;
 mod resolution;
 mod rows;
 
-pub(crate) use arguments::{ArgumentPolynomials, ball};
+pub(crate) use arguments::{ArgumentPolynomials, argument, ball};
 pub(crate) use function::FunctionBounds;
 pub(crate) use output::{BoundedOutput, bounded_outputs};
 pub(crate) use peak::{PeakError, PeakSearch};

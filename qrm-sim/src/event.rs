@@ -20,8 +20,10 @@ use crate::state::State;
 /// Whether events are looked for between rows.
 const HAS_BOUNDS: bool = cfg!(feature = "events");
 
-/// How near to zero an event is looked at for its largest value, in parts of its value at the start.
+/// How near to zero an event is looked at for its largest value, in parts of its value at the start and of its arguments.
 const NEARNESS: f64 = 1e-4;
+/// The largest ratio of an error to its estimate.
+pub(crate) const POSSIBLE: f64 = 3.0;
 
 /// The end of a motion.
 #[derive(Clone, Copy, Debug)]
@@ -74,9 +76,9 @@ impl<'a> EventFunction<'a> {
         self.nearness = NEARNESS * value.abs();
     }
 
-    /// Whether a value is near zero.
-    pub(crate) fn is_near_zero(&self, value: f64) -> bool {
-        value >= -self.nearness
+    /// Whether the event comes near zero at a state.
+    pub(crate) fn is_near_zero(&self, mechanism: &dyn Mechanism, at: &State) -> bool {
+        self.with_bounds(mechanism, |bounds| bounds.is_near_zero(at)).unwrap_or(true)
     }
 
     /// Sets the parameters to those of another mechanism of the same scene.

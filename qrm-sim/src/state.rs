@@ -95,16 +95,16 @@ impl State {
         }
     }
 
-    /// Moves the state along its rates and accelerations by a short time; rates and accelerations stay unchanged.
+    /// Moves coordinates and rates by a short time along their Taylor series up to the accelerations.
     pub(crate) fn move_along(&mut self, h: f64) {
         self.t += h;
         for i in 0..self.q.len() {
-            self.q[i] += h * self.qd[i];
+            self.q[i] += h * (self.qd[i] + 0.5 * h * self.qdd[i]);
             self.qd[i] += h * self.qdd[i];
         }
     }
 
-    /// The state after a short time along its rates and accelerations.
+    /// The state after a short time, by [`State::move_along`].
     pub(crate) fn moved_along(&self, h: f64) -> Self {
         let mut moved = self.clone();
         moved.move_along(h);

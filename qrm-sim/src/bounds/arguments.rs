@@ -94,7 +94,7 @@ impl ArgumentPolynomials {
 }
 
 /// The number of a state that is an argument: time, coordinates, rates, accelerations and multipliers in order.
-pub(super) fn argument(at: &State, number: usize) -> f64 {
+pub(crate) fn argument(at: &State, number: usize) -> f64 {
     let n = at.q.len();
     match number {
         0 => at.t,

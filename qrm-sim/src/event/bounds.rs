@@ -2,7 +2,9 @@
 
 use qrm_core::{Interval, Mechanism, Tape};
 
-use crate::bounds::{ArgumentPolynomials, FunctionBounds, ball};
+use super::NEARNESS;
+use crate::bounds::{ArgumentPolynomials, FunctionBounds, argument, ball};
+use crate::state::State;
 
 /// The smallest and the largest margin of intervals that are tried, in widths of those that are asked for.
 const LEAST_MARGIN: f64 = 1.0 / 64.0;
@@ -43,17 +45,31 @@ impl EventBounds {
         if self.margin >= 1.0 {
             let reach = 0.5 + self.margin;
             let larger: Vec<Interval> = ranges.iter().map(|range| ball(range.mid(), reach * range.width())).collect();
-            if self.function.evaluate(0, &larger).hi() < -self.nearness {
+            if self.near(&larger).hi() < -self.nearness {
                 self.negative = larger;
                 self.margin = (2.0 * self.margin).min(MOST_MARGIN);
                 return None;
             }
         }
-        let natural = self.function.evaluate(0, ranges);
+        let natural = self.near(ranges);
         let is_negative = natural.hi() < -self.nearness;
         self.margin *= if is_negative { 2.0 } else { 0.5 };
         self.margin = self.margin.clamp(LEAST_MARGIN, MOST_MARGIN);
         (!is_negative).then_some(natural)
+    }
+
+    /// The natural bound where the arguments lie in intervals or near them.
+    fn near(&mut self, ranges: &[Interval]) -> Interval {
+        let near = |range: &Interval| ball(range.mid(), 0.5 * range.width() + NEARNESS * range.magnitude());
+        let near: Vec<Interval> = ranges.iter().map(near).collect();
+        self.function.evaluate(0, &near)
+    }
+
+    /// Whether the event comes near zero at a state.
+    pub(super) fn is_near_zero(&mut self, at: &State) -> bool {
+        let arguments: Vec<Interval> =
+            self.function.arguments.iter().map(|number| Interval::point(argument(at, *number))).collect();
+        self.near(&arguments).hi() >= -self.nearness
     }
 
     /// Whether the event may come near zero where each argument and its rate lie in intervals.
@@ -70,6 +86,6 @@ impl EventBounds {
             return true;
         }
         let slope = self.function.evaluate(1, rates);
-        (self.function.evaluate(0, at) + slope * Interval::new(-before, after)).hi() >= -self.nearness
+        (self.near(at) + slope * Interval::new(-before, after)).hi() >= -self.nearness
     }
 }

@@ -2,7 +2,7 @@
 
 use qrm_core::Mechanism;
 
-use super::EventFunction;
+use super::{EventFunction, POSSIBLE};
 use super::location::{slope, time_to_event};
 use crate::state::State;
 
@@ -15,8 +15,8 @@ impl EventFunction<'_> {
     /// The time between the events of two motions; `None` if it is not known.
     ///
     /// The first motion ended at its event, in the state `end`. The other one is in the state `other` at that time. Each
-    /// state comes with the value of the event, which has a rounding error. For a difference `d` of the values, the time
-    /// is the smaller of `d/|g'|` and `sqrt(2 d/|g''|)`.
+    /// state comes with the value of the event, which has a rounding error. The time is that over which `g' t + g'' t^2/2`
+    /// changes by the difference of the values.
     pub(crate) fn time_between(
         &self,
         mechanism: &dyn Mechanism,
@@ -31,9 +31,10 @@ impl EventFunction<'_> {
         let bend = (after - before).abs();
         let is_corner = bend > 0.1 * before.abs().max(after.abs()) && (nearer_after - nearer_before).abs() > 0.5 * bend;
         let difference = (other_value - end_value).abs() + rounding;
-        let by_slope = difference / (0.5 * (before + after)).abs();
         let curvature = (bend / h - 4.0 * rounding / (h * h)).max(0.0);
-        let time = by_slope.min((2.0 * difference / curvature).sqrt());
+        let time_of = |difference: f64| time_of_change((0.5 * (before + after)).abs(), curvature, difference);
+        // Where the slope changes as much as it is, time is no multiple of the difference.
+        let time = time_of(difference).max(time_of(POSSIBLE * difference) / POSSIBLE);
         if time.is_finite() && after != 0.0 && !is_corner {
             return Some(time);
         }
@@ -46,5 +47,16 @@ impl EventFunction<'_> {
     /// The rounding error of the value at a state; zero where it may jump.
     pub(crate) fn rounding(&self, mechanism: &dyn Mechanism, at: &State) -> f64 {
         self.with_bounds(mechanism, |bounds| bounds.function.rounding_at(at)).unwrap_or(0.0)
+    }
+}
+
+/// The longest time over which a value changes by an amount, with a slope and a curvature that are not negative and of
+/// unknown signs.
+fn time_of_change(slope: f64, curvature: f64, amount: f64) -> f64 {
+    let square = slope * slope - 2.0 * curvature * amount;
+    if square >= 0.0 {
+        2.0 * amount / (slope + square.sqrt())
+    } else {
+        (slope + (slope * slope + 2.0 * curvature * amount).sqrt()) / curvature
     }
 }

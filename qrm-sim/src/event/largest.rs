@@ -3,14 +3,12 @@
 use qrm_core::Mechanism;
 
 use super::EventFunction;
-use crate::maximum::{peak_between, vertex_beside};
+use crate::bounds::PeakSearch;
 use crate::state::State;
 
-/// The number of parts of a step in which the event is looked at for its largest value.
-const PARTS: usize = 4;
-/// How far from an end of the step a larger value is looked for, if the largest one is there; relative to half a part.
-const INSIDE: f64 = 1e-2;
-/// The distance of the values for the second derivative, relative to the interval that is searched.
+/// The largest number of bounds for one step.
+const MOST_BOUNDS: u32 = 2000;
+/// The distance of the values for the second derivative, in parts of the step.
 const APART: f64 = 1e-3;
 
 /// The largest value of an event inside a step.
@@ -26,30 +24,35 @@ impl EventFunction<'_> {
     pub(crate) fn largest_inside(
         &self,
         mechanism: &dyn Mechanism,
-        [from, to]: [&State; 2],
+        ends: [&State; 2],
         at: &mut dyn FnMut(f64) -> Option<State>,
     ) -> Option<Largest> {
-        let mut value = |t: f64| self.value(mechanism, &at(t)?).filter(|value| value.is_finite());
-        let time = |i: usize| from.t + i as f64 / PARTS as f64 * (to.t - from.t);
-        let ends = [from, to].map(|end| self.value(mechanism, end).filter(|value| value.is_finite()));
-        let inner = (1..PARTS).map(|i| value(time(i)));
-        let values: Vec<f64> = [ends[0]].into_iter().chain(inner).chain([ends[1]]).collect::<Option<_>>()?;
-        let place = (0..=PARTS).max_by(|a, b| values[*a].total_cmp(&values[*b]))?;
-        let ends = [time(place.saturating_sub(1)), time((place + 1).min(PARTS))];
-        let mut first = (time(place), values[place]);
-        if place == 0 || place == PARTS {
-            let inside = first.0 + INSIDE * (0.5 * (ends[0] + ends[1]) - first.0);
-            first = (inside, value(inside)?);
-            if first.1 <= values[place] {
-                return None;
-            }
+        let mut value = |at: &State| self.value(mechanism, at).unwrap_or(f64::NAN);
+        let [at_begin, at_end] = ends.map(&mut value);
+        let mut solver = self.solver.as_ref().map(|solver| solver.borrow_mut());
+        let (largest, t) = self.with_bounds(mechanism, |bounds| {
+            let mut search = PeakSearch {
+                mechanism,
+                bounds: &mut bounds.function,
+                solver: solver.as_deref_mut(),
+                sign: 1.0,
+                best: (at_begin.max(at_end), f64::NAN),
+                tie: 0.0,
+                left: &mut { MOST_BOUNDS },
+                at,
+                value: &mut value,
+            };
+            // Where the bounds do not tell, the best value is that of the parts that they told of.
+            let _ = search.search(ends);
+            search.best
+        })?;
+        let [begin, end] = ends.map(|end| end.t);
+        if !(begin < t && t < end && largest.is_finite()) {
+            return None;
         }
-        let peak = peak_between(ends, first, &mut value)?;
-        let (t, largest) = vertex_beside(peak, ends, &mut value);
-        let apart = (APART * (ends[1] - ends[0])).min(t - from.t).min(to.t - t);
-        let curvature = |(before, after): (f64, f64)| (0.5 * (before + after) - largest) / (apart * apart);
-        let neighbours = value(t - apart).zip(value(t + apart));
-        let half_curvature = neighbours.filter(|_| apart > 0.0).map_or(0.0, curvature);
-        Some(Largest { t, value: largest, half_curvature })
+        let apart = (APART * (end - begin)).min(t - begin).min(end - t);
+        let [before, after] = [t - apart, t + apart].map(|t| at(t).map_or(f64::NAN, |at| value(&at)));
+        let half_curvature = (0.5 * (before + after) - largest) / (apart * apart);
+        Some(Largest { t, value: largest, half_curvature: if half_curvature.is_finite() { half_curvature } else { 0.0 } })
     }
 }

@@ -6,13 +6,11 @@ use super::companion::state_of_companion;
 use super::error_estimate::ErrorEstimates;
 use super::outcome::{StartError, Status};
 use crate::event::location::locate;
-use crate::event::{End, EventFunction, Largest, Maximum, Reached};
+use crate::event::{End, EventFunction, Largest, Maximum, POSSIBLE, Reached};
 use crate::integrate::{Corner, Integrator, MethodSettings, StepError};
 use crate::solve::IRREGULAR;
 use crate::state::State;
 
-/// The largest ratio of an error to its estimate.
-const POSSIBLE: f64 = 3.0;
 /// The rounding error of a condition, in parts of its distance from true at the start.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
@@ -124,8 +122,12 @@ impl<'a> StopCondition<'a> {
         }
         let state = at(t)?;
         self.nearest = (t, value);
+        let rounding = ROUNDING * self.at_start;
+        if value > rounding {
+            return Some(Reached::Crossed(state));
+        }
         if value >= 0.0 {
-            return Some(Reached::Touched(state, Some(Maximum { rounding: ROUNDING * self.at_start, half_curvature })));
+            return Some(Reached::Touched(state, Some(Maximum { rounding, half_curvature })));
         }
         self.maximum_between = Some((state, value));
         None

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use qrm_core::LaneSchedule;
 
 use super::{Lane, LaneSweep};
-use crate::event::Reached;
+use crate::event::{Largest, Reached};
 use crate::event::location::locate;
 use crate::integrate::{Integrator, quintic};
 use crate::run::Status;
@@ -36,26 +36,24 @@ impl LaneSweep<'_> {
         }
         let near = NEAR * h;
         let mut condition = |dt: f64| {
-            move_along(at, to, dt);
+            at.clone_from(to);
+            at.move_along(dt);
             self.condition_value(lane, at)
         };
         let dt = zero(value, near, &mut condition);
         let [before, after] = [-RESOLUTION, RESOLUTION].map(|part| dt + part * near);
         if dt.abs() <= near && condition(before) < 0.0 && condition(after) >= 0.0 {
-            move_along(at, to, dt);
+            at.clone_from(to);
+            at.move_along(dt);
             return self.finish(lane, Status::Stopped, at);
         }
         // The condition jumps, or stays as it is, or is farther away.
         let other = if value >= 0.0 { -near } else { near };
         if (condition(other) >= 0.0) != (value >= 0.0) {
-            let moved = |dt: f64| {
-                let mut moved = to.clone();
-                move_along(&mut moved, to, dt);
-                moved
-            };
-            let ends = if value >= 0.0 { [&moved(other), to] } else { [to, &moved(other)] };
+            let other = to.moved_along(other);
+            let ends = if value >= 0.0 { [&other, to] } else { [to, &other] };
             let mut value = |at: &State| self.condition_value(lane, at);
-            let Ok(end) = locate(ends[0], ends[1], &mut value, &mut |t| Ok::<_, Infallible>(moved(t - to.t)));
+            let Ok(end) = locate(ends[0], ends[1], &mut value, &mut |t| Ok::<_, Infallible>(to.moved_along(t - to.t)));
             return self.finish(lane, Status::Stopped, &end);
         }
         if value >= 0.0 {
@@ -100,8 +98,9 @@ impl LaneSweep<'_> {
             Some(Reached::Crossed(at)) => Some(Inside::BecomesTrue(at)),
             Some(_) => Some(Inside::ComesNear),
             None => {
-                let largest = event.largest_inside(mechanism, [from, to], at)?;
-                event.is_near_zero(largest.value).then_some(Inside::ComesNear)
+                let Largest { t, .. } = event.largest_inside(mechanism, [from, to], at)?;
+                let largest = at(t)?;
+                event.is_near_zero(mechanism, &largest).then_some(Inside::ComesNear)
             }
         }
     }
@@ -144,15 +143,6 @@ enum Inside {
     BecomesTrue(State),
     /// It comes near its bound: the design leaves the lanes.
     ComesNear,
-}
-
-/// Moves a state to `dt` after another one along the Taylor series of order 2.
-fn move_along(at: &mut State, from: &State, dt: f64) {
-    at.t = from.t + dt;
-    for i in 0..at.q.len() {
-        at.q[i] = from.q[i] + dt * (from.qd[i] + 0.5 * dt * from.qdd[i]);
-        at.qd[i] = from.qd[i] + dt * from.qdd[i];
-    }
 }
 
 /// The zero of a function near zero, where it has the given value, by the secant method from a distance on. It may not
