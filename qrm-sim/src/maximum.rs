@@ -135,7 +135,11 @@ fn peak_from(
 
 /// Finds a peak that is a corner, and its value, starting from a point near it: the lines through two values on each
 /// side meet there. `None` if a value could not be computed.
-fn corner_near(mut best: (f64, f64), [a, b]: [f64; 2], at: &mut dyn FnMut(f64) -> Option<f64>) -> Option<(f64, f64)> {
+pub(crate) fn corner_near(
+    mut best: (f64, f64),
+    [a, b]: [f64; 2],
+    at: &mut dyn FnMut(f64) -> Option<f64>,
+) -> Option<(f64, f64)> {
     for length in LINES {
         let h = length * (b - a);
         let t = best.0;

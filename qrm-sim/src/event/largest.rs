@@ -4,6 +4,7 @@ use qrm_core::Mechanism;
 
 use super::EventFunction;
 use crate::bounds::PeakSearch;
+use crate::maximum::{corner_near, vertex_beside};
 use crate::state::State;
 
 /// The largest number of bounds for one step.
@@ -47,12 +48,17 @@ impl EventFunction<'_> {
             search.best
         })?;
         let [begin, end] = ends.map(|end| end.t);
-        if !(begin < t && t < end && largest.is_finite()) {
+        let apart = (APART * (end - begin)).min(t - begin).min(end - t);
+        if !(apart > 0.0 && largest.is_finite()) {
             return None;
         }
-        let apart = (APART * (end - begin)).min(t - begin).min(end - t);
-        let [before, after] = [t - apart, t + apart].map(|t| at(t).map_or(f64::NAN, |at| value(&at)));
-        let half_curvature = (0.5 * (before + after) - largest) / (apart * apart);
-        Some(Largest { t, value: largest, half_curvature: if half_curvature.is_finite() { half_curvature } else { 0.0 } })
+        let mut value_at = |t: f64| at(t).map(|at| value(&at)).filter(|value| value.is_finite());
+        // The bounds are those of polynomials, which differ from the motion.
+        let beside = [t - apart, t + apart];
+        let corner = corner_near((t, largest), beside, &mut value_at)?;
+        let (t, largest) = vertex_beside(corner, beside, &mut value_at);
+        let curvature = |(before, after): (f64, f64)| (0.5 * (before + after) - largest) / (apart * apart);
+        let half_curvature = value_at(t - apart).zip(value_at(t + apart)).map_or(0.0, curvature);
+        Some(Largest { t, value: largest, half_curvature })
     }
 }

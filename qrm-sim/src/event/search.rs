@@ -176,14 +176,22 @@ impl Search<'_> {
             return self.crossed(end);
         }
         let middle = 0.5 * (begin + end);
-        let rounding = self.bounds.rounding(self.step.motion, end);
-        if bound.value.lo() >= -2.0 * rounding {
-            return self.crossed(end).or_else(|| self.touched(middle, None));
-        }
         if bound.curvature.hi() < 0.0 {
             let (motion, shortest) = (self.step.motion, self.step.shortest);
             let (place, half_curvature) = self.bounds.turning_point(motion, [begin, end], (1.0, shortest));
             return self.touched(place, Some(half_curvature));
+        }
+        let rounding = self.bounds.rounding(self.step.motion, end);
+        if bound.value.lo() >= -2.0 * rounding {
+            let reached = self.crossed(end).or_else(|| self.touched(middle, None))?;
+            let first = (self.step.at)(begin)?;
+            let at_first = (self.step.value)(&first);
+            // In all of this part it differs from zero by rounding errors.
+            return Some(match reached {
+                _ if at_first >= 0.0 => Reached::Crossed(first),
+                _ if at_first >= -4.0 * rounding => Reached::Touched(first, None),
+                reached => reached,
+            });
         }
         let uncertainty = self.bounds.at(self.step.motion, middle).width();
         let is_rounding = uncertainty.is_finite() && bound.value.width() <= 2.0 * uncertainty;

@@ -118,9 +118,9 @@ impl Corners {
         self.times.iter().copied().find(|corner| corner.just_before() <= t && t < corner.just_after())
     }
 
-    /// Moves a state at which a switching function is zero away from the zero, by at most `longest` in time, so that
-    /// its sign is that of the motion behind it. The function of the last corner is treated likewise: it may lack a
-    /// unit in the last place.
+    /// Moves a state at which a switching function is zero away from the zero, by `longest` in time at most or by the
+    /// smallest such time, so that its sign is that of the motion behind it. The function of the last corner is treated
+    /// likewise: it may lack a unit in the last place.
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.
@@ -138,7 +138,7 @@ impl Corners {
         let from = state.clone();
         let mut far = equal(from.t);
         let nearest = MAX_CROSSING * Corner::resolution(from.t);
-        while self.is_at(state) && far <= longest || self.is_before(found, state) && far <= nearest {
+        while self.is_at(state) && far <= longest.max(equal(from.t)) || self.is_before(found, state) && far <= nearest {
             state.clone_from(&from);
             solver.cross(mechanism, projection, from.t + far, state)?;
             far *= 4.0;
