@@ -248,6 +248,53 @@ fn ends_at_conditions_that_hardly_change_state_their_errors() {
     }
 }
 
+/// `y_dot = sin(t)`, `x = (t - 2)^3`; the force of the guide jumps to 3 N at t = 1.2345.
+#[test]
+#[ignore = "full tier: engine"]
+fn conditions_that_become_true_slowly_do_so_within_the_stated_error() {
+    let mut cases = vec![
+        ("guide", "N <= -3".to_owned(), 1.2345, ["0.0033", "0.01"]),
+        ("inflection", "x >= 0".to_owned(), 2.0, ["0.1", "0.03"]),
+    ];
+    for bound in [0.999_999_999_99_f64, 0.999_999_999, 0.999_999] {
+        cases.push(("swing", format!("y_dot >= {bound}"), bound.asin(), ["0.1", "0.03"]));
+    }
+    let mut met = 0;
+    for (scene, condition, exact, steps) in cases {
+        let scene = format!("{}/tests/extremes/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
+        for (method, step) in ["gauss", "dop853", "dopri5", "rk4"].into_iter().flat_map(|m| steps.map(|step| (m, step)))
+        {
+            let run = run(&[&scene, "--until", &condition, "--method", method, "--step", step]);
+            let [end, error] =
+                ["end_time", "end_time_error"].map(|key| run.summary()[key].as_f64().unwrap_or(f64::NAN));
+            if run.status() == 0 {
+                near(&format!("{condition} by {method}, step {step}"), end, exact, 3.0 * error);
+                met += 1;
+            }
+        }
+    }
+    assert!(met > 30, "{met} runs end at their condition");
+}
+
+/// `y_dot = sin(t)` at a tolerance that leaves open whether it exceeds the bound at its first maximum.
+#[test]
+#[ignore = "full tier: engine"]
+fn a_condition_that_hardly_changes_before_its_bound_is_not_passed_over() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/extremes/swing.toml");
+    for condition in ["y_dot >= 0.999999", "max(y_dot, 0.99999) >= 0.999999"] {
+        for method in ["dop853", "dopri5"] {
+            let run = run(&[scene, "--until", condition, "--method", method, "--step", "0.1", "--tolerance", "1e-5"]);
+            let [end, error] =
+                ["end_time", "end_time_error"].map(|key| run.summary()[key].as_f64().unwrap_or(f64::NAN));
+            let is_met = (end - 0.999_999_f64.asin()).abs() <= 3.0 * error;
+            assert!(
+                is_met || run.stderr().contains("may have become true at t = 1.57"),
+                "{condition} by {method}: {end}"
+            );
+        }
+    }
+}
+
 /// The polynomial of a step meets the bound where the motion itself only comes near it.
 #[test]
 fn a_condition_that_comes_near_its_bound_does_not_hold_a_lane() {

@@ -2,8 +2,8 @@
 
 use qrm_core::Mechanism;
 
-use super::{EventFunction, POSSIBLE};
 use super::location::{slope, time_to_event};
+use super::{EventFunction, POSSIBLE};
 use crate::state::State;
 
 /// The time over which the slope of an event is computed, relative to the time of the event.

@@ -5,8 +5,8 @@ use std::convert::Infallible;
 use qrm_core::LaneSchedule;
 
 use super::{Lane, LaneSweep};
-use crate::event::{Largest, Reached};
 use crate::event::location::locate;
+use crate::event::{Largest, Reached};
 use crate::integrate::{Integrator, quintic};
 use crate::run::Status;
 use crate::state::State;
