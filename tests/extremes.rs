@@ -100,6 +100,25 @@ fn poles_between_rows_are_unbounded() {
     }
 }
 
+/// `1/(x - 1)^2` and `1/(x - 1)` for `x = t`: no number of a row at the pole is known.
+#[test]
+#[ignore = "full tier: engine"]
+fn a_pole_on_a_row_ends_the_run() {
+    for method in ["rk4", "dop853", "dopri5", "gauss"] {
+        for (step, end) in [("0.1", "3"), ("0.25", "3"), ("0.3", "1"), ("0.07", "1")] {
+            let scene = scene("pole-on-a-row");
+            let run = run(&[&scene, "--no-figures", "--method", method, "--step", step, "--end-time", end]);
+            assert!(run.stderr().contains("output `a` is not finite at t = 1 s"), "{method}, {step}: {}", run.stderr());
+        }
+        let run = run(&[&scene("pole-on-a-row"), "--no-figures", "--method", method, "--step", "0.3"]);
+        assert_eq!(run.status(), 0, "{method}: {}", run.stderr());
+        let extremes = &run.summary()["extremes"];
+        compare(&extremes["a"], "min", 0.25, method);
+        let unbounded = [("a", "max"), ("b", "min"), ("b", "max")];
+        assert!(unbounded.iter().all(|(output, end)| extremes[output][end].is_null()), "{method}: {extremes}");
+    }
+}
+
 #[test]
 #[ignore = "full tier: engine"]
 fn an_output_that_is_undefined_between_rows_ends_the_run() {

@@ -2,7 +2,7 @@
 
 use qrm_core::{Interval, Mechanism, Tape, TapeFunction, TapeSeries};
 
-use super::arguments::{Argument, ArgumentPolynomials, argument, coefficient_within, moved_to};
+use super::arguments::{Argument, ArgumentPolynomials, argument, ball, coefficient_within, moved_to};
 use super::rows::RowBoxes;
 use crate::state::State;
 
@@ -58,6 +58,12 @@ impl FunctionBounds {
         let numbers: Vec<Interval> = self.arguments.iter().map(|i| Interval::point(argument(state, *i))).collect();
         let value = self.evaluate(0, &numbers);
         self.rounding_of(value)
+    }
+
+    /// The natural bound near a row, at a distance in parts of its numbers.
+    pub(crate) fn near(&mut self, row: &[f64], distance: f64) -> Interval {
+        let numbers: Vec<Interval> = self.arguments.iter().map(|i| ball(row[*i], distance * row[*i].abs())).collect();
+        self.evaluate(0, &numbers)
     }
 
     fn rounding_of(&self, value: Interval) -> f64 {

@@ -51,6 +51,8 @@ pub(crate) struct PeakSearch<'s> {
     /// Completes states, if the function takes accelerations or multipliers.
     pub(crate) solver: Option<&'s mut Solver>,
     pub(crate) sign: f64,
+    /// The states between which it searches.
+    pub(crate) ends: [&'s State; 2],
     /// The best value and its time; infinite where the function has no bound.
     pub(crate) best: (f64, f64),
     /// Differences that do not count.
@@ -64,12 +66,12 @@ pub(crate) struct PeakSearch<'s> {
 }
 
 impl PeakSearch<'_> {
-    /// Searches between two states.
+    /// Searches between the states.
     ///
     /// # Errors
     /// The function is undefined there, or its bounds do not tell.
-    pub(crate) fn search(&mut self, ends: [&State; 2]) -> Result<(), PeakError> {
-        self.search_parts(ends, MOST_HALVINGS)
+    pub(crate) fn search(&mut self) -> Result<(), PeakError> {
+        self.search_parts(self.ends, MOST_HALVINGS)
     }
 
     /// Halves the step until the motion is a polynomial, and searches each part.
@@ -179,6 +181,15 @@ impl PeakSearch<'_> {
 
     /// The state at a time; one near a singular position takes as long as many bounds.
     fn state_at(&mut self, t: f64) -> Option<State> {
+        let [from, to] = self.ends;
+        let beyond = if t < from.t { Some(from) } else { (t > to.t).then_some(to) };
+        if let Some(end) = beyond {
+            let mut at = end.moved_along(t - end.t);
+            if let Some(solver) = &mut self.solver {
+                solver.complete(self.mechanism, &mut at).ok()?;
+            }
+            return Some(at);
+        }
         let at = (self.at)(t)?;
         if let Some(solver) = &mut self.solver
             && solver.singularity_fraction(self.mechanism, NEAR, t, (&at.q, &at.qd)).is_some()
@@ -189,6 +200,9 @@ impl PeakSearch<'_> {
     }
 
     fn note(&mut self, at: &State) {
+        if at.t < self.ends[0].t || at.t > self.ends[1].t {
+            return;
+        }
         let value = self.sign * (self.value)(at);
         if value > self.best.0 && value.is_finite() {
             self.best = (value, at.t);
@@ -208,8 +222,8 @@ impl PeakSearch<'_> {
             // Rounding errors differ at a neighbouring time as much as between distances.
             if grows && (value(distance * (1.0 + SHIFT)) - near).abs() < 0.1 * (near - far) {
                 self.best = (f64::INFINITY, t);
-            } else if near > self.best.0 {
-                self.best = (near, t + side * distance);
+            } else {
+                self.note_at(t + side * distance);
             }
         }
     }

@@ -37,6 +37,7 @@ impl EventFunction<'_> {
                 bounds: &mut bounds.function,
                 solver: solver.as_deref_mut(),
                 sign: 1.0,
+                ends,
                 best: (at_begin.max(at_end), f64::NAN),
                 tie: 0.0,
                 left: &mut { MOST_BOUNDS },
@@ -44,7 +45,7 @@ impl EventFunction<'_> {
                 value: &mut value,
             };
             // Where the bounds do not tell, the best value is that of the parts that they told of.
-            let _ = search.search(ends);
+            let _ = search.search();
             search.best
         })?;
         let [begin, end] = ends.map(|end| end.t);

@@ -146,13 +146,14 @@ impl ExtremeSearch {
                         bounds: &mut own.bounds,
                         solver: Some(&mut solver),
                         sign,
+                        ends: [&from, &to],
                         best: (sign * best.0, best.1),
                         tie: ROUNDING * known.range(),
                         left,
                         at: &mut |t| integrator.between(mechanism, &from, t).ok(),
                         value: &mut |at| number(mechanism, at, column),
                     };
-                    let searched = search.search([&from, &to]);
+                    let searched = search.search();
                     let (value, t) = search.best;
                     let found = (sign * value, t);
                     let bracket = [from.t, to.t];

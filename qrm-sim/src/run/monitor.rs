@@ -151,7 +151,7 @@ impl RunMonitor {
             self.constraints.velocity_residual_into(qd, &mut self.rates);
             let velocity = largest(&self.rates);
             let energy = kinetic + potential;
-            if let Some(what) = self.undefined(energy) {
+            if let Some(what) = self.undefined(row, energy) {
                 return Err(Status::NotFinite { t, what });
             }
             self.widen(q);
@@ -254,8 +254,11 @@ impl RunMonitor {
     }
 
     /// The quantity of the current row that is not finite, if any.
-    fn undefined(&self, energy: f64) -> Option<NonFiniteQuantity> {
-        let output = self.outputs.iter().position(|value| !value.is_finite());
+    fn undefined(&mut self, row: &[f64], energy: f64) -> Option<NonFiniteQuantity> {
+        let mut output = self.outputs.iter().position(|value| !value.is_finite());
+        if SEARCHES && let Some(bounds) = &mut self.output_bounds {
+            output = output.or_else(|| bounds.pole_at(row, &self.outputs));
+        }
         output.map(NonFiniteQuantity::Output).or((!energy.is_finite()).then_some(NonFiniteQuantity::Energy))
     }
 }

@@ -15,6 +15,10 @@ const ROUNDING: f64 = 1e-13;
 const FIRST_BOUNDS: u32 = 20_000;
 const BOUNDS_OF_SAMPLE: u32 = 20;
 const FEW_OPERATIONS: usize = 1000;
+/// The growth of an output from one sample to the next that only a pole explains.
+const POLE_GROWTH: f64 = 1e6;
+/// The distance of a pole from a row at which the row lies on it, in parts of its numbers.
+const POLE_DISTANCE: f64 = 1e-13;
 /// The number of samples that are kept for the next ones: they show how fast accelerations change.
 const KEPT: usize = 3;
 
@@ -61,6 +65,17 @@ impl OutputBounds {
         for (_, left) in &mut self.outputs {
             *left = left.saturating_add(self.of_sample);
         }
+    }
+
+    /// The output that has a pole at the next row, within rounding errors.
+    pub(super) fn pole_at(&mut self, row: &[f64], outputs: &[f64]) -> Option<usize> {
+        let last = self.samples.len().checked_sub(outputs.len())?;
+        let before = &self.samples[last..];
+        self.outputs.iter_mut().find_map(|(BoundedOutput { output, bounds }, _)| {
+            let [from, to] = [before[*output], outputs[*output]].map(f64::abs);
+            let has_grown = from > 0.0 && to > POLE_GROWTH * from;
+            (has_grown && !bounds.near(row, POLE_DISTANCE).is_finite()).then_some(*output)
+        })
     }
 
     /// The state of a sample.
