@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::common::{Run, Table, qrm, run};
+use crate::common::{Run, Table, near, qrm, run};
 
 const METHODS: [&str; 4] = ["rk4", "dop853", "dopri5", "gauss"];
 const STEPS: [&str; 6] = ["0.00021", "0.001", "0.00213", "0.0047", "0.0098", "0.0137"];
@@ -243,6 +243,41 @@ fn forces_have_no_derivatives_at_dead_points() {
     let (status, text) = said("F");
     assert!(status == Some(1) && text.contains("the mechanism is near a singular position"), "{text}");
     assert_eq!(said("end"), (Some(0), String::new()));
+}
+
+/// The rate of the crank and its derivative by the frequency next to a dead point, in closed form with 40 digits.
+#[test]
+#[ignore = "full tier: engine"]
+fn derivatives_next_to_dead_points_state_their_errors() {
+    let text = std::fs::read_to_string(scene("dead-points")).expect("a scene");
+    let text = text.replace("2*pi*t", "w*t").replace("[links]", "w = { value = 7, unit = \"rad/s\" }\n[links]");
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("frequency.toml");
+    std::fs::write(&file, text).expect("written");
+    let file = file.display().to_string();
+    for (end, exact) in
+        [("0.298", 1.232_771_205_467_634_8), ("0.2987", 1.228_098_404_293_113_8), ("0.3", 1.219_331_948_376_121_7)]
+    {
+        for method in METHODS {
+            let out = folder.path().join(format!("{method}-{end}"));
+            let arguments =
+                ["sensitivity", &file, "--of", "end", "--by", "w", "--method", method, "--end-time", end, "--out"];
+            let output = qrm(&arguments).arg(&out).output().expect("a command");
+            if output.status.code() != Some(0) {
+                continue;
+            }
+            let table = Table::read(&out.join("sensitivity.csv"));
+            let row = (0..=table.last()).find(|row| table.text(*row, "of") == "phi_crank_dot").expect("the rate");
+            near(
+                &format!("{end} by {method}"),
+                table.number(row, "by_w"),
+                exact,
+                3.0 * table.number(row, "by_w_error"),
+            );
+            derived += 1;
+        }
+    }
+    assert!(derived >= 6, "{derived} motions have derivatives");
 }
 
 #[test]

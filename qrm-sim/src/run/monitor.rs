@@ -151,7 +151,7 @@ impl RunMonitor {
             self.constraints.velocity_residual_into(qd, &mut self.rates);
             let velocity = largest(&self.rates);
             let energy = kinetic + potential;
-            if let Some(what) = self.undefined(row, energy) {
+            if let Some(what) = self.undefined(mechanism, row, energy) {
                 return Err(Status::NotFinite { t, what });
             }
             self.widen(q);
@@ -254,10 +254,10 @@ impl RunMonitor {
     }
 
     /// The quantity of the current row that is not finite, if any.
-    fn undefined(&mut self, row: &[f64], energy: f64) -> Option<NonFiniteQuantity> {
+    fn undefined(&mut self, mechanism: &dyn Mechanism, row: &[f64], energy: f64) -> Option<NonFiniteQuantity> {
         let mut output = self.outputs.iter().position(|value| !value.is_finite());
         if SEARCHES && let Some(bounds) = &mut self.output_bounds {
-            output = output.or_else(|| bounds.pole_at(row, &self.outputs));
+            output = output.or_else(|| bounds.pole_at(mechanism, row, &self.outputs));
         }
         output.map(NonFiniteQuantity::Output).or((!energy.is_finite()).then_some(NonFiniteQuantity::Energy))
     }

@@ -6,6 +6,7 @@ use qrm_core::{Interval, Mechanism, RowLayout};
 
 use super::extremes::{Extremes, sign};
 use crate::bounds::{BoundedOutput, FunctionBounds, RowBoxes, bounded_outputs};
+use crate::columns::number;
 use crate::state::State;
 
 /// Values beyond an extreme that do not count, in parts of the output's range.
@@ -19,6 +20,8 @@ const FEW_OPERATIONS: usize = 1000;
 const POLE_GROWTH: f64 = 1e6;
 /// The distance of a pole from a row at which the row lies on it, in parts of its numbers.
 const POLE_DISTANCE: f64 = 1e-13;
+/// The smallest change of a pole's value over that distance, in parts of it.
+const POLE_CHANGE: f64 = 1e-3;
 /// The number of samples that are kept for the next ones: they show how fast accelerations change.
 const KEPT: usize = 3;
 
@@ -68,13 +71,24 @@ impl OutputBounds {
     }
 
     /// The output that has a pole at the next row, within rounding errors.
-    pub(super) fn pole_at(&mut self, row: &[f64], outputs: &[f64]) -> Option<usize> {
-        let last = self.samples.len().checked_sub(outputs.len())?;
-        let before = &self.samples[last..];
+    pub(super) fn pole_at(&mut self, mechanism: &dyn Mechanism, row: &[f64], outputs: &[f64]) -> Option<usize> {
+        let Self { layout, samples, .. } = self;
+        let before = &samples[samples.len().checked_sub(outputs.len())?..];
         self.outputs.iter_mut().find_map(|(BoundedOutput { output, bounds }, _)| {
             let [from, to] = [before[*output], outputs[*output]].map(f64::abs);
-            let has_grown = from > 0.0 && to > POLE_GROWTH * from;
-            (has_grown && !bounds.near(row, POLE_DISTANCE).is_finite()).then_some(*output)
+            let is_pole = from > 0.0
+                && to > POLE_GROWTH * from
+                && !bounds.near(row, POLE_DISTANCE).is_finite()
+                && [-POLE_DISTANCE, POLE_DISTANCE].into_iter().any(|distance| {
+                    let mut near = State::from_row(*layout, row);
+                    near.q.iter_mut().zip(&mut near.qd).for_each(|(q, qd)| {
+                        *q *= 1.0 + distance;
+                        *qd *= 1.0 - distance;
+                    });
+                    let value = number(mechanism, &near, 1 + 3 * layout.n + layout.m + *output);
+                    !((value - outputs[*output]).abs() < POLE_CHANGE * to)
+                });
+            is_pole.then_some(*output)
         })
     }
 

@@ -58,9 +58,9 @@ impl LoadedScene {
             let parts: Option<Vec<Vec<f64>>> = rows.iter().map(part).collect();
             parts.map(|parts| parts.concat())
         };
-        let values = matrix(|row| row.value.errors.as_ref().map(|errors| vec![errors.value]));
-        let derivatives = matrix(|row| row.value.errors.as_ref().map(|errors| errors.by.clone()));
-        let products = matrix(|row| row.value.errors.as_ref().map(|errors| errors.hessian_vector.clone()));
+        let values = matrix(|row| row.errors.as_ref().map(|errors| vec![errors.value]));
+        let derivatives = matrix(|row| row.errors.as_ref().map(|errors| errors.by.clone()));
+        let products = matrix(|row| row.errors.as_ref().map(|errors| errors.hessian_vector.clone()));
         let errors = values.zip(derivatives).zip(products).map(|((a, b), c)| [a, b, c]);
         Ok(Derivatives {
             quantities: rows.iter().map(|row| [row.what.to_owned(), row.name.clone(), row.unit.clone()]).collect(),

@@ -129,7 +129,11 @@ impl DerivativeRequest {
 impl CheckedDerivatives {
     /// The quantities with their derivatives.
     pub(crate) fn quantities(&self, setup: &Setup) -> Vec<Quantity<'_>> {
-        quantities(setup, &self.derivatives, &self.of)
+        let mut rows = quantities(setup, &self.derivatives, &self.of);
+        for (place, check) in self.checks.iter().enumerate() {
+            check.widen_errors(place, &mut rows);
+        }
+        rows
     }
 
     /// Returns an error if the checks show that the derivatives are unreliable.

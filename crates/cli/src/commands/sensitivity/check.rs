@@ -19,6 +19,9 @@ const SMALL: f64 = 1e-2;
 /// The relative difference above which a derivative counts as wrong.
 const WRONG: f64 = 1e-3;
 
+/// The relative error of a difference quotient that is due to rounding: the motions are accurate to so many digits.
+const ROUNDING: f64 = 3e-10;
+
 /// The factor by which the tolerance is reduced at other parameter values: a difference quotient amplifies irregular
 /// errors of the steps.
 const TIGHTER: f64 = 1e-3;
@@ -33,8 +36,21 @@ pub(super) struct Check {
     differences: Option<(f64, String)>,
     /// The largest estimated relative error, and its quantity.
     estimated: (f64, String),
+    /// The difference of each derivative from its difference quotient, where rounding does not explain it; else zero.
+    unexplained: Vec<f64>,
     /// Quantities whose extreme jumps to another time when the parameter changes slightly.
     jumps: Vec<String>,
+}
+
+impl Check {
+    /// Widens the errors of the derivatives by the parameter in this place where difference quotients contradict them.
+    pub(super) fn widen_errors(&self, place: usize, rows: &mut [Quantity]) {
+        for (row, difference) in rows.iter_mut().zip(&self.unexplained) {
+            if let Some(errors) = &mut row.errors {
+                errors.by[place] = errors.by[place].max(*difference);
+            }
+        }
+    }
 }
 
 /// The number of motions for the check of this number of parameters.
@@ -93,11 +109,18 @@ pub(super) fn check(
             });
             distances.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
         };
+        let unexplained = quotients.iter().zip(exact).enumerate().map(|(i, (quotient, row))| {
+            let difference = (row.value.by[place] - quotient).abs();
+            let rounding = ROUNDING * row.value.by[place].abs().max(SMALL * row.scale / scale);
+            if jumps_at(i) || difference <= rounding { 0.0 } else { difference }
+        });
+        let unexplained = unexplained.collect();
         let jumping = exact.iter().enumerate().filter(|(i, _)| jumps_at(*i));
         checks.push(Check {
             parameter,
             differences: (!quotients.is_empty()).then(|| worst(&|i, own| (own.by[place] - quotients[i]).abs())),
             estimated: worst(&|_, own| own.errors.as_ref().map_or(0.0, |errors| errors.by[place])),
+            unexplained,
             jumps: jumping.map(|(_, row)| format!("{} {}", row.what, row.name)).collect(),
         });
     }

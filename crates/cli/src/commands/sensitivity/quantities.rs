@@ -1,6 +1,6 @@
 //! The quantities whose derivatives are computed.
 
-use qrm_sim::analysis::{Derivatives, Sensitivity};
+use qrm_sim::analysis::{DerivativeErrors, Derivatives, Sensitivity};
 use qrm_sim::columns::per_second;
 
 use crate::setup::Setup;
@@ -13,6 +13,8 @@ pub(crate) struct Quantity<'f> {
     pub(crate) name: String,
     pub(crate) unit: String,
     pub(crate) value: &'f Derivatives,
+    /// Estimated errors, if they are asked for.
+    pub(crate) errors: Option<DerivativeErrors>,
     /// A significant size of the quantity.
     pub(super) scale: f64,
 }
@@ -25,7 +27,8 @@ pub(super) fn quantities<'f>(setup: &Setup, found: &'f Sensitivity, of: &[String
     let mut rows = Vec::new();
     let mut row = |what, name: &str, unit: String, value: &'f Derivatives, scale, chosen_by: &str| {
         if of.is_empty() || of.iter().any(|of| of == chosen_by) {
-            rows.push(Quantity { what, name: name.to_owned(), unit, value, scale: f64::max(scale, LEAST) });
+            let errors = value.errors.clone();
+            rows.push(Quantity { what, name: name.to_owned(), unit, value, errors, scale: f64::max(scale, LEAST) });
         }
     };
     let duration = found.end_time.value;

@@ -14,21 +14,21 @@ const ABREAST: usize = 5;
 /// is a vector, and of the errors of both if they are estimated.
 pub(super) fn csv(rows: &[Quantity], by: &[&str]) -> Result<Vec<u8>, Error> {
     let mut header = ["quantity", "of", "unit", "value"].map(str::to_owned).to_vec();
-    for (prefix, suffix, _) in rows.first().map(|row| columns(row.value)).unwrap_or_default() {
+    for (prefix, suffix, _) in rows.first().map(columns).unwrap_or_default() {
         header.extend(by.iter().map(|name| format!("{prefix}{name}{suffix}")));
     }
     let record = |row: &Quantity| {
         let texts = [row.what.to_owned(), row.name.clone(), row.unit.clone()].into_iter();
-        let numbers = std::iter::once(row.value.value).chain(columns(row.value).into_iter().flat_map(|group| group.2));
+        let numbers = std::iter::once(row.value.value).chain(columns(row).into_iter().flat_map(|group| group.2));
         texts.chain(numbers.map(|number| format!("{number:?}"))).collect::<Vec<String>>()
     };
     output::csv(header, rows.iter().map(record))
 }
 
 /// The groups of columns: the prefix and the suffix of the parameter's name, and the numbers.
-fn columns(value: &Derivatives) -> Vec<(&'static str, &'static str, Vec<f64>)> {
+fn columns(Quantity { value, errors, .. }: &Quantity) -> Vec<(&'static str, &'static str, Vec<f64>)> {
     let mut groups = vec![("by_", "", value.by.clone()), ("hessian_vector_", "", value.hessian_vector.clone())];
-    if let Some(DerivativeErrors { by, hessian_vector, .. }) = &value.errors {
+    if let Some(DerivativeErrors { by, hessian_vector, .. }) = errors {
         groups.extend([("by_", "_error", by.clone()), ("hessian_vector_", "_error", hessian_vector.clone())]);
     }
     groups.retain(|(_, _, numbers)| !numbers.is_empty());
