@@ -255,6 +255,7 @@ fn derivatives_next_to_dead_points_state_their_errors() {
     let file = folder.path().join("frequency.toml");
     std::fs::write(&file, text).expect("written");
     let file = file.display().to_string();
+    let mut derived = 0;
     for (end, exact) in
         [("0.298", 1.232_771_205_467_634_8), ("0.2987", 1.228_098_404_293_113_8), ("0.3", 1.219_331_948_376_121_7)]
     {
