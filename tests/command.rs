@@ -95,7 +95,7 @@ error: `--step` needs a number, but `nan` contains the name `nan`
     wrong_use(
         &["run", "--step", "1e-300"],
         str![[r#"
-error: a step of 1e-300 s is too short for a run of 10 s: time would stand still
+error: a step of 1e-300 s is too short for a run of 10 s: it is below the resolution of the time
   = help: use a longer step or an earlier end
 
 "#]],
@@ -458,15 +458,18 @@ fn new_scenes_begin_with_others_that_can_be_read() {
             qrm(&[&["new"], arguments].concat()).current_dir(folder.path()).output().expect("the command starts");
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
-    let templates = qrm_model::MODELS.iter().map(|model| model.description.name).chain(["empty"]);
-    for (k, from) in templates.enumerate() {
+    let linkages = ["four-bar", "slider-crank", "cylinder", "quick-return", "cam", "gears", "empty"];
+    let formulae = qrm_model::MODELS.iter().map(|model| (model.description.name, &["--formulae"][..]));
+    let templates = linkages.into_iter().map(|name| (name, &[][..])).chain(formulae);
+    for (k, (from, option)) in templates.enumerate() {
         let name = format!("own-{k}");
-        assert_eq!(new(&[&name, "--from", from]).0, Some(0), "{from}");
+        assert_eq!(new(&[&[name.as_str(), "--from", from], option].concat()).0, Some(0), "{from}");
         let path = folder.path().join(&name).with_extension("toml");
         let text = std::fs::read_to_string(path).expect("a scene");
         let (scene, _) = qrm_scene::resolve::read("own", &text).expect("a scene that can be read");
         assert_eq!(scene.name, name);
         assert!(scene.references.is_empty() && scene.extremes.is_empty(), "{from}");
+        assert_eq!(scene.has_links, option.is_empty() && from != "empty", "{from}");
     }
     assert_eq!(new(&["own-0"]).0, Some(2), "a file is replaced");
     let (status, said) = new(&["other", "--from", "slider-crnak"]);

@@ -161,7 +161,7 @@ fn forces_at_dead_points_are_limits() {
     let mut refused = qrm(&["inverse", "--motion", "trapezoid", "--time", "2"]);
     let refused = refused.arg(&file).arg("--out").arg(folder.path()).output().expect("it starts");
     let stderr = String::from_utf8_lossy(&refused.stderr);
-    assert!(stderr.contains("the motion comes to a dead point near phi_crank = 8"), "{stderr}");
+    assert!(stderr.contains("the motion reaches a dead point near phi_crank = 8"), "{stderr}");
 
     // With an offset no force at the slider can change the rate of the crank at its dead points.
     let text = fs::read_to_string(scene("singular/dead-points")).expect("a scene");
@@ -173,7 +173,7 @@ fn forces_at_dead_points_are_limits() {
     let refused = qrm(&["inverse"]).arg(&file).arg("--out").arg(folder.path()).output().expect("it starts");
     assert_eq!(refused.status.code(), Some(1));
     let stderr = String::from_utf8_lossy(&refused.stderr);
-    assert!(stderr.contains("the motion comes to a dead point near phi_crank = "), "{stderr}");
+    assert!(stderr.contains("the motion reaches a dead point near phi_crank = "), "{stderr}");
 }
 
 /// A spring that is touched for a short time near each dead point: the mean torque and power are those of adaptive

@@ -63,6 +63,23 @@ fn plus(a: [Vector2<f64>; 3], b: [Vector2<f64>; 3]) -> [Vector2<f64>; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
+/// The linkages that `qrm new` begins with run as they are written.
+#[test]
+#[ignore = "full tier: engine"]
+fn new_linkages_move() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for from in ["four-bar", "slider-crank", "cylinder", "quick-return", "cam", "gears"] {
+        let file = folder.path().join(format!("my-{from}.toml"));
+        let name = format!("my-{from}");
+        let output = qrm(&["new", &name, "--from", from, "--out"]).arg(&file).output().expect("the command starts");
+        assert!(output.status.success(), "{from}");
+        let run = common::run(&[&file.display().to_string(), "--no-figures"]);
+        assert_eq!((run.status(), run.stderr().as_str()), (0, ""), "{from}");
+        let lines = fs::read_to_string(&file).expect("the scene").lines().count();
+        assert!((10..=27).contains(&lines), "{from} has {lines} lines");
+    }
+}
+
 #[test]
 #[ignore = "full tier: engine"]
 fn the_quick_return_moves_as_the_one_in_formulae() {

@@ -47,6 +47,7 @@ mod singular;
 mod stability;
 mod start;
 mod stiff;
+mod style;
 mod sweep;
 mod sweep_command;
 mod third_party;

@@ -101,7 +101,7 @@ fn unknown_languages_are_errors() {
         let output = qrm(&["code", "quick-return", name, "--language", "c"]).output().expect("it starts");
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         let wanted = format!(
-            "error: `{name}` of scene `quick-return` is not printed by itself in C\n  \
+            "error: `{name}` of scene `quick-return` is not printed alone in C\n  \
              = help: `qrm code quick-return --language c` prints all of it\n"
         );
         assert_eq!((output.status.code(), error), (Some(2), wanted));

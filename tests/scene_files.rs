@@ -167,7 +167,7 @@ fn every_command_takes_a_file() {
         stdout(&place.qrm(&program(), &arguments));
     }
     let refused = place.qrm(&program(), &["export-fmu", "mine.toml"]);
-    let expected = "error: units of FMI hold compiled code, and a scene file is interpreted\n";
+    let expected = "error: FMUs need a compiled scene, and scene files are interpreted\n";
     assert!(stderr(&refused).starts_with(expected), "{}", stderr(&refused));
 }
 

@@ -71,7 +71,7 @@ fn an_interrupted_sweep_goes_on_where_it_was() {
         fs::write(&journal, &rows[..cut]).expect("written");
         let resumed = sweep(&VARY, folder, "again.csv");
         assert!(resumed.status.success(), "cut at {cut}: {}", said(&resumed));
-        assert_eq!(said(&resumed).contains("goes on after"), cut == rows.len(), "{}", said(&resumed));
+        assert_eq!(said(&resumed).contains("continues after"), cut == rows.len(), "{}", said(&resumed));
         assert_eq!(read(folder, "again.csv"), whole.as_bytes(), "cut at {cut}");
         assert!(!journal.exists());
     }

@@ -139,7 +139,7 @@ fn wrong_tolerances_are_refused() {
         (&["--vary", "O2A=0.2"][..], "has no tolerance"),
         (&["--vary", "O2A=0.2+-0"], "not above zero"),
         (&["--vary", "O2A=0.2+-x"], "--vary O2A"),
-        (&["--vary", "O2A=0.2+-0.001+-0.001"], "has no number behind `+-`, but `0.001+-0.001`"),
+        (&["--vary", "O2A=0.2+-0.001+-0.001"], "has no number after `+-`, but `0.001+-0.001`"),
         (&["--vary", "02A=0.2+-0.1"], "did you mean `O2A`"),
         (&["--vary", "O2A=+-0.1", "--vary", "O2A=+-0.2"], "is given twice"),
         (&["--vary", "O2A=+-0.1", "--set", "O2A=0.2"], "both set and varied"),

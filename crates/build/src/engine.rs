@@ -67,7 +67,7 @@ impl Sources {
                 let _ = cargo.kill();
                 let _ = cargo.wait();
                 return Err(
-                    "the build of the symbolic engine was interrupted; the next one goes on from there".to_owned()
+                    "the build of the symbolic engine was interrupted; the next one continues from there".to_owned()
                 );
             }
             thread::sleep(POLL_INTERVAL);

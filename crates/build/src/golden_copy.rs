@@ -31,7 +31,7 @@ impl GoldenCopy {
         let tape = NamedTape::from_bytes(&bytes).filter(|_| is_whole(&text, &bytes, &derivation_text));
         let Some(tape) = tape else {
             return Err(format!(
-                "{} is not what the generator wrote: it, or {}, or the tape beside them, was edited or cut off\n  \
+                "{} is not what the generator wrote: it, or {}, or their tape, was edited or cut off\n  \
                  = help: put them back (`git checkout -- {}`), or delete them: the symbolic engine derives the scene then",
                 code.display(),
                 derivation.display(),

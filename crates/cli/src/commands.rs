@@ -31,21 +31,20 @@ commands! {
     Run: run,
     /// Run a scene and show it moving: animation.html and animation.gif
     Animate: animate,
-    /// Show a scene moving in a browser, anew whenever its file is saved
+    /// Show a scene moving in a browser, and follow its file
     Live: live,
     /// Write a page that simulates a scene in any browser, with a slider for each parameter: SCENE.html
     Page: page,
-    /// Run a scene and put all that is known of it on one page: report.html
+    /// Run a scene and show all of its results on one page: report.html
     Report: report,
     /// Measure run time and error of every method: accuracy.csv and accuracy.svg
     Accuracy: accuracy,
-    /// Say how fast a mechanism reacts along its motion, how long steps may be, and what becomes of methods in extreme
-    /// cases:
+    /// Report eigenvalues and stability limits along the motion, and test every method on the extreme cases of the scene:
     /// stability.csv, stability.json, stability.svg, extremes.csv
     Stability: stability,
     /// Derivatives of the end of a motion, and of its outputs, by parameters: sensitivity.csv
     Sensitivity: sensitivity,
-    /// Forces and torques that a prescribed motion takes: inverse.csv, inverse.json, inverse.svg
+    /// Forces and torques needed for a prescribed motion: inverse.csv, inverse.json, inverse.svg
     Inverse: inverse,
     /// Prove intervals that contain the motion: certify.json
     Certify: certify,
@@ -55,7 +54,7 @@ commands! {
     Tolerance: tolerance,
     /// Join the parts of a sweep that was run with `--shard`
     Merge: merge,
-    /// Pack a scene for simulation tools, as a unit of FMI 3.0 for co-simulation and model exchange: SCENE.fmu
+    /// Pack a scene for simulation tools, as an FMU (FMI 3.0) for co-simulation and model exchange: SCENE.fmu
     ExportFmu: export_fmu,
     /// Check a mechanism: strokes, limit positions, forces at rest, energy, recurrence
     Check: check,

@@ -44,8 +44,10 @@ impl Setup {
             }
             StartError::StepTooShort { step, end_time } => {
                 let (step, end) = (seconds(*step), seconds(*end_time));
-                Error::usage(format!("a step of {step} is too short for a run of {end}: time would stand still"))
-                    .help("use a longer step or an earlier end")
+                Error::usage(format!(
+                    "a step of {step} is too short for a run of {end}: it is below the resolution of the time"
+                ))
+                .help("use a longer step or an earlier end")
             }
         }
     }
@@ -118,7 +120,7 @@ impl Setup {
         let t = error.map_or_else(|| seconds(end_time), |error| format!("{} s", with_error(end_time, error)));
         Message::new(match status {
             Status::Completed => format!("reached the end time {t}"),
-            Status::Stopped => format!("`{until}` became true at t = {t}"),
+            Status::Stopped => format!("`{until}` reached at t = {t}"),
             Status::StopNotReached { nearest_time, missing } => {
                 let since =
                     if *nearest_time < end_time { "and has moved away since" } else { "and was still coming nearer" };

@@ -233,7 +233,7 @@ impl RunReport {
         } else if self.has_jumps {
             WITHOUT_JUMPS
         } else if self.tolerance.is_some() {
-            "use a smaller --tolerance; motions that are sensitive by nature cannot be followed for ever"
+            "use a smaller --tolerance; chaotic motions cannot be predicted indefinitely"
         } else {
             "use a shorter --step, or `--method auto`"
         };

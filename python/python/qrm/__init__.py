@@ -1,4 +1,4 @@
-"""Mechanisms with closed loops: formulae in, motion out.
+"""Mechanisms with closed loops: linkages in, motion and forces out.
 
 >>> import qrm
 >>> m = qrm.load("quick-return")

@@ -157,7 +157,7 @@ impl StepError {
                 )
             }
             Self::StepTooShort { h } => format!(
-                "steps had to become as short as {h:.1e} s, and time stands still: the tolerance is beyond double \
+                "steps had to become as short as {h:.1e} s, which does not advance the time: the tolerance is beyond double \
                  precision, or the mechanism is singular here, or without inertia"
             ),
             Self::TooManySteps { attempts, h } => format!(

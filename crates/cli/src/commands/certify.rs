@@ -134,7 +134,7 @@ fn not_enclosed(setup: &Setup, reason: &Reason, t: Option<f64>) -> Error {
         ),
         Reason::NotCrossed => (
             "it was not proved when the motion ends: the condition may jump, or only touch its bound".to_owned(),
-            "end by `--end-time`, or by a condition on a number that goes on rising or falling",
+            "end by `--end-time`, or by a condition on a number that keeps rising or falling",
         ),
         Reason::Interrupted => ("interrupted".to_owned(), "the intervals of the last step are written"),
     };

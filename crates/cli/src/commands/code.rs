@@ -109,7 +109,7 @@ fn repeated(model: &Model) -> Option<Message> {
 }
 
 fn not_by_itself(scene: &str, name: &str, language: &Language) -> Error {
-    let text = format!("`{name}` of scene `{scene}` is not printed by itself in {}", language.title);
+    let text = format!("`{name}` of scene `{scene}` is not printed alone in {}", language.title);
     Error::usage(text).help(format!("`qrm code {scene} --language {}` prints all of it", language.name))
 }
 

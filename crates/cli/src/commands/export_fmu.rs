@@ -43,7 +43,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let setup = Setup::new(models, &options.scene, &options.method)?;
     // The library of an FMU contains the scenes of the program.
     if !models.iter().any(|model| std::ptr::eq(model.description, setup.model.description)) {
-        return Err(Error::usage("units of FMI hold compiled code, and a scene file is interpreted")
+        return Err(Error::usage("FMUs need a compiled scene, and scene files are interpreted")
             .help("put the file into `scenes` of a clone of qrm, build, and export the scene by its name"));
     }
     let roles = roles::roles(&setup, &options.input)?;
@@ -96,15 +96,15 @@ fn library(setup: &Setup) -> Result<Vec<u8>, Error> {
     let command = std::env::current_exe().unwrap_or_default();
     let stem = command.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let file = format!("{DLL_PREFIX}{stem}{DLL_SUFFIX}");
-    let beside: PathBuf = command.with_file_name(&file);
+    let library: PathBuf = command.with_file_name(&file);
     // If cargo builds the command alone, it leaves the library in a subfolder.
-    let places = [beside.with_file_name("deps").join(&file), beside.clone()];
+    let places = [library.with_file_name("deps").join(&file), library.clone()];
     let modified = |path: &PathBuf| std::fs::metadata(path).and_then(|m| m.modified()).ok();
     let newest = places.into_iter().filter(|path| path.is_file()).max_by_key(modified);
-    let path = newest.unwrap_or(beside);
+    let path = newest.unwrap_or(library);
     let wrong = |why: String| {
-        Error::usage(format!("the library that belongs into the unit {why}: {}", path.display())).help(
-            "`cargo build --release` makes it beside the command; keep both in one folder (a command that pip \
+        Error::usage(format!("the shared library for the FMU {why}: {}", path.display())).help(
+            "`cargo build --release` makes it next to the command; keep both in one folder (a command that pip \
                    installed has none)",
         )
     };

@@ -108,7 +108,7 @@ fn motions(setup: &Setup, options: &Options, start: &Start) -> Result<Vec<Motion
         let coordinate = match name {
             None if given.len() == 1 => given[0],
             None => {
-                return Err(Error::usage(format!("`--motion {text}`: of which coordinate?")).help(format!(
+                return Err(Error::usage(format!("`--motion {text}`: which coordinate?")).help(format!(
                     "write `--motion {}={motion}`; the scene gives: {}",
                     names[0],
                     names.join(", ")
@@ -302,7 +302,7 @@ fn not_possible(setup: &Setup, reason: &NotPossible) -> Error {
         }
         NotPossible::DeadPoint { t, q } => {
             let at = position(q);
-            Error::run(format!("after t = {t} s the forces are not known: the motion comes to a dead point near {at}"))
+            Error::run(format!("after t = {t} s the forces are not known: the motion reaches a dead point near {at}"))
                 .help(
                     "prescribe another coordinate, or let a joint's `drive` move the mechanism and `qrm run` follow it",
                 )

@@ -15,9 +15,13 @@ use crate::scenes::{is_path, model_named};
 pub(crate) struct Options {
     /// Name of the scene, as `my-crank`
     name: String,
-    /// Begin with a copy of this scene or scene file, or with `empty`: a block on a spring
-    #[arg(long, value_name = "SCENE or FILE", default_value = EMPTY)]
+    /// Begin with a linkage (`four-bar`, `slider-crank`, `cylinder`, `quick-return`, `cam` or `gears`), with `empty` (a
+    /// block on a spring), or with a copy of a scene or a scene file
+    #[arg(long, value_name = "NAME or FILE", default_value = EMPTY)]
     from: String,
+    /// Copy the scene in formulae, where a linkage has the same name
+    #[arg(long)]
+    formulae: bool,
     /// The file [default: NAME.toml, in `scenes` if there is such a folder]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -25,9 +29,19 @@ pub(crate) struct Options {
 
 const EMPTY: &str = "empty";
 
+/// Linkages to begin with: names and scenes.
+const LINKAGES: [(&str, &str); 6] = [
+    ("four-bar", include_str!("new/four-bar.toml")),
+    ("slider-crank", include_str!("new/slider-crank.toml")),
+    ("cylinder", include_str!("new/cylinder.toml")),
+    ("quick-return", include_str!("new/quick-return.toml")),
+    ("cam", include_str!("new/cam.toml")),
+    ("gears", include_str!("new/gears.toml")),
+];
+
 /// Writes a new scene as a starting point.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let Options { name, from, out } = options;
+    let Options { name, from, formulae, out } = options;
     let is_name = name.starts_with(|c: char| c.is_ascii_lowercase())
         && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-');
     if !is_name {
@@ -46,7 +60,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         return Err(Error::usage(format!("{} is there already", path.display()))
             .help("choose another name, or another file by --out"));
     }
-    let (text, own) = template(models, from)?;
+    let (text, own) = template(models, from, *formulae)?;
     let text = renamed(&text, &own, name);
     // An error in the new text is reported, and nothing written.
     resolve::read(&path.display().to_string(), &text)?;
@@ -60,16 +74,20 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
 }
 
 /// The template of a new scene, and its name in it.
-fn template(models: &'static [Model], from: &str) -> Result<(String, String), Error> {
+fn template(models: &'static [Model], from: &str, formulae: bool) -> Result<(String, String), Error> {
     if from == EMPTY {
         return Ok((include_str!("new/empty.toml").to_owned(), EMPTY.to_owned()));
+    }
+    if let Some((_, text)) = LINKAGES.iter().find(|(name, _)| *name == from && !formulae) {
+        return Ok(((*text).to_owned(), from.to_owned()));
     }
     if is_path(models, from) {
         let text = read_text(Path::new(from))?;
         let (scene, _) = resolve::read(from, &text)?;
         return Ok((text, scene.name));
     }
-    Ok((model_named(models, from, &[EMPTY])?.description.source.to_owned(), from.to_owned()))
+    let others: Vec<&str> = LINKAGES.iter().map(|(name, _)| *name).chain([EMPTY]).collect();
+    Ok((model_named(models, from, &others)?.description.source.to_owned(), from.to_owned()))
 }
 
 /// Renames a scene, and removes the values and cases that are specific to the original.

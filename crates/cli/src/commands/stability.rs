@@ -47,7 +47,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
             "the mechanism has no degree of freedom: its motion follows from the constraints alone, and nothing in it \
              can decay or oscillate",
         )
-        .help("`qrm run` has its forces; leave out what drives it to see how it moves by itself"));
+        .help("`qrm run` has its forces; leave out what drives it to see how it moves freely"));
     }
     let out = options.out.folder(&setup.path);
     let survey = Survey::until(&setup, None)?;

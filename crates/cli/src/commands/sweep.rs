@@ -89,7 +89,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let columns = plan.designs.columns();
     let (mut journal, done) = Journal::open(&plan.out, &plan.title(), &columns)?;
     if done > 0 {
-        print(&format!("goes on after {} of an interrupted sweep", counted(done as u64, "design")));
+        print(&format!("continues after {} of an interrupted sweep", counted(done as u64, "design")));
     }
     watch_interrupts();
     let (written, warned) = plan.run(&mut journal, done)?;
@@ -97,7 +97,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         let (count, all) = (written - begin, counted((end - begin) as u64, "design"));
         let path = journal.path().display();
         return Err(Error::run(format!("interrupted after {count} of {all}, which stand in {path}"))
-            .help("the same command goes on from there"));
+            .help("the same command continues from there"));
     }
     let (done, failed) = journal.counts();
     journal.finish(&plan.out)?;

@@ -200,7 +200,7 @@ impl Session {
                 pending.is_announced = true;
                 let text = match pending.derivation.is_waiting() {
                     true => "another derivation on this machine goes first; this scene follows when it is over",
-                    false => "the scene is being derived; saving it again begins anew",
+                    false => "the scene is being derived; saving it again restarts that",
                 };
                 self.note = Some(text.to_owned());
                 self.show_status(None);

@@ -98,7 +98,7 @@ pub(super) fn warnings(setup: &Setup, outcome: &Outcome, distrust: &[String]) ->
     }
     if stats.singular_mass > 0 {
         warnings.push(Message::new(format!(
-            "the mass matrix was singular by itself in {}; the constraints made up for it",
+            "the mass matrix was singular in {}; the constraints made up for it",
             counted(stats.singular_mass, "solve")
         )));
     }

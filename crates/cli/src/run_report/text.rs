@@ -2,37 +2,48 @@
 
 use std::path::Path;
 
+use qrm_core::{Description, QuantityDescription};
+
 use super::RunReport;
 use crate::format::{counted, decimals, heading, seconds, with_error};
 use crate::output::written;
 
 impl RunReport {
-    /// The run in a few lines with headings.
+    /// How the run ended, how far to trust it and how it was computed, in lines with headings.
     pub(crate) fn report_lines(&self) -> [(&'static str, String); 6] {
         [
             ("end", self.message.to_string()),
+            ("error", self.error_line()),
+            ("closure", self.residual_line()),
+            ("energy", self.energy_line()),
             ("method", self.method_line()),
             ("time", self.time_line()),
-            ("error", self.error_line()),
-            ("residual", self.residual_line()),
-            ("energy", self.energy_line()),
         ]
     }
 
     /// The extremes of the outputs: name, minimum, its time, maximum, its time, unit.
     pub(crate) fn output_extremes(&self) -> Vec<[String; 6]> {
-        let outputs = self.description.outputs.iter();
-        let row = |output: &qrm_core::QuantityDescription| {
-            let e = self.extremes.get(output.name)?;
+        self.extremes_of(&self.description.outputs)
+    }
+
+    /// The extremes of the outputs; those of the coordinates in a scene without outputs.
+    fn shown_extremes(&self) -> Vec<[String; 6]> {
+        let Description { outputs, coordinates, .. } = self.description;
+        self.extremes_of(if outputs.is_empty() { coordinates } else { outputs })
+    }
+
+    fn extremes_of(&self, quantities: &[QuantityDescription]) -> Vec<[String; 6]> {
+        let row = |quantity: &QuantityDescription| {
+            let e = self.extremes.get(quantity.name)?;
             let [at_min, at_max] = [e.min_time, e.max_time].map(|t| format!("{t:.6}"));
             let [min, max] = [(e.min, e.min_error), (e.max, e.max_error)].map(|(value, error)| match error {
                 _ if value.is_infinite() => "unbounded".to_owned(),
                 Some(error) => with_error(value, error),
                 None => decimals(value),
             });
-            Some([output.name.to_owned(), min, at_min, max, at_max, output.unit.to_owned()])
+            Some([quantity.name.to_owned(), min, at_min, max, at_max, quantity.unit.to_owned()])
         };
-        outputs.filter_map(row).collect()
+        quantities.iter().filter_map(row).collect()
     }
 
     /// Whether an output does not depend on how redundant constraints share their forces.
@@ -42,17 +53,22 @@ impl RunReport {
 
     /// The text printed by a run; `tables` are additional files.
     pub(crate) fn text(&self, out: &Path, tables: &[String], has_summary: bool) -> String {
-        let mut text = format!("{}\n\n", heading(self.description));
-        for (topic, line) in self.report_lines() {
-            text += &format!("  {topic:8}  {line}\n");
+        let [(_, end), lines @ ..] = self.report_lines();
+        let mut text = format!("{}\n\n  {end}\n\n", heading(self.description));
+        let extremes = self.shown_extremes();
+        if !extremes.is_empty() {
+            text += &format!("  {:10} {:>19} {:>11} {:>19} {:>11}\n", "", "minimum", "at t", "maximum", "at t");
         }
-        if !self.description.outputs.is_empty() {
-            text += &format!("\n  {:10} {:>19} {:>11} {:>19} {:>11}\n", "", "minimum", "at t", "maximum", "at t");
-        }
-        for [name, min, at_min, max, at_max, unit] in self.output_extremes() {
+        for [name, min, at_min, max, at_max, unit] in &extremes {
             let row = format!("  {name:10} {min:>19} {at_min:>11} {max:>19} {at_max:>11}  {unit}");
-            let mark = if self.is_unique(&name) { "" } else { "  (not unique)" };
+            let mark = if self.is_unique(name) { "" } else { "  (not unique)" };
             text += &format!("{}{mark}\n", row.trim_end());
+        }
+        if !extremes.is_empty() {
+            text.push('\n');
+        }
+        for (topic, line) in lines {
+            text += &format!("  {topic:8}  {line}\n");
         }
         for warning in &self.warnings {
             text += &format!("\n{}\n", warning.warning());
@@ -104,17 +120,17 @@ impl RunReport {
 
     fn error_line(&self) -> String {
         let Some(error) = self.estimated_error else { return "not estimated".to_owned() };
-        let others = if self.tolerance.is_some() { "shorter" } else { "longer" };
-        format!("about {error:.1e} at most in the coordinates, estimated by comparison with {others} steps")
+        let others = if self.tolerance.is_some() { "a smaller tolerance" } else { "steps 1.5 times as long" };
+        format!("at most about {error:.1e} in the coordinates, estimated by comparison with {others}")
     }
 
     fn residual_line(&self) -> String {
         let before = match self.max_residual_before_correction {
-            open if open > 0.0 => format!("; {open:.1e} before the corrections"),
+            open if open > 0.0 => format!(" ({open:.1e} before projection)"),
             _ => String::new(),
         };
         let (position, velocity) = (self.max_residual_position, self.max_residual_velocity);
-        format!("at most {position:.1e} of a constraint, {velocity:.1e} of its rate{before}")
+        format!("max |C| {position:.1e}{before}, max |dC/dt| {velocity:.1e}")
     }
 
     fn energy_line(&self) -> String {
@@ -123,7 +139,7 @@ impl RunReport {
             None if self.energy_imbalance > 0.0 => {
                 format!("differs from the work of the loads without potential by {:.1e} J", self.energy_imbalance)
             }
-            None => "changes by the work of the loads without potential, as far as the steps tell it".to_owned(),
+            None => "equals the work of the loads without potential, within the error of its sum".to_owned(),
         }
     }
 }

@@ -95,7 +95,7 @@ pub(super) fn derive(path: &Path, source: &str) -> Result<DerivedScene, Error> {
 fn missing(path: &Path) -> Error {
     let missing = match EMBEDDED.get() {
         Some(chosen) => format!("there is no symbolic engine {}", chosen.display()),
-        None => "the symbolic engine `qrm-engine` is neither beside this program nor on the PATH".to_owned(),
+        None => "the symbolic engine `qrm-engine` is neither next to this program nor on the PATH".to_owned(),
     };
     let folder = match cache::folder() {
         Some(folder) => format!("bring the derived scene into {}", folder.display()),

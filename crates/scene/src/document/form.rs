@@ -25,7 +25,7 @@ pub(super) fn findings(source: &str, errors: &[Error]) -> Vec<Diagnostic> {
     findings
 }
 
-const HELP: &str = "look here and at the end of the line above for a quote, comma or bracket too few or too many";
+const HELP: &str = "look for a missing or extra quote, comma or bracket here or at the end of the line above";
 
 fn written_twice(source: &str, span: Span) -> Diagnostic {
     let key = source.get(span.clone()).unwrap_or_default();

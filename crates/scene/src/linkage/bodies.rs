@@ -60,7 +60,7 @@ fn com(
         }
         None => {
             if let (Some(Mass::Whole(mass) | Mass::ByDensity(mass)), None) = (&syntax.mass, &syntax.shape) {
-                let title = format!("link `{}` has a mass and no centre of mass", graph.name(link));
+                let title = format!("link `{}` has a mass but no centre of mass", graph.name(link));
                 let error = Diagnostic::error(title, mass.whole_span(), "no `com`");
                 findings.push(error.help("add `com = \"POINT\"`, or `com = [x, y]` in the frame of the link"));
             }

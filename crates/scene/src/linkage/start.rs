@@ -75,7 +75,7 @@ pub(super) fn check_rates(graph: &Graph, tree: &Tree, angles: &Angles, findings:
             let free = joint.ends.iter().find(|end| tree.placements[end.link] == Placement::Free);
             let help = match free.map(|end| origin_names(graph, end.link)) {
                 Some([x, y]) => format!("give `{x}` or `{y}`, the origin of its link, and its rate in [initial]"),
-                None => "pins place its links: give one of them a `rate` beside its `angle`".to_owned(),
+                None => "pins place its links: give one of them a `rate` next to its `angle`".to_owned(),
             };
             findings.push(error.help(help));
         }
@@ -107,7 +107,7 @@ pub(super) fn report_too_few(document: &Document, freedoms: usize, place: &Span,
         let said = if given == 1 { format!("1 {what} is") } else { format!("{given} {what}s are") };
         let title = format!("the mechanism has {freedoms} {freedom} of freedom, but {said} given at the start");
         let error = Diagnostic::error(title, place.clone(), "links begin here");
-        let help = "give as many links as that a `rate` beside their `angle`, or a slider its `start` and `rate`, or \
+        let help = "give as many links as that a `rate` next to their `angle`, or a slider its `start` and `rate`, or \
                     coordinates of a link that no pin places, such as `x_LINK`, their values and rates in [initial]";
         findings.push(error.help(help));
         return;

@@ -207,7 +207,7 @@ fn prescribed_bodies(scene: &Scene, findings: &mut Vec<Diagnostic>) {
         if let Some(place) = places.into_iter().find(|place| scene.depends_on_time(place)) {
             findings.push(
                 Diagnostic::error(
-                    format!("body `{}` moves with time by itself", body.name),
+                    format!("body `{}` is moved by time alone", body.name),
                     place.whole_span(),
                     "depends on `t`",
                 )

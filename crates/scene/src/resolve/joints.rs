@@ -72,10 +72,10 @@ impl Resolver<'_> {
             !((now - then).abs() > SAME * (now.abs() + then.abs()))
         };
         if !ANGLES.into_iter().all(comes_back) {
-            let title = format!("the profile of joint `{}` is another one after a turn", joint.identifier.name);
+            let title = format!("the profile of joint `{}` differs after one turn", joint.identifier.name);
             let warning = Diagnostic::warning(title, profile.whole_span(), "does not come back");
             self.findings.push(warning.help(
-                "`theta` goes on beyond a turn: use functions with the period `2*pi`, or a table with `spline = \
+                "`theta` grows beyond a turn: use functions with the period `2*pi`, or a table with `spline = \
                  \"periodic\"`",
             ));
         }

@@ -84,7 +84,8 @@ pub(super) fn text(setup: &Setup, mechanism: &dyn Mechanism, wanted: &[(usize, f
     let description = mechanism.description();
     let rest = static_equilibrium(mechanism, wanted).map_err(|reason| no_equilibrium(setup, mechanism, &reason))?;
     let is_given = Start::new(mechanism).given;
-    let beside = if setup.mechanism().is_driven() { "instead of the drive" } else { "beside the loads of the scene" };
+    let beside =
+        if setup.mechanism().is_driven() { "instead of the drive" } else { "in addition to the loads of the scene" };
     let mut text = format!("{} at rest{}\n\n", description.name, when(setup));
     let mut line = |name: &str, value: f64, unit: &str, more: &str| {
         let also = if unit == "rad" { format!("= {}", quantity(value, unit)) } else { more.to_owned() };

@@ -29,7 +29,7 @@ type Part<'s> = (&'s String, &'s Option<Value>);
 pub(super) fn text(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
     let outcome = &survey.outcome;
     let mut text = format!(
-        "{}: the linearized, constrained equations along the motion (auto, {} steps of which {} implicit, to t = \
+        "{}: the linearized, constrained equations along the motion (auto, {} steps, {} of them implicit, to t = \
          {})\n\n",
         setup.description.name,
         outcome.counts.accepted,
@@ -216,9 +216,7 @@ fn recommendation(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
     let worst = survey.largest(|s| s.condition_mass.max(s.condition_loops)).spectrum;
     let worst = worst.condition_mass.max(worst.condition_loops);
     if worst.is_infinite() {
-        sentences.push(
-            "The mass matrix is singular by itself: the constraints make up for it, by a slower path.".to_owned(),
-        );
+        sentences.push("The mass matrix is singular: the constraints make up for it, by a slower path.".to_owned());
     } else if worst > ILL {
         sentences.push(format!("Ill-conditioned: about {:.0} of 16 digits are lost in a solve.", worst.log10()));
     }

@@ -55,7 +55,7 @@ impl Part {
     fn read(table: &Path) -> Result<Self, Error> {
         let path = table.with_extension("part.json");
         let text = read_at_most(&path, MAX_BYTES).map_err(|e| {
-            Error::unreadable(&path, &e).help("`qrm sweep --shard K/N` writes it beside its table; keep both together")
+            Error::unreadable(&path, &e).help("`qrm sweep --shard K/N` writes it next to its table; keep both together")
         })?;
         serde_json::from_slice(&text)
             .map_err(|e| Error::usage(format!("{} is no part of a sweep: {e}", path.display())))

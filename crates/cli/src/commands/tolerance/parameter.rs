@@ -28,7 +28,7 @@ impl TolerancedParameter {
         let option = format!("--vary {name}");
         let given = if value.is_empty() { None } else { Some(number(&option, value)?) };
         if tolerance.contains("+-") || tolerance.contains('±') {
-            return Err(wrong(text, &format!("has no number behind `+-`, but `{tolerance}`")));
+            return Err(wrong(text, &format!("has no number after `+-`, but `{tolerance}`")));
         }
         let tolerance = number(&option, tolerance)?;
         if !(tolerance > 0.0 && tolerance.is_finite()) {
