@@ -56,6 +56,8 @@ commands! {
     Merge: merge,
     /// Pack a scene for simulation tools, as an FMU (FMI 3.0) for co-simulation and model exchange: SCENE.fmu
     ExportFmu: export_fmu,
+    /// Write a JSON schema of scene files, for the completion of keys in TOML editors
+    Schema: schema,
     /// Check a mechanism: strokes, limit positions, forces at rest, energy, recurrence
     Check: check,
     /// Say what the generated code of a scene costs, and what was left out of it and why

@@ -7,6 +7,7 @@ mod columns;
 mod commands;
 mod error;
 mod format;
+mod keys;
 mod live;
 mod memory;
 mod messages;
