@@ -56,6 +56,8 @@ commands! {
     Merge: merge,
     /// Pack a scene for simulation tools, as an FMU (FMI 3.0) for co-simulation and model exchange: SCENE.fmu
     ExportFmu: export_fmu,
+    /// Serve an editor: mistakes while typing, completion, values at the start, renaming (language server protocol)
+    Lsp: lsp,
     /// Write a JSON schema of scene files, for the completion of keys in TOML editors
     Schema: schema,
     /// Check a mechanism: strokes, limit positions, forces at rest, energy, recurrence

@@ -9,6 +9,7 @@ mod error;
 mod format;
 mod keys;
 mod live;
+mod lsp;
 mod memory;
 mod messages;
 mod methods;
