@@ -57,6 +57,8 @@ pub(crate) struct PeakSearch<'s> {
     pub(crate) best: (f64, f64),
     /// Differences that do not count.
     pub(crate) tie: f64,
+    /// How far the function may exceed its best value where bounds tell no more.
+    pub(crate) open: f64,
     /// The number of bounds that may still be computed.
     pub(crate) left: &'s mut u32,
     /// The state at a time inside the step.
@@ -130,8 +132,20 @@ impl PeakSearch<'_> {
                 if values.iter().all(|value| value.is_nan()) {
                     return Err(PeakError::Undefined(time(middle)));
                 }
-                if width <= POLE.max(shortest) {
+                let is_located = width <= POLE.max(shortest);
+                if is_located && 2.0 * width > POLE.max(shortest) {
                     self.note_pole(time(middle), h * DISTANCE.max(NEARER * shortest));
+                }
+                if width <= shortest {
+                    let signed = values.map(|value| self.sign * value);
+                    self.best = signed.into_iter().zip([low, middle, high]).fold(self.best, |best, (value, s)| {
+                        if value > best.0 && value.is_finite() { (value, time(s)) } else { best }
+                    });
+                    // As much as the function changes over the part, it may change inside.
+                    let finite = signed.into_iter().filter(|value| value.is_finite());
+                    let [top, bottom] =
+                        [finite.clone().fold(f64::NEG_INFINITY, f64::max), finite.fold(f64::INFINITY, f64::min)];
+                    self.open = self.open.max(2.0 * top - bottom - self.best.0);
                     continue;
                 }
             }
@@ -142,6 +156,8 @@ impl PeakSearch<'_> {
             });
             if is_finite && (is_rounding || width <= shortest) {
                 [low, middle, high].into_iter().for_each(|s| self.note_at(time(s)));
+                let top = (bound.value * Interval::point(self.sign)).hi();
+                self.open = self.open.max(top - self.best.0);
                 continue;
             }
             *self.left = self.left.saturating_sub(2);
@@ -213,14 +229,21 @@ impl PeakSearch<'_> {
     fn note_pole(&mut self, t: f64, distance: f64) {
         for side in [-1.0, 1.0] {
             let mut value = |distance: f64| self.sign * self.value_at(t + side * distance);
-            let values: [f64; 5] = std::array::from_fn(|k| value(distance * NEARER.powi(k as i32)));
-            let [near, far, ..] = values;
-            let grows = values.windows(3).all(|values| {
-                let (growth, before) = (values[0] - values[1], values[1] - values[2]);
-                growth > GROWS * before && before > ROUNDING * values[1].abs()
-            });
-            // Rounding errors differ at a neighbouring time as much as between distances.
-            if grows && (value(distance * (1.0 + SHIFT)) - near).abs() < 0.1 * (near - far) {
+            let distances: [f64; 8] = std::array::from_fn(|k| distance * NEARER.powi(k as i32));
+            let values = distances.map(&mut value);
+            let grows = |values: &[f64]| {
+                values.windows(3).all(|values| {
+                    let (growth, before) = (values[0] - values[1], values[1] - values[2]);
+                    growth > GROWS * before && before > ROUNDING * values[1].abs()
+                })
+            };
+            // The pole of the motion is near that of its polynomials. Rounding errors differ at a neighbouring time as much
+            // as between distances.
+            let mut is_pole = |k: usize| {
+                let (near, far) = (values[k], values[k + 1]);
+                grows(&values[k..k + 5]) && (value(distances[k] * (1.0 + SHIFT)) - near).abs() < 0.1 * (near - far)
+            };
+            if (0..4).any(&mut is_pole) {
                 self.best = (f64::INFINITY, t);
             } else {
                 self.note_at(t + side * distance);

@@ -40,6 +40,7 @@ impl EventFunction<'_> {
                 ends,
                 best: (at_begin.max(at_end), f64::NAN),
                 tie: 0.0,
+                open: 0.0,
                 left: &mut { MOST_BOUNDS },
                 at,
                 value: &mut value,

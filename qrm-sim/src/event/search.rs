@@ -203,12 +203,15 @@ impl Search<'_> {
             // Halves would tell no more than numbers.
             return self.touched(end, None);
         }
+        let undecided = Reached::Undecided([begin, end].map(|s| self.step.begin + s * self.step.h));
         if end - begin <= self.step.shortest {
-            return self.touched(middle, None);
+            // At a pole it may rise beyond all bounds.
+            let is_pole = !bound.value.is_finite();
+            return self.touched(middle, None).or_else(|| is_pole.then_some(undecided));
         }
         self.left = self.left.saturating_sub(1);
         if self.left == 0 {
-            return Some(Reached::Undecided([begin, end].map(|s| self.step.begin + s * self.step.h)));
+            return Some(undecided);
         }
         self.first_in([begin, middle]).or_else(|| self.first_in([middle, end]))
     }

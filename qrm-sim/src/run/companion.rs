@@ -64,6 +64,8 @@ pub(crate) struct Companion {
     before: Vec<f64>,
     /// The difference of the times at which the stop condition became true, and its rounding error.
     of_end_time: Option<[f64; 2]>,
+    /// The changes of the quantities at the end over that time.
+    at_event: Vec<f64>,
     /// The largest relative error of multipliers at extremes at singular positions.
     rounding_at_poles: f64,
     failed: bool,
@@ -136,6 +138,7 @@ impl Companion {
             by_forces: quantities.by_forces(mechanism),
             before: vec![0.0; quantities.count()],
             of_end_time: None,
+            at_event: Vec::new(),
             rounding_at_poles: 0.0,
             failed: false,
         })
@@ -209,9 +212,18 @@ impl Companion {
         }
         self.failed = self.advance_to(mechanism, end).is_err();
         if ESTIMATES_EXTREMES {
+            // They may agree by chance at the end.
+            let of_state = &self.differences.each[..2 * self.layout.n];
+            let floors: Vec<f64> = of_state.iter().map(|difference| difference.largest).collect();
             self.of_end_time = condition.and_then(|condition| {
-                Some([condition.time_between(end, &self.at)?, condition.rounding_of_time(end).unwrap_or(0.0)])
+                Some([condition.time_between(end, &self.at, &floors)?, condition.rounding_of_time(end).unwrap_or(0.0)])
             });
+            if let Some([difference, of_condition]) = self.of_end_time {
+                let mut moved = end.moved_along((difference / self.ratio()).max(of_condition));
+                if self.integrator.solver_mut().complete(mechanism, &mut moved).is_ok() {
+                    self.at_event = self.differences.between(mechanism, [&end.as_ref(), &moved.as_ref()]);
+                }
+            }
         }
     }
 

@@ -105,6 +105,16 @@ impl Differences {
         self.rows += 1;
     }
 
+    /// The differences of the quantities between two states.
+    pub(crate) fn between(&self, mechanism: &dyn Mechanism, states: [&StateRef; 2]) -> Vec<f64> {
+        let [one, other] = states.map(|state| {
+            let mut numbers = vec![0.0; self.quantities.count()];
+            self.quantities.write(mechanism, state, &mut numbers);
+            numbers
+        });
+        one.iter().zip(&other).map(|(one, other)| (one - other).abs()).collect()
+    }
+
     /// Measures how much rounding errors of the coordinates change the quantities in a row of the run, which were
     /// written last.
     fn probe(&mut self, mechanism: &dyn Mechanism, of_run: &StateRef) {

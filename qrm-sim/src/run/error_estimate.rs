@@ -19,6 +19,8 @@ pub struct ErrorEstimates {
     pub(crate) rivals: [Vec<(f64, f64)>; 2],
     pub(crate) at_end: Vec<f64>,
     pub(crate) of_end_time: Option<f64>,
+    /// The end of the motion, and the changes of the quantities over the error of its time; none at a fixed time.
+    pub(crate) at_event: (f64, Vec<f64>),
 }
 
 /// The estimated error of a quantity, in its unit.
@@ -38,6 +40,7 @@ impl ErrorEstimates {
         };
         increase(&mut self.largest, &others.largest);
         increase(&mut self.at_end, &others.at_end);
+        increase(&mut self.at_event.1, &others.at_event.1);
         self.at_extremes.iter_mut().zip(&others.at_extremes).for_each(|(own, other)| increase(own, other));
         for (end, (own, others)) in self.rivals.iter_mut().zip(&others.rivals).enumerate() {
             let pairs = own.iter_mut().zip(others);
@@ -49,7 +52,7 @@ impl ErrorEstimates {
     /// The error of a quantity; `None` for times, parameters and residuals.
     pub fn column(&self, kind: Kind) -> Option<ErrorEstimate> {
         let place = self.quantities.place(kind)?;
-        Some(ErrorEstimate { largest: self.largest[place], at_end: self.at_end[place] })
+        Some(ErrorEstimate { largest: self.largest[place], at_end: self.at_end[place] + self.of_event(place) })
     }
 
     /// The errors of the smallest and of the largest value of a quantity. That of the motion is zero in the first row;
@@ -57,10 +60,27 @@ impl ErrorEstimates {
     pub fn extremes(&self, kind: Kind, extremes: &Extremes) -> Option<[f64; 2]> {
         let place = self.quantities.place(kind)?;
         let error = |end: usize, (value, t): (f64, f64)| {
-            let of_motion = if t == self.start { 0.0 } else { self.at_extremes[end][place] };
+            let of_event = if t == self.at_event.0 { self.of_event(place) } else { 0.0 };
+            let of_motion = if t == self.start { 0.0 } else { self.at_extremes[end][place] + of_event };
             of_motion.max(reach(end, self.rivals[end][place]) - sign(end) * value)
         };
         Some([error(0, extremes.minimum), error(1, extremes.maximum)])
+    }
+
+    /// Increases the errors of extremes that outputs may exceed: the output, the end and the distance.
+    pub(crate) fn note_open(&mut self, open: &[(usize, usize, f64)]) {
+        for (output, end, distance) in open {
+            if let Some(place) = self.quantities.place(Kind::Output(*output))
+                && let Some(error) = self.at_extremes[*end].get_mut(place)
+            {
+                *error = error.max(*distance);
+            }
+        }
+    }
+
+    /// The change of a quantity at the end over the error of the time of the end.
+    fn of_event(&self, place: usize) -> f64 {
+        self.at_event.1.get(place).copied().unwrap_or(0.0)
     }
 
     /// The error of the time at which a condition ended the run, in s; `None` if the run ended at a fixed time.

@@ -36,6 +36,8 @@ pub(super) struct ExtremeSearch {
     pub(super) unbounded_at: Option<f64>,
     /// The outputs whose extremes between rows are not known.
     pub(super) undecided: Vec<usize>,
+    /// How far outputs may exceed their extremes: the output, the end and the distance.
+    pub(super) open: Vec<(usize, usize, f64)>,
 }
 
 impl ExtremeSearch {
@@ -47,6 +49,7 @@ impl ExtremeSearch {
             tail: Vec::new(),
             unbounded_at: None,
             undecided: Vec::new(),
+            open: Vec::new(),
         }
     }
 
@@ -149,12 +152,16 @@ impl ExtremeSearch {
                         ends: [&from, &to],
                         best: (sign * best.0, best.1),
                         tie: ROUNDING * known.range(),
+                        open: 0.0,
                         left,
                         at: &mut |t| integrator.between(mechanism, &from, t).ok(),
                         value: &mut |at| number(mechanism, at, column),
                     };
                     let searched = search.search();
                     let (value, t) = search.best;
+                    if search.open > 0.0 {
+                        self.open.push((output, end, search.open));
+                    }
                     let found = (sign * value, t);
                     let bracket = [from.t, to.t];
                     let vertex =

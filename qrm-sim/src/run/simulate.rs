@@ -250,7 +250,8 @@ impl<'a> Run<'a> {
         let unbounded_at = monitor.unbounded_at.or(search.unbounded_at).filter(|_| takes_forces);
         // A load may be zero in every row, and still do work between them.
         let is_conservative = monitor.is_conservative && self.integrator.is_conservative();
-        let errors = self.companion.as_ref().and_then(|companion| companion.errors(counts.accepted));
+        let mut errors = self.companion.as_ref().and_then(|companion| companion.errors(counts.accepted));
+        errors.iter_mut().for_each(|errors| errors.note_open(&search.open));
         Outcome {
             tolerance: self.request.settings.tolerance(),
             condition_undecided: self

@@ -177,13 +177,14 @@ impl<'a> StopCondition<'a> {
         Status::StopNotReached { nearest_time, missing: -nearest }
     }
 
-    /// The time between the events of two motions: one ended there, and the other one is `other` at that time.
-    pub(super) fn time_between(&self, end: &State, other: &State) -> Option<f64> {
+    /// The time between the events of two motions: one ended there, and the other one is `other` at that time. Their
+    /// coordinates and rates differ by `floors` at least.
+    pub(super) fn time_between(&self, end: &State, other: &State, floors: &[f64]) -> Option<f64> {
         let [own_value, other_value] = [self.value(end)?, self.value(other)?];
         if let Some(maximum) = self.maximum {
             return Some(maximum.time_to_fall((other_value - own_value).abs()));
         }
-        self.function.time_between(self.mechanism, [(end, own_value), (other, other_value)], 0.0)
+        self.function.time_between(self.mechanism, [(end, own_value), (other, other_value)], 0.0, floors)
     }
 
     /// The error of the time at which it became true that its rounding error causes; `None` if it is not known.
@@ -192,7 +193,7 @@ impl<'a> StopCondition<'a> {
             return Some(maximum.time_to_fall(0.0));
         }
         let (at_end, rounding) = ((end, self.value(end)?), self.function.rounding(self.mechanism, end));
-        let of_value = self.function.time_between(self.mechanism, [at_end; 2], rounding)?;
+        let of_value = self.function.time_between(self.mechanism, [at_end; 2], rounding, &[])?;
         let of_corner = if self.mechanism.description().has_corners { Corner::resolution(end.t) } else { 0.0 };
         Some(of_value.max(of_corner))
     }

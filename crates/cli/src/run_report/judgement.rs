@@ -4,7 +4,7 @@ use qrm_core::{Description, QuantityDescription};
 use qrm_scene::document::Side;
 use qrm_sim::batch::DesignResult;
 use qrm_sim::columns::Kind;
-use qrm_sim::run::{NearestSingularity, Outcome, Redundancy};
+use qrm_sim::run::{NearestSingularity, Outcome, Redundancy, Status};
 
 use crate::error::Message;
 use crate::format::{counted, seconds};
@@ -69,6 +69,10 @@ pub(super) fn warnings(setup: &Setup, outcome: &Outcome, distrust: &[String]) ->
             format!("give `{name}` in their place, under [initial]")
         };
         warnings.push(Message::new(text).help(help));
+    }
+    if matches!(outcome.status, Status::Stopped) && outcome.errors.as_ref().is_some_and(|e| e.end_time().is_none()) {
+        let text = "the error of the end time is not known: the condition jumps, stays as it is or has a pole there";
+        warnings.push(Message::new(text.to_owned()).help("end at a condition that rises steadily through its bound"));
     }
     for output in &outcome.extremes_of_rows {
         let name = description.outputs[*output].name;

@@ -76,6 +76,9 @@ impl LaneSweep<'_> {
             _ => None,
         };
         let of_companion = self.outputs(design, at);
+        let mut moved = at.moved_along(end_time_error.unwrap_or(0.0));
+        let is_moved = self.solver.complete(&*self.designs[design], &mut moved).is_ok();
+        let at_event = if is_moved { self.outputs(design, &moved) } else { of_companion.clone() };
         let Some(Lane { companion: Some(companion), .. }) = self.lanes[lane].take() else { return };
         let Companion { mut result, ranges, outputs, .. } = companion;
         let margin = if result.steps < FEW_STEPS { CHANCE } else { 1.0 };
@@ -85,7 +88,9 @@ impl LaneSweep<'_> {
             let [low, high] = result.extremes[i];
             let of_motion = (outputs[i] - of_companion[i]).abs().max(relative * (high - low));
             let of_motion = margin * of_motion.max(rounding(low.abs().max(high.abs()), result.steps));
-            *errors = errors.map(|error| error + of_motion);
+            let of_event = (at_event[i] - of_companion[i]).abs();
+            let is_at_end = [low, high].map(|extreme| extreme == outputs[i]);
+            *errors = [0, 1].map(|end| errors[end] + of_motion + if is_at_end[end] { of_event } else { 0.0 });
         }
         let estimated_error = Some(margin * with_end_time(&errors, &result.qd, end_time_error.unwrap_or(0.0)));
         let end_time_error = end_time_error.map(|error| margin * error);
@@ -100,7 +105,7 @@ impl LaneSweep<'_> {
         let end = State { q: result.q.clone(), qd: result.qd.clone(), ..at.clone() };
         let [at_start, end_value, other_value] = [first, &end, at].map(|at| event.value_at_position(mechanism, at));
         let rounding = ROUNDING * at_start?.abs();
-        event.time_between(mechanism, [(&end, end_value?), (at, other_value?)], rounding)
+        event.time_between(mechanism, [(&end, end_value?), (at, other_value?)], rounding, &[])
     }
 }
 

@@ -13,6 +13,8 @@ use crate::state::State;
 
 /// Longest change of time, as a part of the step, by which a state is moved along its Taylor series of order 2.
 const NEAR: f64 = 1e-5;
+/// The time by which a step may pass the condition, in parts of the time: extremes count states up to there.
+const LATE: f64 = 16.0 * f64::EPSILON;
 /// The part of that within which a condition must have become true for the end to be accepted.
 const RESOLUTION: f64 = 1e-5;
 
@@ -43,6 +45,9 @@ impl LaneSweep<'_> {
         let dt = zero(value, near, &mut condition);
         let [before, after] = [-RESOLUTION, RESOLUTION].map(|part| dt + part * near);
         if dt.abs() <= near && condition(before) < 0.0 && condition(after) >= 0.0 {
+            if dt < -LATE * to.t.abs() {
+                return self.step_again(lane, from, to);
+            }
             at.clone_from(to);
             at.move_along(dt);
             return self.finish(lane, Status::Stopped, at);
@@ -114,7 +119,8 @@ impl LaneSweep<'_> {
         from.write(&mut self.row);
         let outputs = self.outputs(design, from);
         self.batch.undo_last_step(lane, &self.row, &outputs);
-        self.step_on(lane, from.t, at.t);
+        // From a little before the condition on, the motion is that of its Taylor series.
+        self.step_on(lane, from.t, at.t - 0.5 * NEAR * (at.t - from.t));
     }
 
     /// Makes a step that is to end where the condition becomes true.

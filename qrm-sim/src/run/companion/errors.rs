@@ -71,6 +71,7 @@ impl Companion {
             of_end_time: self.of_end_time.filter(|_| ESTIMATES_EXTREMES).map(|[difference, of_condition]| {
                 (difference / ratio).max(rounding(self.at.t, steps)).max(of_condition)
             }),
+            at_event: (self.at.t, self.at_event.clone()),
         })
     }
 
