@@ -137,15 +137,7 @@ impl PeakSearch<'_> {
                     self.note_pole(time(middle), h * DISTANCE.max(NEARER * shortest));
                 }
                 if width <= shortest {
-                    let signed = values.map(|value| self.sign * value);
-                    self.best = signed.into_iter().zip([low, middle, high]).fold(self.best, |best, (value, s)| {
-                        if value > best.0 && value.is_finite() { (value, time(s)) } else { best }
-                    });
-                    // As much as the function changes over the part, it may change inside.
-                    let finite = signed.into_iter().filter(|value| value.is_finite());
-                    let [top, bottom] =
-                        [finite.clone().fold(f64::NEG_INFINITY, f64::max), finite.fold(f64::INFINITY, f64::min)];
-                    self.open = self.open.max(2.0 * top - bottom - self.best.0);
+                    self.note_last([low, middle, high].map(time));
                     continue;
                 }
             }
@@ -155,9 +147,7 @@ impl PeakSearch<'_> {
                 uncertainty.is_finite() && bound.value.width() <= 2.0 * uncertainty
             });
             if is_finite && (is_rounding || width <= shortest) {
-                [low, middle, high].into_iter().for_each(|s| self.note_at(time(s)));
-                let top = (bound.value * Interval::point(self.sign)).hi();
-                self.open = self.open.max(top - self.best.0);
+                self.note_last([low, middle, high].map(time));
                 continue;
             }
             *self.left = self.left.saturating_sub(2);
@@ -192,6 +182,22 @@ impl PeakSearch<'_> {
     fn note_at(&mut self, t: f64) {
         if let Some(at) = self.state_at(t) {
             self.note(&at);
+        }
+    }
+
+    /// Notes values in a part that is looked into no more.
+    fn note_last(&mut self, times: [f64; 3]) {
+        let mut values = times.map(|t| self.sign * self.value_at(t));
+        for (value, t) in values.into_iter().zip(times) {
+            if value > self.best.0 && value.is_finite() {
+                self.best = (value, t);
+            }
+        }
+        // As much as the function changes next to its best value, it may change inside.
+        values.sort_by(|a, b| b.total_cmp(a));
+        let [top, second, _] = values;
+        if top == self.best.0 && second.is_finite() {
+            self.open = self.open.max(top - second);
         }
     }
 

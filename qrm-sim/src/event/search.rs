@@ -21,6 +21,10 @@ const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 const UNBOUNDED: f64 = 1.0 / 32.0;
 /// The part of a step behind a maximum at which the event is lower.
 const LATER: f64 = 1e-3;
+/// The ratio of distances from a pole, their number, and the least growth of an event over all of them.
+const POLE_RATIO: f64 = 16.0;
+const MOST_DISTANCES: i32 = 9;
+const POLE_GROWTH: f64 = 100.0;
 /// The largest rounding error of an event at zero, in parts of its distance from zero at the begin of a step.
 const MOST_ROUNDING: f64 = 1e-3;
 /// The largest number of times that a step is halved for its motion to be a polynomial.
@@ -205,15 +209,38 @@ impl Search<'_> {
         }
         let undecided = Reached::Undecided([begin, end].map(|s| self.step.begin + s * self.step.h));
         if end - begin <= self.step.shortest {
-            // At a pole it may rise beyond all bounds.
-            let is_pole = !bound.value.is_finite();
-            return self.touched(middle, None).or_else(|| is_pole.then_some(undecided));
+            let found = self.touched(middle, None);
+            return if found.is_some() || bound.value.is_finite() {
+                found
+            } else {
+                self.beside_pole(middle, undecided)
+            };
         }
         self.left = self.left.saturating_sub(1);
         if self.left == 0 {
             return Some(undecided);
         }
         self.first_in([begin, middle]).or_else(|| self.first_in([middle, end]))
+    }
+
+    /// Where the event is not negative next to a place at which its bound is infinite; undecided if it grows towards it.
+    fn beside_pole(&mut self, s: f64, undecided: Reached) -> Option<Reached> {
+        let mut grows = false;
+        for side in [-1.0, 1.0] {
+            let mut sizes = Vec::new();
+            for k in 1..=MOST_DISTANCES {
+                let place = s + side * self.step.shortest * POLE_RATIO.powi(k);
+                let inside = if (0.0..=1.0).contains(&place) { (self.step.at)(place) } else { None };
+                let Some(at) = inside else { continue };
+                let value = (self.step.value)(&at);
+                if value >= 0.0 {
+                    return Some(Reached::Crossed(at));
+                }
+                sizes.push(if value.is_nan() { 0.0 } else { value.abs() });
+            }
+            grows |= matches!(sizes[..], [near, .., far] if near > POLE_GROWTH * far);
+        }
+        grows.then_some(undecided)
     }
 
     /// Whether the event is not negative at the end of a part in which it rises.
