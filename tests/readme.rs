@@ -26,9 +26,7 @@ fn the_four_bar_runs_as_shown() {
     std::fs::write(&file, blocks()[0]).expect("written");
     let output = qrm(&["run", "my-four-bar.toml"]).current_dir(folder.path()).output().expect("the command starts");
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    let shown = said
-        .lines()
-        .filter(|line| ["  T ", "  F_", "  error"].iter().any(|start| line.starts_with(start)));
+    let shown = said.lines().filter(|line| ["  T ", "  F_", "  error"].iter().any(|start| line.starts_with(start)));
     assert_eq!(shown.clone().count(), 5, "{said}");
     for line in shown {
         assert!(README.contains(&format!("\n    {line}\n")), "{line}");
