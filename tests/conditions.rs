@@ -295,6 +295,78 @@ fn a_condition_that_hardly_changes_before_its_bound_is_not_passed_over() {
     }
 }
 
+/// An oscillator with `x = x0 cos(w t) + v0/w sin(w t)`: right times by bisection with 30 digits.
+#[test]
+#[ignore = "full tier: engine"]
+fn end_times_of_an_oscillator_have_their_errors() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/extremes/oscillator.toml");
+    let cases = [
+        ("4 1 0", "rk4 0.1 1e-9", "x <= -0.5", 1.047_197_551_196_597_7),
+        ("6.571 0.5783 -1.432", "rk4 0.1 1e-9", "1/abs(x_dot-0.1888) >= 85030", 0.961_698_5),
+        ("4.347 0.7194 1.527", "rk4 0.1 1e-9", "1/(x_dot-x-0.5) >= 126100", 0.064_708_045),
+        ("6.684 0.3645 0.7215", "rodas 1 1e-4", "sign(x_dot-0.8008)+sin(t) >= 1.9827787", 1.754_360_109_6),
+        ("11.67 0.8218 -1.305", "dopri5 2 1e-4", "sign(x+0.8638) <= 0", 0.702_308_114_9),
+        ("1.078 0.07377 0.5042", "gauss 1 1e-7", "x+t >= 1.631153", 1.152_208_172_113_809),
+        ("3.164 0.2598 -0.6601", "dop853 1 1e-7", "0.03946-x_dot-x^2-x >= 0.92613123", 0.519_394_804_214_8),
+        ("3.332 0.0832 -0.7707", "dopri5 1 1e-4", "(x+t-0.5)*x_dot >= 2.9686103", 4.998_686_495_3),
+    ];
+    for (values, how, condition, exact) in cases {
+        let values: Vec<String> =
+            values.split(' ').zip(["k", "x0", "v0"]).map(|(value, name)| format!("{name}={value}")).collect();
+        let [method, step, tolerance] = how.split(' ').collect::<Vec<_>>()[..] else { panic!("{how}") };
+        let mut arguments = vec![scene, "--until", condition, "--method", method, "--step", step, "--no-figures"];
+        values.iter().for_each(|value| arguments.extend(["--set", value]));
+        if method != "rk4" {
+            arguments.extend(["--tolerance", tolerance]);
+        }
+        let run = run(&arguments);
+        let summary = run.summary();
+        let [end, error] = ["end_time", "end_time_error"].map(|key| summary[key].as_f64().unwrap_or(f64::NAN));
+        let is_right = (end - exact).abs() <= 3.0 * error;
+        assert!(is_right || run.status() == 1, "{condition} by {method}: {end} with {error:e}, {}", run.stderr());
+        // The largest time is the end itself.
+        let largest = &summary["extremes"]["tt"];
+        if run.status() == 0 {
+            assert_eq!(largest["max"], summary["end_time"], "{condition}");
+            assert!(largest["max_error"].as_f64().expect("an error") >= 0.9 * error, "{condition}: {largest}");
+        }
+    }
+    // Where the error of the time is not known, a warning says so.
+    let run = run(&[
+        scene,
+        "--until",
+        "sign(sin(x-0.2*t-0.296)) >= 1",
+        "--set",
+        "k=19.24",
+        "--set",
+        "x0=-0.1937",
+        "--set",
+        "v0=1.792",
+    ]);
+    let is_known = run.summary()["end_time_error"].is_number();
+    assert!(is_known || run.stderr().contains("the error of the end time is not known"), "{}", run.stderr());
+}
+
+/// No extreme of a design lies behind the end that its condition sets.
+#[test]
+#[ignore = "full tier: engine"]
+fn sweeps_count_no_states_behind_their_conditions() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/extremes/oscillator.toml");
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("sweep.csv");
+    let sweep = qrm(&["sweep", scene, "--vary", "x0=-1,-0.9,-0.8,-0.7", "--vary", "k=12.5", "--vary", "v0=-1.925"])
+        .args(["--until", "x_dot >= 2.83", "--tolerance", "1e-12", "--out"])
+        .arg(&out)
+        .output()
+        .expect("the command starts");
+    assert!(sweep.status.success(), "{}", String::from_utf8_lossy(&sweep.stderr));
+    let table = Table::read(&out);
+    for row in 0..=table.last() {
+        let [end, largest] = ["end_time", "tt_max"].map(|column| table.number(row, column));
+        near("the largest time", largest, end, 1e-14);
+    }
+}
+
 /// The polynomial of a step meets the bound where the motion itself only comes near it.
 #[test]
 fn a_condition_that_comes_near_its_bound_does_not_hold_a_lane() {

@@ -106,7 +106,7 @@ fn the_next_save_cancels_a_long_derivation() {
     let text = live.text();
     live.save(chain(20));
     // The first scene was shown before its functions were compared with its formulae: that may be cancelled too.
-    while live.next()["note"] != "the scene is being derived; saving it again begins anew" {}
+    while live.next()["note"] != "the scene is being derived; saving it again restarts that" {}
     let begun = Instant::now();
     live.save(format!("{text}# a text that was not derived yet\n"));
     let next = live.next();

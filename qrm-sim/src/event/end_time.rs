@@ -56,7 +56,7 @@ impl EventFunction<'_> {
             (change > MANY * self.rounding(mechanism, end)).then_some(change / part)
         };
         let of_parts = PARTS.into_iter().filter_map(of_part).fold(0.0, f64::max);
-        let difference = (other_value - end_value).abs().max(apart / POSSIBLE).max(of_parts) + rounding;
+        let difference = (other_value - end_value).abs().max(0.5 * apart).max(of_parts) + rounding;
         let curvature = (bend / h - 4.0 * rounding / (h * h)).max(0.0);
         let time_of = |difference: f64| time_of_change((0.5 * (before + after)).abs(), curvature, difference);
         // Where the slope changes as much as it is, time is no multiple of the difference.

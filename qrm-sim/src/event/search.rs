@@ -5,7 +5,7 @@
 
 use qrm_core::{Interval, Mechanism};
 
-use super::EventFunction;
+use super::{EventFunction, HAS_BOUNDS};
 use crate::bounds::{ArgumentPolynomials, FunctionBounds};
 use crate::state::State;
 
@@ -73,7 +73,14 @@ impl EventFunction<'_> {
         ends: [&State; 2],
         at: &mut dyn FnMut(f64) -> Option<State>,
     ) -> Option<Reached> {
-        self.first_in_parts(mechanism, (ends, MOST_HALVINGS), at)
+        if !HAS_BOUNDS {
+            return None;
+        }
+        let found = self.first_in_parts(mechanism, (ends, MOST_HALVINGS), at);
+        // The motion may jump later than its polynomials.
+        found.or_else(|| {
+            self.value(mechanism, ends[1]).filter(|value| *value >= 0.0).map(|_| Reached::Crossed(ends[1].clone()))
+        })
     }
 
     /// Whether the event may come near zero in a step, by its bound.
@@ -173,8 +180,8 @@ impl Search<'_> {
             return None;
         }
         if bound.slope.hi() < 0.0 {
-            // It may have jumped before.
-            return self.crossed(begin);
+            // It may have jumped before, or jumps on the motion later than on its polynomials.
+            return self.crossed(begin).or_else(|| self.crossed(end));
         }
         if bound.value.lo() > 0.0 || bound.slope.lo() > 0.0 {
             return self.crossed(end);
