@@ -344,7 +344,7 @@ fn end_times_of_an_oscillator_have_their_errors() {
         "v0=1.792",
     ]);
     let is_known = run.summary()["end_time_error"].is_number();
-    assert!(is_known || run.stderr().contains("the error of the end time is not known"), "{}", run.stderr());
+    assert!(is_known || run.stdout().contains("the error of the end time is not known"), "{}", run.stdout());
 }
 
 /// No extreme of a design lies behind the end that its condition sets.
