@@ -233,6 +233,8 @@ impl PeakSearch<'_> {
 
     /// Looks whether the function grows without bound towards a time, on either side.
     fn note_pole(&mut self, t: f64, distance: f64) {
+        // Rounding errors of forces grow towards singular positions, as values at poles do.
+        let windows = if self.bounds.takes_forces(self.ends[0].q.len()) { 1 } else { 4 };
         for side in [-1.0, 1.0] {
             let mut value = |distance: f64| self.sign * self.value_at(t + side * distance);
             let distances: [f64; 8] = std::array::from_fn(|k| distance * NEARER.powi(k as i32));
@@ -249,7 +251,7 @@ impl PeakSearch<'_> {
                 let (near, far) = (values[k], values[k + 1]);
                 grows(&values[k..k + 5]) && (value(distances[k] * (1.0 + SHIFT)) - near).abs() < 0.1 * (near - far)
             };
-            if (0..4).any(&mut is_pole) {
+            if (0..windows).any(&mut is_pole) {
                 self.best = (f64::INFINITY, t);
             } else {
                 self.note_at(t + side * distance);
