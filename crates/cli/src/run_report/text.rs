@@ -23,7 +23,7 @@ impl RunReport {
 
     /// The extremes of the outputs: name, minimum, its time, maximum, its time, unit.
     pub(crate) fn output_extremes(&self) -> Vec<[String; 6]> {
-        self.extremes_of(&self.description.outputs)
+        self.extremes_of(self.description.outputs)
     }
 
     /// The extremes of the outputs; those of the coordinates in a scene without outputs.
