@@ -39,7 +39,7 @@ commands! {
     Report: report,
     /// Measure run time and error of every method: accuracy.csv and accuracy.svg
     Accuracy: accuracy,
-    /// Report eigenvalues and stability limits along the motion, and test every method on the extreme cases of the scene:
+    /// Report eigenvalues and stability limits along the motion, and test every method on the scene's extreme cases:
     /// stability.csv, stability.json, stability.svg, extremes.csv
     Stability: stability,
     /// Derivatives of the end of a motion, and of its outputs, by parameters: sensitivity.csv

@@ -22,9 +22,9 @@ pub(crate) struct Section {
 #[derive(Debug)]
 pub(crate) struct Key {
     pub(crate) name: &'static str,
-    /// What the key belongs to, where the section has several of this name: `of a bar`.
+    /// The owner of the key, where the section has several of this name: `of a bar`.
     pub(crate) of: &'static str,
-    /// What may be written: `constant, positive`.
+    /// The type of the value: `constant, positive`.
     pub(crate) kind: String,
     pub(crate) unit: String,
     pub(crate) default: String,

@@ -1,4 +1,4 @@
-//! What can stand at a position.
+//! Completion: the keys, names, functions and units that fit at a position.
 
 use qrm_scene::function::Function;
 use serde_json::{Value, json};
@@ -58,6 +58,13 @@ fn item(label: &str, kind: u32, doc: &str) -> Value {
     json!({ "label": label, "kind": kind, "documentation": { "kind": "markdown", "value": doc } })
 }
 
+/// Adds an item, unless there is one with its label.
+fn push_new(items: &mut Vec<Value>, item: Value) {
+    if items.iter().all(|known| known["label"] != item["label"]) {
+        items.push(item);
+    }
+}
+
 /// The keys of a section that are not yet there.
 fn keys(place: &Place) -> Vec<Value> {
     let is_plain = ["", "run", "initial"].contains(&place.section);
@@ -67,12 +74,9 @@ fn keys(place: &Place) -> Vec<Value> {
     let Some(section) = section(place.section) else { return Vec::new() };
     let mut items: Vec<Value> = Vec::new();
     for key in section.keys.iter().filter(|key| !place.keys.contains(&key.name)) {
-        let is_new = items.iter().all(|item| item["label"] != key.name);
-        if is_new {
-            let mut item = item(key.name, PROPERTY, &key.text());
-            item["insertText"] = json!(format!("{} = ", key.name));
-            items.push(item);
-        }
+        let mut item = item(key.name, PROPERTY, &key.text());
+        item["insertText"] = json!(format!("{} = ", key.name));
+        push_new(&mut items, item);
     }
     items
 }
@@ -99,9 +103,7 @@ fn formula(declarations: &[Declaration]) -> Vec<Value> {
             _ => &[],
         };
         for other in others {
-            if items.iter().all(|item| item["label"] != *other) {
-                items.push(item(other, VARIABLE, ""));
-            }
+            push_new(&mut items, item(other, VARIABLE, ""));
         }
     }
     items.extend(Function::ALL.iter().map(|function| item(function.name(), FUNCTION, "")));
@@ -112,9 +114,7 @@ fn formula(declarations: &[Declaration]) -> Vec<Value> {
 fn listed(declarations: &[Declaration], kinds: &[Kind]) -> Vec<Value> {
     let mut items: Vec<Value> = Vec::new();
     for Declaration { name, kind, .. } in declarations.iter().filter(|declaration| kinds.contains(&declaration.kind)) {
-        if items.iter().all(|item| item["label"] != *name) {
-            items.push(item(name, VARIABLE, kind.word()));
-        }
+        push_new(&mut items, item(name, VARIABLE, kind.word()));
     }
     items
 }

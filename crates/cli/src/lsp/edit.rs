@@ -28,7 +28,7 @@ pub(super) fn references(text: &Text, byte: usize) -> Vec<Range<usize>> {
     let Some(name) = stem(&text.source[text.word(byte)], &declarations) else { return Vec::new() };
     let values = values(&text.source);
     let is_name = |word: &Range<usize>| !is_key(text, word, &declarations, &values);
-    let words = text.words().into_iter().filter(is_name);
+    let words = text.identifiers().into_iter().filter(is_name);
     words.filter_map(|word| occurrence(&text.source, word, name, &declarations)).collect()
 }
 

@@ -1,4 +1,4 @@
-//! What is known of the word at a position.
+//! Hover: the description of the word at a position.
 
 use serde_json::{Value, json};
 
@@ -46,7 +46,7 @@ fn described(text: &Text, values: &Values, name: &str) -> Option<String> {
         let line = line.lines().next().unwrap_or_default().trim();
         found.push(format!("{} `{stem}`\n\n```toml\n{line}\n```", declaration.kind.word()));
     }
-    let numbers = values.of(name, stem);
+    let numbers = values.describe(name, stem);
     if !numbers.is_empty() {
         found.push(format!("at the start: {}", numbers.join(", ")));
     }

@@ -1,4 +1,4 @@
-//! What stands at a position of a scene.
+//! The surroundings of a position: its section, its key and the kind of text around it.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ pub(super) struct Place<'t> {
     pub(super) section: &'t str,
     /// The text around the position.
     pub(super) within: Within,
-    /// The key whose value the position is in; empty if there is none.
+    /// The key of the value around the position; empty outside of values.
     pub(super) key: &'t str,
     /// The keys before the position in the same inline table.
     pub(super) keys: Vec<&'t str>,
@@ -36,7 +36,7 @@ pub(super) enum Within {
 }
 
 impl Text {
-    /// What stands at a byte.
+    /// The surroundings of a byte.
     pub(super) fn place(&self, byte: usize) -> Place<'_> {
         let begin = self.line_begin(byte);
         let section = self.source[..begin].lines().rev().find_map(header).unwrap_or_default();
@@ -101,8 +101,8 @@ impl Text {
         begin..end
     }
 
-    /// The words of the text outside comments, descriptions and units.
-    pub(super) fn words(&self) -> Vec<Range<usize>> {
+    /// The identifiers of the text outside comments, descriptions and units.
+    pub(super) fn identifiers(&self) -> Vec<Range<usize>> {
         let mut found = Vec::new();
         let is_word = |c: char| c.is_alphanumeric() || c == '_';
         let mut at = 0;
@@ -159,7 +159,7 @@ mod tests {
         assert_eq!(at("A = {"), ("joints", Within::InlineKey, ""));
         let place = text.place(source.find("', ma").expect("the part") + 5);
         assert_eq!(place.keys, ["bar", "length"]);
-        let words: Vec<&str> = text.words().into_iter().map(|word| &source[word]).collect();
+        let words: Vec<&str> = text.identifiers().into_iter().map(|word| &source[word]).collect();
         assert_eq!(words, ["name", "a", "links", "crank", "bar", "A", "B", "length", "L", "ma", "joints", "A"]);
     }
 }

@@ -19,7 +19,7 @@ const REQUEST_FAILED: i32 = -32803;
 /// The error code of unknown methods.
 const METHOD_NOT_FOUND: i32 = -32601;
 
-/// What the server can do.
+/// The capabilities of the server.
 pub(crate) fn capabilities() -> Value {
     json!({
         "positionEncoding": "utf-16",

@@ -45,7 +45,7 @@ impl Values {
     }
 
     /// The numbers of a word, or of the name in it: `x = 0.1 m`.
-    pub(super) fn of(&self, word: &str, stem: &str) -> Vec<String> {
+    pub(super) fn describe(&self, word: &str, stem: &str) -> Vec<String> {
         let components =
             |name: &str| [name.to_owned(), format!("{name}.x"), format!("{name}.y"), format!("phi_{name}")];
         let of = |name: &str| -> Vec<String> {

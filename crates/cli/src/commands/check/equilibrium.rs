@@ -84,7 +84,7 @@ pub(super) fn text(setup: &Setup, mechanism: &dyn Mechanism, wanted: &[(usize, f
     let description = mechanism.description();
     let rest = static_equilibrium(mechanism, wanted).map_err(|reason| no_equilibrium(setup, mechanism, &reason))?;
     let is_given = Start::new(mechanism).given;
-    let beside =
+    let role =
         if setup.mechanism().is_driven() { "instead of the drive" } else { "in addition to the loads of the scene" };
     let mut text = format!("{} at rest{}\n\n", description.name, when(setup));
     let mut line = |name: &str, value: f64, unit: &str, more: &str| {
@@ -102,7 +102,7 @@ pub(super) fn text(setup: &Setup, mechanism: &dyn Mechanism, wanted: &[(usize, f
     }
     for (i, coordinate) in description.coordinates.iter().enumerate().filter(|(i, _)| is_given[*i]) {
         let name = format!("on {}", coordinate.name);
-        line(&name, rest.forces[i], &unit_of_force(coordinate.unit), &format!("{beside}, holds it at rest"));
+        line(&name, rest.forces[i], &unit_of_force(coordinate.unit), &format!("{role}, holds it at rest"));
     }
     for (output, value) in setup.scene.outputs.iter().zip(&rest.outputs) {
         if !output.kind.needs_motion(&setup.scene) {

@@ -19,7 +19,7 @@ const SMALL: f64 = 1e-2;
 /// The relative difference above which a derivative counts as wrong.
 const WRONG: f64 = 1e-3;
 
-/// The relative error of a difference quotient that is due to rounding: the motions are accurate to so many digits.
+/// The relative error of a difference quotient that is due to rounding.
 const ROUNDING: f64 = 3e-10;
 
 /// The factor by which the tolerance is reduced at other parameter values: a difference quotient amplifies irregular
