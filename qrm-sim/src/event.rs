@@ -20,7 +20,8 @@ use crate::state::State;
 /// Whether events are looked for between rows.
 const HAS_BOUNDS: bool = cfg!(feature = "events");
 
-/// How near to zero an event is looked at for its largest value, in parts of its value at the start and of its arguments.
+/// The distance from zero within which the largest value of an event is looked for, in parts of its value at the start
+/// and of its arguments.
 const NEARNESS: f64 = 1e-4;
 /// The largest ratio of an error to its estimate.
 pub(crate) const POSSIBLE: f64 = 3.0;

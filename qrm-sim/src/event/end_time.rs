@@ -19,8 +19,8 @@ impl EventFunction<'_> {
     /// The time between the events of two motions; `None` if it is not known.
     ///
     /// The first motion ended at its event, in the state `end`. The other one is in the state `other` at that time. Each
-    /// state comes with the value of the event, which has a rounding error. The time is that over which `g' t + g'' t^2/2`
-    /// changes by the difference of the values. Coordinates and rates of the motions differ by `floors` at least.
+    /// state comes with the value of the event, which has a rounding error. The time is that over which
+    /// `g' t + g'' t^2/2` changes by the difference of the values. Coordinates and rates of the motions differ by `floors` at least.
     pub(crate) fn time_between(
         &self,
         mechanism: &dyn Mechanism,
@@ -48,12 +48,13 @@ impl EventFunction<'_> {
         };
         let apart: f64 = (0..2 * n).filter_map(single).sum();
         // Next to a pole the difference says less than that of a part of the way.
+        let smallest = MANY * self.rounding(mechanism, end);
         let of_part = |part: f64| {
             let mut mixed = end.clone();
             let numbers = mixed.q.iter_mut().chain(&mut mixed.qd).zip(other.q.iter().chain(&other.qd));
             numbers.for_each(|(own, other)| *own += part * (other - *own));
             let change = (value_of(&mixed)? - end_value).abs();
-            (change > MANY * self.rounding(mechanism, end)).then_some(change / part)
+            (change > smallest).then_some(change / part)
         };
         let of_parts = PARTS.into_iter().filter_map(of_part).fold(0.0, f64::max);
         let difference = (other_value - end_value).abs().max(0.5 * apart).max(of_parts) + rounding;

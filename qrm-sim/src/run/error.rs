@@ -157,8 +157,8 @@ impl StepError {
                 )
             }
             Self::StepTooShort { h } => format!(
-                "steps had to become as short as {h:.1e} s, which does not advance the time: the tolerance is beyond double \
-                 precision, or the mechanism is singular here, or without inertia"
+                "steps had to become as short as {h:.1e} s, which does not advance the time: the tolerance is beyond \
+                 double precision, or the mechanism is singular here, or without inertia"
             ),
             Self::TooManySteps { attempts, h } => format!(
                 "{attempts} steps were tried, now of {h:.1e} s, and the next row is far: the motion is too fast, too \
