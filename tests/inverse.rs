@@ -202,7 +202,7 @@ fn impossible_motions_are_refused() {
     };
     refused(&["four-bar"], 1, "the mechanism locks at q1 = 157.3801 deg");
     refused(&["double-pendulum"], 2, "which coordinate is to move?");
-    refused(&["double-pendulum", "--motion", "constant"], 2, "of which coordinate?");
+    refused(&["double-pendulum", "--motion", "constant"], 2, "which coordinate?");
     refused(&["quick-return", "--motion", "phi4=constant"], 2, "does not give `phi4` at its start");
     refused(&["quick-return", "--motion", "constnat"], 2, "contains the name `constnat`");
     refused(&["quick-return", "--motion", "t*"], 2, "--motion");
