@@ -1,6 +1,7 @@
 //! The formulae that people read, in the documentation of generated functions, against the functions themselves.
 
 use qrm_model::quick_return::{self, QuickReturn};
+use qrm_scene::declarations::Declarations;
 use qrm_scene::evaluate::evaluate;
 use qrm_scene::parser::parse_formula;
 
@@ -44,7 +45,10 @@ fn value(formula: &str, roots: &[(String, f64)]) -> f64 {
         let known = coordinate("_ddot", QDD).or_else(|| coordinate("_dot", QD)).or_else(|| coordinate("", Q));
         known.or(multiplier).or(root).or(parameter).unwrap_or_else(|| panic!("what is `{name}`?"))
     };
-    evaluate(&parse_formula(formula, 0, &[]).unwrap_or_else(|e| panic!("{formula}: {}", e.title)), look_up)
+    evaluate(
+        &parse_formula(formula, 0, &Declarations::default()).unwrap_or_else(|e| panic!("{formula}: {}", e.title)),
+        look_up,
+    )
 }
 
 /// Compares a function's values, those that are not zero, with its documentation.

@@ -53,4 +53,5 @@ mod sweep_command;
 mod third_party;
 mod tolerance;
 mod tolerance_nonlinear;
+mod unit_conversion;
 mod units;

@@ -7,7 +7,7 @@ use super::gradients::Gradients;
 use super::sample::Sample;
 use super::virtual_work::VirtualWork;
 use crate::term::Equations;
-use qrm_scene::evaluate::State;
+use qrm_scene::evaluate::{State, constant};
 use qrm_scene::function::Differentiable;
 use qrm_scene::scene::{OutputKind, Scene};
 
@@ -85,8 +85,21 @@ impl<B: Differentiable> Sample<B> {
         scene.constraints.iter().map(|constraint| state.value(&constraint.residual).v2).collect()
     }
 
-    /// The outputs for the accelerations, multipliers and normal forces of the sample.
-    pub(super) fn outputs(&self, gradients: &Gradients<B>) -> Vec<B> {
+    /// The outputs for the accelerations, multipliers and normal forces of the sample, in their units.
+    fn outputs(&self, gradients: &Gradients<B>) -> Vec<B> {
+        let scene = gradients.scene;
+        let scale = |i: usize| {
+            let own = match scene.outputs[i].kind {
+                OutputKind::Norm { components: [component, _], .. } => component,
+                _ => i,
+            };
+            scene.outputs[own].scale.as_ref().map_or(B::from(1.0), |scale| constant(scale, &[]))
+        };
+        self.outputs_in_si(gradients).into_iter().enumerate().map(|(i, output)| output * scale(i)).collect()
+    }
+
+    /// The outputs for the accelerations, multipliers and normal forces of the sample, in SI units.
+    pub(super) fn outputs_in_si(&self, gradients: &Gradients<B>) -> Vec<B> {
         let zero = B::from(0.0);
         let scene = gradients.scene;
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);

@@ -91,7 +91,7 @@ impl<B: Differentiable> Sample<B> {
 
 /// The components of the normal forces for a sample's accelerations, multipliers and normal forces.
 fn components<B: Differentiable>(sample: &Sample<B>, scene: &Scene, normals: &[usize]) -> Vec<Vec<B>> {
-    let outputs = sample.outputs(&Gradients::new(sample, scene));
+    let outputs = sample.outputs_in_si(&Gradients::new(sample, scene));
     let of = |k: usize| match &scene.outputs[k].kind {
         OutputKind::Norm { components, .. } => components.map(|i| outputs[i]).to_vec(),
         _ => vec![outputs[k]],

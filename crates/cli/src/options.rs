@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use qrm_core::Description;
+use qrm_scene::declarations::Declarations;
 use qrm_scene::diagnostic::Report;
 use qrm_scene::evaluate::evaluate;
 use qrm_scene::names::suggestion;
-use qrm_scene::parser::parse_formula;
+use qrm_scene::parser::parse_quantity;
+use qrm_scene::unit::Unit;
 use qrm_sim::integrate::Method;
 use qrm_sim::solve::{Projection, ProjectionTolerance};
 
@@ -120,16 +122,25 @@ pub(crate) fn default_folder(path: &str) -> PathBuf {
 
 /// The parameters changed by `--set`.
 pub(crate) fn parameters(description: &Description, set: &[String]) -> Result<BTreeMap<String, f64>, Error> {
-    let values = assignments("--set", set)?;
+    let values = assignments("--set", set, &|name| unit_of_parameter(description, name))?;
     values.keys().try_for_each(|name| check_parameter(description, name))?;
     Ok(values)
 }
 
-/// The names and values of a repeatable option `NAME=VALUE`.
-pub(crate) fn assignments(option: &str, texts: &[String]) -> Result<BTreeMap<String, f64>, Error> {
+/// The unit of a parameter; empty if it has none.
+pub(crate) fn unit_of_parameter(description: &Description, name: &str) -> &'static str {
+    description.parameters.iter().find(|parameter| parameter.name == name).map_or("", |parameter| parameter.unit)
+}
+
+/// The names and values of a repeatable option `NAME=VALUE`; `unit` gives the units of the names.
+pub(crate) fn assignments(
+    option: &str,
+    texts: &[String],
+    unit: &dyn Fn(&str) -> &'static str,
+) -> Result<BTreeMap<String, f64>, Error> {
     let mut values = BTreeMap::new();
     for text in texts {
-        let (name, value) = assignment(option, text)?;
+        let (name, value) = assignment(option, text, unit)?;
         if values.insert(name.to_owned(), value).is_some() {
             return Err(Error::given_twice(&format!("{option} {name}")));
         }
@@ -138,12 +149,12 @@ pub(crate) fn assignments(option: &str, texts: &[String]) -> Result<BTreeMap<Str
 }
 
 /// The name and the value of `NAME=VALUE`.
-pub(crate) fn assignment<'t>(option: &str, text: &'t str) -> Result<(&'t str, f64), Error> {
+fn assignment<'t>(option: &str, text: &'t str, unit: &dyn Fn(&str) -> &'static str) -> Result<(&'t str, f64), Error> {
     let Some((name, value)) = text.split_once('=') else {
         return Err(Error::usage(format!("`{option} {text}` has no `=`")).help(format!("write `{option} NAME=VALUE`")));
     };
     let name = name.trim();
-    Ok((name, number(&format!("{option} {name}"), value)?))
+    Ok((name, number(&format!("{option} {name}"), value, unit(name))?))
 }
 
 /// Returns an error if the generated code has no parameter with this name.
@@ -164,26 +175,34 @@ pub(crate) fn check_parameter(description: &Description, name: &str) -> Result<(
     Err(Error::usage(format!("scene `{scene}` has no parameter `{name}`")).help(help))
 }
 
-/// Reads a number, written as a number or as a formula of numbers and `pi`.
-pub(crate) fn number(option: &str, text: &str) -> Result<f64, Error> {
-    let formula = parse_formula(text, 0, &[]).map_err(|finding| Report::new(option, text, vec![finding]))?;
+/// Reads a number in this unit: a formula of numbers and `pi`, in which numbers may have units. An empty unit stands for
+/// that in SI units.
+pub(crate) fn number(option: &str, text: &str, unit: &str) -> Result<f64, Error> {
+    let report = |finding| Report::new(option, text, vec![finding]);
+    let (formula, dimension) = parse_quantity(text, 0, &Declarations::default(), None).map_err(report)?;
     let wrong = |why: String| Error::usage(format!("`{option}` needs a number, but `{text}` {why}"));
     if let Some(name) = formula.names().find(|name| *name != "pi") {
         return Err(
             wrong(format!("contains the name `{name}`")).help("only numbers, `pi` and functions can stand here")
         );
     }
-    let value = evaluate(&formula, |_| std::f64::consts::PI);
+    let mut value = evaluate(&formula, |_| std::f64::consts::PI);
+    if let Some(unit) = Unit::parse(unit).filter(|_| dimension.is_certain && !unit.is_empty()) {
+        if let Some(finding) = dimension.misfit(&unit, 0..text.len()) {
+            return Err(report(finding).into());
+        }
+        value /= unit.factor();
+    }
     if value.is_finite() { Ok(value) } else { Err(wrong(format!("gives {value}"))) }
 }
 
-/// Reads a positive number.
-pub(crate) fn positive(option: &str, text: &str) -> Result<f64, Error> {
-    let value = number(option, text)?;
+/// Reads a positive number in this unit.
+pub(crate) fn positive(option: &str, text: &str, unit: &str) -> Result<f64, Error> {
+    let value = number(option, text, unit)?;
     if value > 0.0 { Ok(value) } else { Err(Error::usage(format!("`{option}` must be above zero, but is {value}"))) }
 }
 
-/// Reads an optional positive number.
-pub(crate) fn optional_positive(option: &str, text: Option<&String>) -> Result<Option<f64>, Error> {
-    text.map(|text| positive(option, text)).transpose()
+/// Reads an optional positive number in this unit.
+pub(crate) fn optional_positive(option: &str, text: Option<&String>, unit: &str) -> Result<Option<f64>, Error> {
+    text.map(|text| positive(option, text, unit)).transpose()
 }

@@ -237,7 +237,7 @@ fn rounding(setup: &Setup, of: Option<Kind>, states: &[StateAt]) -> Errors {
 /// The times of the comparison in increasing order: the requested ones, or some up to the end of the scene's own run.
 fn times(setup: &Setup, asked: &[String]) -> Result<Vec<f64>, Error> {
     if !asked.is_empty() {
-        let mut times = asked.iter().map(|text| positive("--at", text)).collect::<Result<Vec<_>, _>>()?;
+        let mut times = asked.iter().map(|text| positive("--at", text, "s")).collect::<Result<Vec<_>, _>>()?;
         times.sort_by(f64::total_cmp);
         times.dedup();
         return Ok(times);

@@ -85,16 +85,16 @@ impl Setup {
             Some(scene) => scene,
             None => Arc::new(resolve::read_with(&path, description.source, &replace)?.0),
         };
-        let requested_step = optional_positive("--step", options.step.as_ref())?;
-        let end_time = optional_positive("--end-time", options.end_time.as_ref())?;
-        let residual = optional_positive("--closure-tolerance", how.closure_tolerance.as_ref())?;
-        let tolerance = optional_positive("--tolerance", how.tolerance.as_ref())?;
+        let requested_step = optional_positive("--step", options.step.as_ref(), "s")?;
+        let end_time = optional_positive("--end-time", options.end_time.as_ref(), "s")?;
+        let residual = optional_positive("--closure-tolerance", how.closure_tolerance.as_ref(), "")?;
+        let tolerance = optional_positive("--tolerance", how.tolerance.as_ref(), "")?;
         let method = how.method.unwrap_or(RK4);
         if tolerance.is_some() && !method.is_adaptive() {
             return Err(Error::usage("`--tolerance` needs a method that chooses its steps")
                 .help("add `--method dop853`, or choose `--step` instead"));
         }
-        let max_step = optional_positive("--max-step", how.max_step.as_ref())?;
+        let max_step = optional_positive("--max-step", how.max_step.as_ref(), "s")?;
         if max_step.is_some() && !method.is_adaptive() {
             return Err(Error::usage("`--max-step` needs a method that chooses its steps")
                 .help("add `--method dop853`, or choose `--step` instead"));
@@ -170,7 +170,18 @@ impl Setup {
             return Ok(self);
         }
         let mut start = Start::new(&*self.mechanism());
-        for (name, value) in assignments("--start", &options.start)? {
+        let description = self.description;
+        let unit = |name: &str| {
+            let (own, is_rate) = name.strip_suffix("_dot").map_or((name, false), |own| (own, true));
+            let coordinate = description.coordinates.iter().find(|coordinate| coordinate.name == own);
+            match coordinate.map(|coordinate| (coordinate.unit, is_rate)) {
+                Some(("rad", true)) => "rad/s",
+                Some(("m", true)) => "m/s",
+                Some((unit, false)) => unit,
+                _ => "",
+            }
+        };
+        for (name, value) in assignments("--start", &options.start, &unit)? {
             if start.set(self.description, &name, value).is_none() {
                 let given = start.given_values(self.description);
                 let names: Vec<&str> = given.iter().map(|(name, _)| name.as_str()).collect();

@@ -62,10 +62,11 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     let terms_of_outputs = terms(&outputs);
     let sizes = Sizes::new(scene, &terms_of_outputs);
     equations.power = vec![sizes.insert(&power)];
-    for (own, term) in scene.outputs.iter().zip(&terms_of_outputs) {
+    for ((own, output), term) in scene.outputs.iter().zip(&outputs).zip(&terms_of_outputs) {
         // The engine would expand the sum of the squares.
-        let term = match own.kind {
-            OutputKind::Norm { components, .. } => norm(components.map(|i| &equations.outputs[i])),
+        let term = match (&own.kind, &own.scale) {
+            (OutputKind::Norm { components, .. }, _) => norm(components.map(|i| &equations.outputs[i])),
+            (_, Some(scale)) => sizes.insert(&algebra.simple_term(&(algebra.atom(scale) * output))),
             _ => sizes.insert(term),
         };
         equations.outputs.push(term);

@@ -4,6 +4,7 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use qrm_codegen::formula::{Style, Writer};
 use qrm_codegen::term::{Symbol, Term};
+use qrm_scene::declarations::Declarations;
 use qrm_scene::evaluate::evaluate;
 use qrm_scene::function::Function;
 use qrm_scene::parser::parse_formula;
@@ -116,7 +117,8 @@ fn plain_text_reads_back_as_the_same_number() {
     };
     for (term, _) in terms() {
         let text = writer.term(&term);
-        let formula = parse_formula(&text, 0, &[]).unwrap_or_else(|e| panic!("{text}: {}", e.title));
+        let formula =
+            parse_formula(&text, 0, &Declarations::default()).unwrap_or_else(|e| panic!("{text}: {}", e.title));
         let (read, meant): (f64, f64) = (evaluate(&formula, named), term.evaluate(&value));
         assert!((read - meant).abs() <= 1e-14 * meant.abs().max(1.0), "{text} is {read}, not {meant}");
     }

@@ -90,6 +90,10 @@ pub fn tokenize(text: &str, offset: usize) -> Result<Vec<(Token, Span)>, Diagnos
                 }
                 Token::Name(text[start..at].to_owned())
             }
+            _ if text[at..].starts_with('°') => {
+                at += '°'.len_utf8();
+                Token::Name("°".to_owned())
+            }
             b'<' | b'>' => {
                 if bytes.get(at + 1) != Some(&b'=') {
                     let sign = char::from(byte);

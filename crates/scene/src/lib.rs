@@ -6,7 +6,9 @@
 //! dual numbers. [`layout`] compares the texts of scenes. [`time_scales`] finds how fast loads change with time.
 //! [`files`] writes files atomically.
 
+pub mod declarations;
 pub mod diagnostic;
+pub mod dimension;
 pub mod direction;
 pub mod document;
 pub mod evaluate;
@@ -26,3 +28,4 @@ pub mod scene_file;
 pub mod source;
 pub mod spline;
 pub mod time_scales;
+pub mod unit;

@@ -3,12 +3,15 @@
 
 use std::sync::Arc;
 
+use crate::declarations::Declarations;
 use crate::diagnostic::{Diagnostic, Span};
+use crate::dimension::{Dimension, Dimensions};
 use crate::expression::{Expression, Node, NodeId, Number};
 use crate::function::Function;
 use crate::lexer::{Comparison, Token, tokenize};
 use crate::names::suggestion;
 use crate::spline::Spline;
+use crate::unit::{Unit, unknown_unit};
 
 /// The largest nesting depth of parentheses, signs and powers.
 const DEPTH_LIMIT: usize = 200;
@@ -32,45 +35,80 @@ pub struct Condition<N> {
 /// The error is boxed, so that the recursion needs little stack: one level of nesting passes through five functions.
 type Parsed<T> = Result<T, Box<Diagnostic>>;
 
-/// Reads a formula that begins at byte `offset` of its file and may call these lookup tables.
+/// Reads a formula that begins at byte `offset` of its file.
 ///
 /// # Errors
 /// The first error in the formula, with its location.
-pub fn parse_formula(text: &str, offset: usize, tables: &[Arc<Spline>]) -> Result<Formula, Diagnostic> {
-    let mut parser = Parser::new(text, offset, tables)?;
-    parser.sum().and_then(|_| parser.expect_end()).map_err(|error| *error)?;
-    parser.finish()
+pub fn parse_formula(text: &str, offset: usize, declarations: &Declarations) -> Result<Formula, Diagnostic> {
+    parse_quantity(text, offset, declarations, None).map(|(formula, _)| formula)
 }
 
-/// Reads a condition that begins at byte `offset` of its file and may call these lookup tables.
+/// Reads a formula like [`parse_formula`], and its dimension. `unit` is the unit to which the result will be converted.
+///
+/// # Errors
+/// The first error in the formula, with its location.
+pub fn parse_quantity(
+    text: &str,
+    offset: usize,
+    declarations: &Declarations,
+    unit: Option<&Unit>,
+) -> Result<(Formula, Dimension), Diagnostic> {
+    let mut parser = Parser::new(text, offset, declarations)?;
+    parser.sum().and_then(|_| parser.expect_end()).map_err(|error| *error)?;
+    let conversion =
+        unit.filter(|unit| unit.is_scaled()).and_then(|unit| parser.dimensions.conversion(&parser.formula, unit));
+    if let Some(error) = conversion {
+        return Err(error);
+    }
+    let dimension = parser.dimensions.whole();
+    Ok((parser.finish()?, dimension))
+}
+
+/// Reads a condition that begins at byte `offset` of its file.
 ///
 /// # Errors
 /// The first error in the condition, with its location.
-pub fn parse_condition(text: &str, offset: usize, tables: &[Arc<Spline>]) -> Result<Condition<String>, Diagnostic> {
-    let mut parser = Parser::new(text, offset, tables)?;
+pub fn parse_condition(
+    text: &str,
+    offset: usize,
+    declarations: &Declarations,
+) -> Result<Condition<String>, Diagnostic> {
+    let mut parser = Parser::new(text, offset, declarations)?;
     let (left, comparison, right) = parser.condition().map_err(|error| *error)?;
-    parser.formula.push(Node::Subtract(left, right), offset..offset + text.len());
+    parser.push(Node::Subtract(left, right), offset..offset + text.len()).map_err(|error| *error)?;
     Ok(Condition { difference: parser.finish()?, comparison })
 }
 
 struct Parser<'c> {
-    tables: &'c [Arc<Spline>],
+    declarations: &'c Declarations,
+    text: &'c str,
+    /// The byte of the file at which the text begins.
+    offset: usize,
     tokens: Vec<(Token, Span)>,
     at: usize,
     end: usize,
     depth: usize,
     formula: Formula,
+    dimensions: Dimensions,
 }
 
 impl<'c> Parser<'c> {
-    fn new(text: &str, offset: usize, tables: &'c [Arc<Spline>]) -> Result<Self, Diagnostic> {
+    fn new(text: &'c str, offset: usize, declarations: &'c Declarations) -> Result<Self, Diagnostic> {
         if text.trim().is_empty() {
             return Err(Diagnostic::error("empty formula", offset..offset + text.len(), "nothing here")
                 .help("write a formula, or `0`"));
         }
         let tokens = tokenize(text, offset)?;
         let end = offset + text.trim_end().len();
-        Ok(Self { tables, tokens, at: 0, end, depth: 0, formula: Formula::new() })
+        let (formula, dimensions) = (Formula::new(), Dimensions::default());
+        Ok(Self { declarations, text, offset, tokens, at: 0, end, depth: 0, formula, dimensions })
+    }
+
+    /// Appends an operation, and derives its dimension.
+    fn push(&mut self, node: Node<String>, span: Span) -> Parsed<NodeId> {
+        let id = self.formula.push(node, span);
+        self.dimensions.derive(&self.formula)?;
+        Ok(id)
     }
 
     fn finish(self) -> Result<Formula, Diagnostic> {
@@ -134,14 +172,24 @@ impl<'c> Parser<'c> {
                 "unexpected here",
                 "only the stop condition `until` compares: once, and outside of all parentheses",
             ),
+            Token::Name(name)
+                if self.is_behind_number() && !name.contains('.') && !self.declarations.contains(name) =>
+            {
+                return Err(Box::new(unknown_unit(name, span.clone())));
+            }
             _ => ("an operator is missing", "expected an operator before this", "products need an explicit `*`"),
         };
         Err(Box::new(Diagnostic::error(title, span.clone(), label).help(help)))
     }
 
-    fn binary(&mut self, node: Node<String>, left: NodeId, right: NodeId) -> NodeId {
+    /// Whether the token before the next one is a number.
+    fn is_behind_number(&self) -> bool {
+        self.at > 0 && matches!(self.tokens[self.at - 1].0, Token::Number(_))
+    }
+
+    fn binary(&mut self, node: Node<String>, left: NodeId, right: NodeId) -> Parsed<NodeId> {
         let span = self.formula.span(left).start..self.formula.span(right).end;
-        self.formula.push(node, span)
+        self.push(node, span)
     }
 
     fn sum(&mut self) -> Parsed<NodeId> {
@@ -149,19 +197,22 @@ impl<'c> Parser<'c> {
         while let Some((symbol, _)) = self.take(&['+', '-']) {
             let right = self.product()?;
             let node = if symbol == '+' { Node::Add(left, right) } else { Node::Subtract(left, right) };
-            left = self.binary(node, left, right);
+            left = self.binary(node, left, right)?;
         }
         Ok(left)
     }
 
     fn product(&mut self) -> Parsed<NodeId> {
         let mut left = self.signed()?;
+        let mut is_product = false;
         while let Some((symbol, _)) = self.take(&['*', '/']) {
             let right = self.signed()?;
             let node = if symbol == '*' { Node::Multiply(left, right) } else { Node::Divide(left, right) };
-            left = self.binary(node, left, right);
+            left = self.binary(node, left, right)?;
+            is_product = true;
         }
-        Ok(left)
+        let error = self.dimensions.double_conversion(&self.formula, left).filter(|_| is_product);
+        error.map_or(Ok(left), |error| Err(Box::new(error)))
     }
 
     /// Parses a value with any signs before it. Every cycle of the grammar passes here, so the depth is checked here.
@@ -174,7 +225,7 @@ impl<'c> Parser<'c> {
             Some(('-', span)) => {
                 let operand = self.signed()?;
                 let span = span.start..self.formula.span(operand).end;
-                self.formula.push(Node::Negate(operand), span)
+                self.push(Node::Negate(operand), span)?
             }
             Some(_) => self.signed()?,
             None => self.power()?,
@@ -189,7 +240,7 @@ impl<'c> Parser<'c> {
             return Ok(base);
         }
         let exponent = self.signed()?;
-        Ok(self.binary(Node::Power(base, exponent), base, exponent))
+        self.binary(Node::Power(base, exponent), base, exponent)
     }
 
     fn atom(&mut self) -> Parsed<NodeId> {
@@ -197,8 +248,7 @@ impl<'c> Parser<'c> {
         match token {
             Token::Number(number) => {
                 self.at += 1;
-                let number = self.formula.push(Node::Number(number), span.clone());
-                Ok(self.angle(number, span))
+                self.quantity(number, span)
             }
             Token::Name(name) => {
                 self.at += 1;
@@ -215,29 +265,71 @@ impl<'c> Parser<'c> {
         }
     }
 
-    /// Converts a number to radians if `deg` or `rad` follows.
-    fn angle(&mut self, number: NodeId, span: Span) -> NodeId {
-        let (is_degrees, unit) = match self.peek() {
-            Some((Token::Name(name), unit)) if name == "deg" || name == "rad" => (name == "deg", unit.clone()),
-            _ => return number,
+    /// Appends a number, converted to SI units if a unit follows: `25 mm`, `9.81 m/s^2`, `0.2 kg m^2`.
+    fn quantity(&mut self, number: Number, span: Span) -> Parsed<NodeId> {
+        let Some(unit_span) = self.unit()? else { return self.push(Node::Number(number), span) };
+        let text = &self.text[unit_span.start - self.offset..unit_span.end - self.offset];
+        let Some(unit) = Unit::parse(text) else { return Err(Box::new(unknown_unit(text, unit_span))) };
+        let whole = span.start..unit_span.end;
+        let id = match unit.number(&number) {
+            Some(converted) => self.formula.push(Node::Number(converted), whole),
+            None => {
+                let number = self.formula.push(Node::Number(number), span);
+                let id = unit.append(&mut self.formula, number, &unit_span);
+                self.formula.set_span(id, whole);
+                id
+            }
         };
-        self.at += 1;
-        if !is_degrees {
-            return number;
+        self.dimensions.note(&self.formula, Some(unit), true);
+        Ok(id)
+    }
+
+    /// Takes the unit of a number, if there is one.
+    fn unit(&mut self) -> Parsed<Option<Span>> {
+        let mut span: Option<Span> = None;
+        loop {
+            let is_divided = span.is_some() && matches!(self.peek(), Some((Token::Symbol('/'), _)));
+            let place = self.at + usize::from(is_divided);
+            let (Some((Token::Name(name), own)), after) = (self.tokens.get(place), self.tokens.get(place + 1)) else {
+                return Ok(span);
+            };
+            let is_call = matches!(after, Some((Token::Symbol('('), _)));
+            if is_call || !Unit::is_known(name) {
+                return Ok(span);
+            }
+            // Behind another unit, it is a unit.
+            if span.is_none() && self.declarations.contains(name) {
+                let title = format!("`{name}` is a name of this scene, and a unit");
+                let help = format!("write `*{name}` for the product, or the number without `{name}` for SI units");
+                return Err(Box::new(Diagnostic::error(title, own.clone(), "which of them?").help(help)));
+            }
+            let mut end = own.end;
+            let start = span.map_or(own.start, |span| span.start);
+            self.at = place + 1;
+            if self.take(&['^']).is_some() {
+                self.take(&['-']);
+                let Some((Token::Number(_), exponent)) = self.peek() else { return Err(self.value_missing()) };
+                end = exponent.end;
+                self.at += 1;
+            }
+            span = Some(start..end);
         }
-        let whole = span.start..unit.end;
-        let pi = self.formula.push(Node::Name("pi".to_owned()), unit.clone());
-        let half_turn = self.formula.push(Node::Number(Number::whole(180)), unit.clone());
-        let degree = self.formula.push(Node::Divide(pi, half_turn), unit);
-        self.formula.push(Node::Multiply(number, degree), whole)
     }
 
     fn name(&mut self, name: String, span: Span) -> Parsed<NodeId> {
-        if Function::named(&name).is_some() || self.tables.iter().any(|table| table.name == name) {
+        if Function::named(&name).is_some() || self.declarations.tables.iter().any(|table| table.name == name) {
             let error = Diagnostic::error(format!("`{name}` is a function"), span, "its argument is missing");
             return Err(Box::new(error.help(format!("write `{name}(...)`"))));
         }
-        Ok(self.formula.push(Node::Name(name), span))
+        let unit = self.declarations.unit(&name).cloned();
+        let mut id = self.formula.push(Node::Name(name), span.clone());
+        let is_scaled = unit.as_ref().is_some_and(Unit::is_scaled);
+        if let Some(unit) = unit.as_ref().filter(|_| is_scaled) {
+            self.dimensions.note(&self.formula, None, false);
+            id = unit.append(&mut self.formula, id, &span);
+        }
+        self.dimensions.note(&self.formula, unit, is_scaled);
+        Ok(id)
     }
 
     fn call(&mut self, name: &str, name_span: Span) -> Parsed<NodeId> {
@@ -251,16 +343,17 @@ impl<'c> Parser<'c> {
         }
         let closed = self.close(&opened)?;
         let span = name_span.start..closed.end;
-        let table = self.tables.iter().find(|table| table.name == name);
+        let table = self.declarations.tables.iter().find(|table| table.name == name);
         if let (Some(table), None) = (table, Function::named(name)) {
             let [argument] = arguments[..] else { return Err(wrong_arity(name, 1, arguments.len(), span)) };
-            return Ok(self.formula.push(Node::Spline(Arc::clone(table), argument), span));
+            return self.push(Node::Spline(Arc::clone(table), argument), span);
         }
-        let function = Function::named(name).ok_or_else(|| unknown_function(name, self.tables, name_span.clone()))?;
+        let function = Function::named(name)
+            .ok_or_else(|| unknown_function(name, &self.declarations.tables, name_span.clone()))?;
         if arguments.len() != function.arity() {
             return Err(wrong_arity(name, function.arity(), arguments.len(), span));
         }
-        Ok(self.formula.push(Node::Call(function, arguments), span))
+        self.push(Node::Call(function, arguments), span)
     }
 
     /// Takes the `)` that belongs to the `(` at `opened`.

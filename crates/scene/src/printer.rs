@@ -78,6 +78,7 @@ fn decimal(exact: &BigRational) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::declarations::Declarations;
     use crate::parser::parse_formula;
 
     #[test]
@@ -98,9 +99,9 @@ mod tests {
             "hypot(P.x - 0.125, 1e-3)*cos(2*(phi + pi/2))",
             "0.1234567890123456789 + 1e30 + 12345678901234567890123",
         ] {
-            let formula = parse_formula(text, 0, &[]).expect("a formula");
+            let formula = parse_formula(text, 0, &Declarations::default()).expect("a formula");
             let printed = print_formula(&formula);
-            let again = parse_formula(&printed, 0, &[]).expect("a formula");
+            let again = parse_formula(&printed, 0, &Declarations::default()).expect("a formula");
             assert_eq!(formula.nodes(), again.nodes(), "{text}: {printed}");
         }
     }

@@ -17,10 +17,12 @@ mod start;
 mod usage;
 mod values;
 
+pub(crate) use check::misfit;
 pub use run::constant_condition;
 pub use usage::all_values;
 pub use usage::motion_values;
 
+use crate::declarations::Declarations;
 use crate::diagnostic::{Diagnostic, Report};
 use crate::document::{Document, Identifier};
 use crate::evaluate::parameter_values;
@@ -90,7 +92,7 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
         is_well_formed: true,
         has_unknown: false,
     };
-    let condition = match crate::parser::parse_condition(text, 0, &[]) {
+    let condition = match crate::parser::parse_condition(text, 0, &declarations(scene)) {
         Ok(condition) => Some(resolver.condition(&condition)),
         Err(finding) => {
             resolver.findings.push(finding);
@@ -101,6 +103,15 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
         Some(condition) if resolver.findings.is_empty() => Ok(condition),
         _ => Err(Report::new("--until", text, resolver.findings)),
     }
+}
+
+/// The names that conditions may contain, with their units.
+fn declarations(scene: &Scene) -> Declarations {
+    let mut declarations = Declarations::default();
+    scene.coordinates.iter().for_each(|own| declarations.declare(&own.name, &own.unit));
+    scene.parameters.iter().for_each(|own| declarations.declare(&own.name, &own.unit));
+    scene.outputs.iter().for_each(|own| declarations.declare(&own.name, &own.unit));
+    declarations
 }
 
 struct Resolver<'a> {

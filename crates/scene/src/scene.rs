@@ -214,9 +214,11 @@ pub struct Output {
     pub name: String,
     /// The unit of the output.
     pub unit: String,
+    /// The factor from SI units to the unit; `None` if it is one.
+    pub scale: Option<Value>,
     /// The description of the output.
     pub doc: String,
-    /// The kind of computation.
+    /// The kind of computation, in SI units.
     pub kind: OutputKind,
 }
 

@@ -94,6 +94,6 @@ pub(crate) fn budget(text: &str) -> Result<Duration, Error> {
     let units = [("ms", 1e-3), ("min", 60.0), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
     let found = units.into_iter().find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, factor)));
     let (number, factor) = found.unwrap_or((text, 1.0));
-    let seconds = positive("--budget", number.trim())? * factor;
+    let seconds = positive("--budget", number.trim(), "")? * factor;
     Ok(Duration::try_from_secs_f64(seconds).map_or(LONGEST, |budget| budget.min(LONGEST)))
 }

@@ -2,7 +2,6 @@
 
 mod description;
 mod roles;
-mod units;
 
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};

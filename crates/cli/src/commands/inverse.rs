@@ -146,11 +146,11 @@ fn motions(setup: &Setup, options: &Options, start: &Start) -> Result<Vec<Motion
 fn motion(setup: &Setup, options: &Options, start: &Start, coordinate: usize, text: &str) -> Result<Motion, Error> {
     let own = &setup.description.coordinates[coordinate];
     let (from, is_angle) = (start.q[coordinate], setup.description.is_angle(coordinate));
-    let rate = options.rate.as_ref().map(|text| number("--rate", text)).transpose()?;
-    let time = optional_positive("--time", options.time.as_ref())?;
+    let rate = options.rate.as_ref().map(|text| number("--rate", text, &format!("{}/s", own.unit))).transpose()?;
+    let time = optional_positive("--time", options.time.as_ref(), "s")?;
     let rate = rate.unwrap_or_else(|| if start.given_rates[coordinate] { start.qd[coordinate] } else { 0.0 });
     let distance = || match &options.distance {
-        Some(text) => number("--distance", text),
+        Some(text) => number("--distance", text, own.unit),
         None if is_angle => Ok(TAU.copysign(rate)),
         None => time
             .filter(|_| rate != 0.0)

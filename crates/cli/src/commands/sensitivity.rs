@@ -48,7 +48,7 @@ pub(crate) struct Options {
 /// Computes derivatives of a motion with respect to parameters, checks them, prints and writes them.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.how)?;
-    let vector = assignments("--hessian-vector", &options.hessian_vector)?;
+    let vector = assignments("--hessian-vector", &options.hessian_vector, &|_| "")?;
     let request = DerivativeRequest::new(&setup, &options.by, &options.of, vector, !options.no_check)?;
     let path = options.out.folder(&setup.path).join("sensitivity.csv");
     check_target(&path)?;

@@ -36,10 +36,10 @@ const RESOLUTION: f64 = 1e-9;
 
 /// Propagates tolerances of parameters to quantities of a motion: by linearization, worst case and Monte Carlo.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let mut parameters =
-        options.vary.iter().map(|text| TolerancedParameter::new(text)).collect::<Result<Vec<_>, _>>()?;
     let how = by_lanes(&options.how);
     let setup = Setup::new(models, &options.scene, &how)?;
+    let new = |text: &String| TolerancedParameter::new(text, setup.description);
+    let mut parameters = options.vary.iter().map(new).collect::<Result<Vec<_>, _>>()?;
     // Parameters with tolerances are set for the derivatives, and varied in the samples.
     let mut scene = options.scene.clone();
     scene.set.extend(parameters.iter().filter_map(TolerancedParameter::assignment));

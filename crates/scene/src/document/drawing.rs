@@ -118,28 +118,28 @@ pub(super) fn drawn(r: &mut Reader, identifier: &Identifier, value: reader::Valu
         "damper" => force_element(r, ForceElementKind::Damper),
         "actuator" => force_element(r, ForceElementKind::Actuator),
         "block" => {
-            let angle = optional(r, &table, "angle");
+            let angle = angle(r, &table);
             let on = table.optional("on").and_then(|v| position(r, v));
             position(r, asked).map(|at| DrawnSyntax::Block { at, angle, on })
         }
         "gear" => {
-            let (radius, angle) = (required(r, &table, "radius"), optional(r, &table, "angle"));
+            let (radius, angle) = (length(r, &table, "radius"), angle(r, &table));
             let is_internal = table.optional("internal").is_some_and(|v| r.boolean(v));
             position(r, asked).map(|at| DrawnSyntax::Gear { at, radius, angle, is_internal })
         }
         "rack" => {
-            let (radius, angle) = (required(r, &table, "radius"), optional(r, &table, "angle"));
+            let (radius, angle) = (length(r, &table, "radius"), angle(r, &table));
             ends(r, kind, asked).map(|[on, wheel]| DrawnSyntax::Rack { on, wheel, radius, angle })
         }
         "belt" => {
-            let radii = table.required(r, "radii").map(|v| r.pair(v));
+            let radii = table.required(r, "radii").map(|v| r.pair(v, "m"));
             let is_crossed = table.optional("crossed").is_some_and(|v| r.boolean(v));
-            let angle = optional(r, &table, "angle");
+            let angle = angle(r, &table);
             let at = ends(r, kind, asked);
             at.zip(radii).map(|(at, radii)| DrawnSyntax::Belt { at, radii, is_crossed, angle })
         }
         "cam" => {
-            let (profile, angle) = (required(r, &table, "profile"), optional(r, &table, "angle"));
+            let (profile, angle) = (length(r, &table, "profile"), angle(r, &table));
             let is_flat = table.optional("flat").is_some_and(|v| r.boolean(v));
             position(r, asked).map(|at| DrawnSyntax::Cam { at, angle, profile, is_flat })
         }
@@ -150,12 +150,14 @@ pub(super) fn drawn(r: &mut Reader, identifier: &Identifier, value: reader::Valu
     drawn
 }
 
-fn optional(r: &mut Reader, table: &Table, key: &str) -> Option<Formula> {
-    table.optional(key).map(|v| r.formula(v))
+/// Reads an angle.
+fn angle(r: &mut Reader, table: &Table) -> Option<Formula> {
+    table.optional("angle").map(|v| r.quantity(v, "rad"))
 }
 
-fn required(r: &mut Reader, table: &Table, key: &str) -> Formula {
-    table.required(r, key).map_or_else(reader::placeholder, |v| r.formula(v))
+/// Reads a length.
+fn length(r: &mut Reader, table: &Table, key: &str) -> Formula {
+    table.required(r, key).map_or_else(reader::placeholder, |v| r.quantity(v, "m"))
 }
 
 /// Reads two or more positions.

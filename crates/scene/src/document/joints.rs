@@ -146,28 +146,33 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: reader::Value
     let phase_angle = angle("phase", kind == JointKind::Gear);
     let rotation = angle("rotation", kind.holds_angle());
     let face = angle("face", kind == JointKind::Cam);
-    let mut formula = |key: &str, has: bool| has.then(|| table.optional(key)).flatten().map(|v| r.formula(v));
+    let mut quantity =
+        |key: &str, has: bool, unit: &str| has.then(|| table.optional(key)).flatten().map(|v| r.quantity(v, unit));
     // That of a rack is a length.
-    let phase = formula("phase", kind == JointKind::Rack).or(phase_angle);
-    let drive = formula("drive", matches!(kind, JointKind::Revolute | JointKind::Prismatic | JointKind::PinInSlot));
-    let start = formula("start", kind.is_slider() || kind == JointKind::Cam);
-    let rate = formula("rate", kind.is_slider());
-    let needed = |r: &mut Reader, key: &str| table.required(r, key).map_or_else(reader::placeholder, |v| r.formula(v));
+    let phase = quantity("phase", kind == JointKind::Rack, "m").or(phase_angle);
+    let is_driven = matches!(kind, JointKind::Revolute | JointKind::Prismatic | JointKind::PinInSlot);
+    let drive = quantity("drive", is_driven, if kind.is_slider() { "m" } else { "rad" });
+    let start =
+        quantity("start", kind.is_slider() || kind == JointKind::Cam, if kind.is_slider() { "m" } else { "rad" });
+    let rate = quantity("rate", kind.is_slider(), "m/s");
+    let needed = |r: &mut Reader, key: &str, unit: &str| {
+        table.required(r, key).map_or_else(reader::placeholder, |v| r.quantity(v, unit))
+    };
     let radii = (key == "belt").then(|| radii_of_belt(r, &table)).flatten();
     let size = match key {
-        "rod" => Some(needed(r, "length")),
-        "gear" => Some(needed(r, "ratio")),
-        "rack" => Some(needed(r, "radius")),
+        "rod" => Some(needed(r, "length", "m")),
+        "gear" => Some(needed(r, "ratio", "-")),
+        "rack" => Some(needed(r, "radius", "m")),
         "belt" => Some(radii.as_ref().map_or_else(reader::placeholder, |(_, ratio)| ratio.clone())),
         _ => None,
     };
     let radii = radii.map(|(radii, _)| radii);
-    let profile = (kind == JointKind::Cam).then(|| needed(r, "profile"));
+    let profile = (kind == JointKind::Cam).then(|| needed(r, "profile", "m"));
     let side_of = kind.can_be_one_sided().then(|| table.optional("one_sided")).flatten();
     let one_sided = side_of.and_then(|v| r.text(v)).and_then(|text| side(r, &text));
     let carrier = (kind == JointKind::Gear).then(|| table.optional("carrier")).flatten();
     let carrier = carrier.and_then(|v| r.text(v)).map(|text| end(&text, &identifier, kind));
-    let near = (kind != JointKind::Gear).then(|| table.optional("near")).flatten().map(|v| r.pair(v));
+    let near = (kind != JointKind::Gear).then(|| table.optional("near")).flatten().map(|v| r.pair(v, "m"));
     let has_friction = kind == JointKind::Revolute || kind.is_slider();
     let friction = has_friction.then(|| table.optional("friction")).flatten();
     let friction = friction.and_then(|v| friction_of(r, &what, v, kind.is_slider()));
@@ -197,7 +202,7 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: reader::Value
 
 /// Reads `radii = [r1, r2]` of pulleys, and `crossed`; also returns the ratio of the radii.
 fn radii_of_belt(r: &mut Reader, table: &Table) -> Option<([Formula; 2], Formula)> {
-    let radii = table.required(r, "radii").map(|v| r.pair(v));
+    let radii = table.required(r, "radii").map(|v| r.pair(v, "m"));
     let is_crossed = table.optional("crossed").is_some_and(|v| r.boolean(v));
     let radii = radii?;
     let [first, second] = radii.clone();
@@ -208,9 +213,9 @@ fn radii_of_belt(r: &mut Reader, table: &Table) -> Option<([Formula; 2], Formula
 /// Reads `friction = { mu = ..., radius = ..., slip = ... }`; sliders have no radius.
 fn friction_of(r: &mut Reader, joint: &str, value: reader::Value, is_slider: bool) -> Option<JointFriction> {
     let table = r.table(&format!("the friction of {joint}"), value)?;
-    let mut formula = |key: &str| table.required(r, key).map(|v| r.formula(v));
-    let (mu, slip) = (formula("mu"), formula("slip"));
-    let radius = if is_slider { Some(None) } else { formula("radius").map(Some) };
+    let mut quantity = |key: &str, unit: &str| table.required(r, key).map(|v| r.quantity(v, unit));
+    let (mu, slip) = (quantity("mu", "-"), quantity("slip", if is_slider { "m/s" } else { "rad/s" }));
+    let radius = if is_slider { Some(None) } else { quantity("radius", "m").map(Some) };
     table.finish(r);
     Some(JointFriction { mu: mu?, radius: radius?, slip: slip? })
 }

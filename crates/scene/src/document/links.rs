@@ -63,13 +63,16 @@ pub(super) fn link(r: &mut Reader, identifier: Identifier, value: reader::Value)
     {
         for (point, value) in own.all() {
             r.check_name(&point, "point");
-            let place = r.pair(value);
+            let place = r.pair(value, "m");
             points.push((point, place));
         }
     }
     let mass = match (table.optional("mass"), has_shape.then(|| table.optional("density")).flatten()) {
-        (Some(mass), _) => Some(Mass::Whole(r.formula(mass))),
-        (None, Some(density)) => Some(Mass::ByDensity(r.formula(density))),
+        (Some(mass), _) => Some(Mass::Whole(r.quantity(mass, "kg"))),
+        (None, Some(density)) => {
+            let unit = if matches!(shape, Some(Shape::Triangle(_))) { "kg/m^2" } else { "kg/m" };
+            Some(Mass::ByDensity(r.quantity(density, unit)))
+        }
         (None, None) => None,
     };
     let coordinate = table.optional("coordinate").and_then(|v| r.text(v));
@@ -81,10 +84,10 @@ pub(super) fn link(r: &mut Reader, identifier: Identifier, value: reader::Value)
         shape,
         mass,
         com: table.optional("com").and_then(|v| position(r, v)),
-        inertia: table.optional("inertia").map(|v| r.formula(v)),
+        inertia: table.optional("inertia").map(|v| r.quantity(v, "kg m^2")),
         coordinate,
         angle: table.optional("angle").map(|v| r.angle(v)),
-        rate: table.optional("rate").map(|v| r.formula(v)),
+        rate: table.optional("rate").map(|v| r.quantity(v, "rad/s")),
         doc: table.string(r, "doc"),
         identifier,
     };
@@ -102,7 +105,7 @@ fn shape(r: &mut Reader, table: &Table, points: &mut Vec<(Identifier, [Formula; 
     }
     let zero = || [terms::whole(0), terms::whole(0)];
     if kind == "bar" {
-        let length = table.required(r, "length").map_or_else(reader::placeholder, |v| r.formula(v));
+        let length = table.required(r, "length").map_or_else(reader::placeholder, |v| r.quantity(v, "m"));
         let Ok([from, to]) = <[Identifier; 2]>::try_from(names) else {
             return wrong(r, corners, "a bar has two ends", "write `bar = [\"A\", \"B\"]`");
         };
@@ -110,7 +113,7 @@ fn shape(r: &mut Reader, table: &Table, points: &mut Vec<(Identifier, [Formula; 
         return Some(Shape::Bar(length));
     }
     let sides = table.required(r, "sides")?;
-    let lengths: Vec<Formula> = r.array(sides).into_iter().map(|value| r.formula(value)).collect();
+    let lengths: Vec<Formula> = r.array(sides).into_iter().map(|value| r.quantity(value, "m")).collect();
     let Ok(lengths) = <[Formula; 3]>::try_from(lengths) else {
         return wrong(r, sides, "a triangle has three sides", "write `sides = [AB, BC, CA]`");
     };

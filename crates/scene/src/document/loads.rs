@@ -5,6 +5,7 @@ use super::table::Table;
 use super::{Identifier, Target};
 use crate::diagnostic::Diagnostic;
 use crate::parser::Formula;
+use crate::unit::Unit;
 
 /// An entry of `[loads]`.
 #[derive(Debug)]
@@ -79,16 +80,16 @@ pub(super) fn load(r: &mut Reader, identifier: &Identifier, value: reader::Value
     };
     let load = match kind {
         "force" => {
-            let force = table.required(r, "force").map(|v| r.pair(v))?;
+            let force = table.required(r, "force").map(|v| r.pair(v, "N"))?;
             let target = table.target(r);
             target.map(|target| LoadSyntax::Force { force, target })
         }
         "torque" => {
-            let torque = table.required(r, "torque").map(|v| r.formula(v))?;
+            let torque = table.required(r, "torque").map(|v| r.quantity(v, "N m"))?;
             let body = table.required(r, "on").and_then(|v| r.text(v));
             body.map(|body| LoadSyntax::Torque { torque, body })
         }
-        "gravity" => table.required(r, "gravity").map(|v| LoadSyntax::Gravity(r.pair(v))),
+        "gravity" => table.required(r, "gravity").map(|v| LoadSyntax::Gravity(r.pair(v, "m/s^2"))),
         _ => {
             let spring = spring(r, identifier, &table, kind);
             table.finish(r);
@@ -102,8 +103,12 @@ pub(super) fn load(r: &mut Reader, identifier: &Identifier, value: reader::Value
 /// Reads a load that acts along a length, an angle or the distance of two points.
 fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) -> Option<LoadSyntax> {
     let asked = table.required(r, kind)?;
+    // Of a formula that is not known to be a length or an angle, neither are the units of the other keys.
+    let mut unit = Unit::parse("m");
     let along = if kind == "along" {
-        Some(Along::Formula(r.formula(asked)))
+        let (formula, dimension) = r.with_dimension(asked, None);
+        unit = dimension.unit;
+        Some(Along::Formula(formula))
     } else {
         let points: Vec<Identifier> = r.array(asked).into_iter().filter_map(|item| r.text(item)).collect();
         match <[Identifier; 2]>::try_from(points) {
@@ -115,11 +120,18 @@ fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) ->
             }
         }
     };
-    let mut formula = |key: &str| table.optional(key).map(|v| r.formula(v));
-    let (stiffness, rest, damping) = (formula("spring"), formula("rest"), formula("damper"));
-    let (potential, force) = (formula("potential"), formula("force"));
-    let (friction, slip) = (formula("friction"), formula("slip"));
     let normal = table.optional("normal").and_then(|v| r.text(v));
+    let mut quantity = |key: &str, energy: &str, power: i32| {
+        let unit = Unit::parse(energy).zip(unit.as_ref()).map(|(energy, unit)| energy.times(unit, power));
+        let (formula, dimension) = r.with_dimension(table.optional(key)?, None);
+        r.check_dimension(&formula, &dimension, unit.as_ref());
+        Some(formula)
+    };
+    let (stiffness, rest, damping) =
+        (quantity("spring", "J", -2), quantity("rest", "-", 1), quantity("damper", "J s", -2));
+    let (potential, force) = (quantity("potential", "J", 0), quantity("force", "J", -1));
+    let friction = if normal.is_some() { quantity("friction", "-", 0) } else { quantity("friction", "J", -1) };
+    let slip = quantity("slip", "1/s", 1);
     let sizes = [&stiffness, &damping, &potential, &force, &friction];
     let mut wrong = |title: String, label: &str, help: &str| {
         r.findings.push(Diagnostic::error(title, identifier.span.clone(), label).help(help));

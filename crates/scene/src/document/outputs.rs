@@ -5,6 +5,7 @@ use super::{Identifier, Target};
 use crate::diagnostic::Diagnostic;
 use crate::linkage::terms;
 use crate::parser::Formula;
+use crate::unit::Unit;
 
 /// An entry of `[outputs]`.
 #[derive(Debug)]
@@ -112,6 +113,11 @@ const KEYS: [&str; 12] = [
     "norm",
 ];
 
+/// Whether an output is the force of a joint: its components have names of their own.
+pub(super) fn is_force_of_joint(value: &OutputValue) -> bool {
+    matches!(value, OutputValue::Joint { part: JointPart::Force, .. })
+}
+
 pub(super) fn output(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<OutputSyntax> {
     if !value.is_table() {
         let value = OutputValue::Value(r.formula(value));
@@ -122,16 +128,23 @@ pub(super) fn output(r: &mut Reader, identifier: Identifier, value: reader::Valu
     let help = "an output is a value, its rate, its second rate, the reaction of a constraint, the power of a load, or \
                 the force in a joint, its moment, or its drive";
     let kind = table.one_of(r, &KEYS, help)?;
-    let unit = match (table.string(r, "unit"), kind) {
-        (unit, "shaking_force") if unit.is_empty() => "N".to_owned(),
-        (unit, "shaking_moment") if unit.is_empty() => "N m".to_owned(),
-        (unit, _) => unit,
+    let (text, unit) = table.unit(r);
+    let text = match kind {
+        "shaking_force" if text.is_empty() => "N".to_owned(),
+        "shaking_moment" if text.is_empty() => "N m".to_owned(),
+        _ => text,
     };
     let asked = table.required(r, kind)?;
+    let mut formula = |times: &str| {
+        let unit = unit.as_ref().zip(Unit::parse(times)).map(|(unit, time)| unit.times(&time, 1));
+        let (formula, dimension) = r.with_dimension(asked, unit.as_ref());
+        r.check_dimension(&formula, &dimension, unit.as_ref());
+        formula
+    };
     let value = match kind {
-        "value" => Some(OutputValue::Value(r.formula(asked))),
-        "rate" => Some(OutputValue::Rate(r.formula(asked))),
-        "second_rate" => Some(OutputValue::SecondRate(r.formula(asked))),
+        "value" => Some(OutputValue::Value(formula("-"))),
+        "rate" => Some(OutputValue::Rate(formula("s"))),
+        "second_rate" => Some(OutputValue::SecondRate(formula("s^2"))),
         "power" => r.text(asked).map(OutputValue::Power),
         "joint" | "moment" | "drive" => {
             let part = match kind {
@@ -146,7 +159,7 @@ pub(super) fn output(r: &mut Reader, identifier: Identifier, value: reader::Valu
             let at = table.optional("at").and_then(|v| r.text(v));
             Some(OutputValue::Norm { components: names(r, asked), at })
         }
-        "shaking_force" => Some(OutputValue::ShakingForce(r.pair(asked))),
+        "shaking_force" => Some(OutputValue::ShakingForce(r.pair(asked, "-"))),
         "shaking_moment" => r.text(asked).map(OutputValue::ShakingMoment),
         "free_body" => {
             let displacements = r.array(asked).into_iter().filter_map(|value| displacement(r, value)).collect();
@@ -162,18 +175,18 @@ pub(super) fn output(r: &mut Reader, identifier: Identifier, value: reader::Valu
             let constraint = r.text(asked);
             let target = table.target(r);
             let along = match target {
-                Some(Target::Point(_)) => table.required(r, "along").map(|v| r.pair(v)),
+                Some(Target::Point(_)) => table.required(r, "along").map(|v| r.pair(v, "-")),
                 _ => table.optional("along").map(|v| {
                     let error = Diagnostic::error("a moment has no direction", v.span(), "not needed");
                     r.findings.push(error.help("take `along` out, or ask for the force on a point with `at`"));
-                    r.pair(v)
+                    r.pair(v, "-")
                 }),
             };
             constraint.zip(target).map(|(constraint, target)| OutputValue::Reaction { constraint, target, along })
         }
     };
     table.finish(r);
-    Some(OutputSyntax { identifier, value: value?, unit, doc })
+    Some(OutputSyntax { identifier, value: value?, unit: text, doc })
 }
 
 fn displacement(r: &mut Reader, value: reader::Value) -> Option<DisplacementSyntax> {
@@ -184,7 +197,7 @@ fn displacement(r: &mut Reader, value: reader::Value) -> Option<DisplacementSynt
     let turns = size.is_some() || angle.is_some();
     let about = if turns { table.required(r, "about") } else { table.optional("about") };
     let moves = about.is_none() && !turns;
-    let along = if moves { table.required(r, "along") } else { table.optional("along") }.map(|v| r.pair(v));
+    let along = if moves { table.required(r, "along") } else { table.optional("along") }.map(|v| r.pair(v, "-"));
     let size = size.map_or_else(|| terms::whole(1), |v| r.formula(v));
     let angle = angle.and_then(|v| r.text(v));
     let turn = about.and_then(|v| r.text(v)).map(|about| (size, about, angle));

@@ -1,7 +1,5 @@
 //! Reads TOML values as texts, formulae and numbers; wrong types are reported with their locations.
 
-use std::sync::Arc;
-
 use num_rational::BigRational;
 use toml::Spanned;
 use toml::de::DeValue;
@@ -9,20 +7,19 @@ use toml::de::DeValue;
 use super::characters;
 use super::identifier::Identifier;
 use super::places::Places;
+use crate::declarations::Declarations;
 use crate::diagnostic::{Diagnostic, Span};
+use crate::dimension::Dimension;
 use crate::expression::Node;
-use crate::parser::{Condition, Formula, parse_condition, parse_formula};
-use crate::spline::Spline;
-
-/// A function that parses a text at a byte of the file; the text may call lookup tables.
-type Parse<T> = fn(&str, usize, &[Arc<Spline>]) -> Result<T, Diagnostic>;
+use crate::parser::{Condition, Formula, parse_condition, parse_quantity};
+use crate::unit::Unit;
 
 /// The text of the file and the errors found in it.
 pub(super) struct Reader<'s> {
     source: &'s str,
     pub(super) findings: Vec<Diagnostic>,
-    /// The lookup tables that formulae may call in addition to the built-in functions.
-    pub(super) lookup_tables: Vec<Arc<Spline>>,
+    /// The names that formulae may contain.
+    pub(super) declarations: Declarations,
     /// Whether a part that may declare names could not be read.
     pub(super) has_unread_declarations: bool,
     /// The number of findings about the inside of a formula.
@@ -31,7 +28,13 @@ pub(super) struct Reader<'s> {
 
 impl<'s> Reader<'s> {
     pub(super) fn new(source: &'s str) -> Self {
-        Self { source, findings: Vec::new(), lookup_tables: Vec::new(), has_unread_declarations: false, unreadable: 0 }
+        Self {
+            source,
+            findings: Vec::new(),
+            declarations: Declarations::default(),
+            has_unread_declarations: false,
+            unreadable: 0,
+        }
     }
 
     pub(super) fn wrong_type(&mut self, value: Value, expected: &str) {
@@ -82,13 +85,53 @@ impl<'s> Reader<'s> {
         Places::from_string(&self.source[value.span()], value.span().start, text)
     }
 
+    /// Reads a formula whose unit is not known.
     pub(super) fn formula(&mut self, value: Value) -> Formula {
-        self.parse(value, parse_formula, |formula| formula).unwrap_or_else(placeholder)
+        self.with_dimension(value, None).0
+    }
+
+    /// Reads a formula for a quantity in this unit.
+    pub(super) fn quantity(&mut self, value: Value, unit: &str) -> Formula {
+        let (formula, dimension) = self.with_dimension(value, None);
+        self.check_dimension(&formula, &dimension, Unit::parse(unit).as_ref());
+        formula
+    }
+
+    /// Reads a formula with its dimension. `unit` is the unit to which the value will be converted.
+    pub(super) fn with_dimension(&mut self, value: Value, unit: Option<&Unit>) -> (Formula, Dimension) {
+        let parse = |text: &str, declarations: &Declarations| parse_quantity(text, 0, declarations, unit);
+        let parsed = self.parse(value, parse, |(formula, _)| formula);
+        parsed.unwrap_or_else(|| (placeholder(), Dimension::default()))
+    }
+
+    /// Reads a formula for a number in this unit. Bare numbers are in this unit, and other formulae are converted to it.
+    pub(super) fn number_in(&mut self, value: Value, unit: Option<&Unit>) -> Formula {
+        let (mut formula, dimension) = self.with_dimension(value, None);
+        self.check_dimension(&formula, &dimension, unit);
+        let Some(unit) = unit.filter(|unit| unit.is_scaled()) else { return formula };
+        let is_bare = !dimension.is_certain && formula.names().all(|name| name == "pi");
+        if is_bare || formula.names().any(String::is_empty) {
+            return formula;
+        }
+        let span = formula.whole_span();
+        if dimension.unit.is_none() {
+            let error = Diagnostic::error("the unit of this formula is not known", span.clone(), "in which unit?");
+            let help = "give each parameter in it a unit, or write the value as a number";
+            self.findings.push(error.help(help));
+        }
+        let last = formula.nodes().len() - 1;
+        unit.append_inverse(&mut formula, last, &span);
+        formula
+    }
+
+    /// Reports a formula that cannot have this unit.
+    pub(super) fn check_dimension(&mut self, formula: &Formula, dimension: &Dimension, unit: Option<&Unit>) {
+        self.findings.extend(unit.and_then(|unit| dimension.misfit(unit, formula.whole_span())));
     }
 
     /// Reads a formula for an angle. A number without a unit is in radians, and at most a turn.
     pub(super) fn angle(&mut self, value: Value) -> Formula {
-        let formula = self.formula(value);
+        let formula = self.quantity(value, "rad");
         let number = match formula.nodes() {
             [Node::Number(number)] | [Node::Number(number), Node::Negate(_)] => number.value,
             _ => return formula,
@@ -101,13 +144,14 @@ impl<'s> Reader<'s> {
     }
 
     pub(super) fn condition(&mut self, value: Value) -> Option<Condition<String>> {
-        self.parse(value, parse_condition, |condition| &mut condition.difference)
+        let parse = |text: &str, declarations: &Declarations| parse_condition(text, 0, declarations);
+        self.parse(value, parse, |condition| &mut condition.difference)
     }
 
     /// Reads a number, exactly as written.
     pub(super) fn number(&mut self, value: Value) -> Option<BigRational> {
         if matches!(value.0.get_ref(), DeValue::Integer(_) | DeValue::Float(_)) {
-            return match self.parse(value, parse_formula, |formula| formula)?.nodes() {
+            return match self.formula(value).nodes() {
                 [Node::Number(number)] => Some(number.exact.clone()),
                 [Node::Number(number), Node::Negate(_)] => Some(-number.exact.clone()),
                 _ => None,
@@ -117,17 +161,22 @@ impl<'s> Reader<'s> {
         None
     }
 
-    /// Reads two formulae in an array.
-    pub(super) fn pair(&mut self, value: Value) -> [Formula; 2] {
+    /// Reads two formulae in this unit in an array.
+    pub(super) fn pair(&mut self, value: Value, unit: &str) -> [Formula; 2] {
         let items = if value.is_array() { self.array(value) } else { Vec::new() };
         if let [x, y] = items[..] {
-            return [self.formula(x), self.formula(y)];
+            return [self.quantity(x, unit), self.quantity(y, unit)];
         }
         self.wrong_type(value, "an array of two formulae, `['x', 'y']`");
         [placeholder(), placeholder()]
     }
 
-    fn parse<T>(&mut self, value: Value, parse: Parse<T>, formula: fn(&mut T) -> &mut Formula) -> Option<T> {
+    fn parse<T>(
+        &mut self,
+        value: Value,
+        parse: impl FnOnce(&str, &Declarations) -> Result<T, Diagnostic>,
+        formula: fn(&mut T) -> &mut Formula,
+    ) -> Option<T> {
         let raw = &self.source[value.span()];
         let (text, places) = match value.0.get_ref() {
             DeValue::String(text) => (text.to_string(), self.places(value, text)),
@@ -142,7 +191,7 @@ impl<'s> Reader<'s> {
                 return None;
             }
         };
-        let result = parse(&text, 0, &self.lookup_tables).map(|mut parsed| {
+        let result = parse(&text, &self.declarations).map(|mut parsed| {
             formula(&mut parsed).move_spans(|span| places.span(span));
             parsed
         });

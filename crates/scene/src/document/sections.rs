@@ -6,11 +6,11 @@ use super::known::{extreme, reference, values};
 use super::links::link;
 use super::loads::load;
 use super::lookup_tables::lookup_table;
-use super::outputs::output;
+use super::outputs::{is_force_of_joint, output};
 use super::reader::{self, Reader};
 use super::table::{self, Table};
 use super::values::{position, side};
-use super::{BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, ParameterSyntax};
+use super::{BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, OutputSyntax, ParameterSyntax};
 use crate::diagnostic::Diagnostic;
 use crate::names::is_identifier;
 
@@ -40,16 +40,25 @@ impl Document {
         for value in coordinates.map(|v| r.array(v)).unwrap_or_default() {
             let coordinate = coordinate(r, value);
             r.has_unread_declarations |= coordinate.is_none();
+            if let Some(CoordinateSyntax { identifier, unit, .. }) = &coordinate {
+                let unit = if unit.is_empty() { "rad" } else { unit };
+                r.declarations.declare(&identifier.name, unit);
+                r.declarations.declare(&format!("{}_dot", identifier.name), &format!("({unit})/s"));
+            }
             self.coordinates.extend(coordinate);
         }
         // Read first, since every formula may call them.
         for (identifier, value) in root.entries(r, "tables") {
             let function = lookup_table(r, identifier.clone(), value);
-            r.lookup_tables.extend(function);
+            r.declarations.tables.extend(function);
             self.tables.push(identifier);
         }
         for (identifier, value) in root.entries(r, "parameters") {
-            self.parameters.extend(parameter(r, identifier, value));
+            let parameter = parameter(r, identifier, value);
+            if let Some(ParameterSyntax { identifier, unit, .. }) = &parameter {
+                r.declarations.declare(&identifier.name, unit);
+            }
+            self.parameters.extend(parameter);
         }
         for (identifier, value) in root.entries(r, "links") {
             let link = link(r, identifier, value);
@@ -62,7 +71,7 @@ impl Document {
             self.joints.extend(joint);
         }
         for (identifier, value) in root.entries(r, "points") {
-            let position = r.pair(value);
+            let position = r.pair(value, "m");
             self.points.push((identifier, position));
         }
         for (identifier, value) in root.entries(r, "bodies") {
@@ -79,6 +88,11 @@ impl Document {
         self.read_initial(r, &mut root);
         for (identifier, value) in root.entries(r, "outputs") {
             self.outputs.extend(output(r, identifier, value));
+        }
+        // Only conditions may contain outputs.
+        for OutputSyntax { identifier, unit, value, .. } in &self.outputs {
+            let parts: &[&str] = if is_force_of_joint(value) { &["", "_x", "_y"] } else { &[""] };
+            parts.iter().for_each(|part| r.declarations.declare(&format!("{}{part}", identifier.name), unit));
         }
         for (identifier, value) in root.entries(r, "drawing") {
             if let Some(drawn) = drawn(r, &identifier, value) {
@@ -120,10 +134,10 @@ impl Document {
         self.run.span = value.span();
         let before = r.findings.len();
         let Some(run) = r.table("[run]", value) else { return };
-        self.run.step = run.required(r, "step").map(|v| r.formula(v));
+        self.run.step = run.required(r, "step").map(|v| r.quantity(v, "s"));
         self.run.until = run.optional("until").and_then(|v| r.condition(v));
-        self.run.max_time = run.optional("max_time").map(|v| r.formula(v));
-        self.run.end_time = run.optional("end_time").map(|v| r.formula(v));
+        self.run.max_time = run.optional("max_time").map(|v| r.quantity(v, "s"));
+        self.run.end_time = run.optional("end_time").map(|v| r.quantity(v, "s"));
         let mut asked = |key: &str| run.optional(key).and_then(|v| r.boolean(v).then(|| v.span()));
         (self.run.stiff, self.run.inverse) = (asked("stiff"), asked("inverse"));
         run.finish(r);
@@ -135,7 +149,7 @@ fn coordinate(r: &mut Reader, value: reader::Value) -> Option<CoordinateSyntax> 
     let syntax = if value.is_table() {
         let table = r.table("a coordinate", value)?;
         let identifier = table.required(r, "name").and_then(|v| r.text(v));
-        let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
+        let ((unit, _), doc) = (table.unit(r), table.string(r, "doc"));
         table.finish(r);
         CoordinateSyntax { identifier: identifier?, unit, doc }
     } else {
@@ -151,20 +165,21 @@ fn parameter(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Op
         return Some(ParameterSyntax { identifier, value, unit: String::new(), doc: String::new(), runtime: false });
     }
     let table = r.table(&format!("parameter `{}`", identifier.name), value)?;
-    let value = table.required(r, "value").map_or_else(reader::placeholder, |v| r.formula(v));
-    let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
+    let (text, unit) = table.unit(r);
+    let value = table.required(r, "value").map_or_else(reader::placeholder, |v| r.number_in(v, unit.as_ref()));
+    let doc = table.string(r, "doc");
     let runtime = table.optional("runtime").is_some_and(|v| r.boolean(v));
     table.finish(r);
-    Some(ParameterSyntax { identifier, value, unit, doc, runtime })
+    Some(ParameterSyntax { identifier, value, unit: text, doc, runtime })
 }
 
 fn body(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<BodySyntax> {
     let table = r.table(&format!("body `{}`", identifier.name), value)?;
     let syntax = BodySyntax {
-        mass: table.optional("mass").map(|v| r.formula(v)),
+        mass: table.optional("mass").map(|v| r.quantity(v, "kg")),
         com: table.optional("com").and_then(|v| position(r, v)),
-        angle: table.optional("angle").map(|v| r.formula(v)),
-        inertia: table.optional("inertia").map(|v| r.formula(v)),
+        angle: table.optional("angle").map(|v| r.quantity(v, "rad")),
+        inertia: table.optional("inertia").map(|v| r.quantity(v, "kg m^2")),
         identifier,
     };
     table.string(r, "doc");
@@ -175,7 +190,7 @@ fn body(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<
 fn constraint(r: &mut Reader, identifier: Identifier, value: reader::Value) -> Option<ConstraintSyntax> {
     let table = r.table(&format!("constraint `{}`", identifier.name), value)?;
     let residual = table.required(r, "residual").map_or_else(reader::placeholder, |v| r.formula(v));
-    let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
+    let ((unit, _), doc) = (table.unit(r), table.string(r, "doc"));
     let one_sided = table.optional("one_sided").and_then(|v| r.text(v)).and_then(|text| side(r, &text));
     table.finish(r);
     Some(ConstraintSyntax { identifier, residual, unit, one_sided, is_drive: false, doc })

@@ -10,6 +10,7 @@ use super::identifier::{Identifier, Target};
 use super::reader::{Reader, Value};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::names::{closest, suggestion};
+use crate::unit::{Unit, unknown_unit};
 
 type Key<'s> = Spanned<DeString<'s>>;
 
@@ -95,6 +96,16 @@ impl<'t, 's> Table<'t, 's> {
             r.check_characters(value, text, |c| !matches!(c, '\n' | '\r' | '\t'));
         }
         self.optional(key).and_then(|v| r.text(v)).map(|text| text.name).unwrap_or_default()
+    }
+
+    /// The text of the key `unit`, and the unit; none if the key is missing, or the unit is not known and reported.
+    pub(super) fn unit(&self, r: &mut Reader) -> (String, Option<Unit>) {
+        let text = self.string(r, "unit");
+        let unit = if text.is_empty() { None } else { Unit::parse(&text) };
+        if let (false, None, Some(value)) = (text.is_empty(), &unit, self.get("unit")) {
+            r.findings.push(unknown_unit(&text, value.span()));
+        }
+        (text, unit)
     }
 
     /// The entries of a subtable in the order of the file; none if the key is missing.

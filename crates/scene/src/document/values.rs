@@ -7,7 +7,7 @@ use crate::diagnostic::Diagnostic;
 /// The name of a point, or two formulae.
 pub(super) fn position(r: &mut Reader, value: reader::Value) -> Option<Position> {
     if value.is_array() {
-        return Some(Position::Pair(r.pair(value)));
+        return Some(Position::Pair(r.pair(value, "m")));
     }
     if value.is_text() {
         return r.text(value).map(Position::Point);

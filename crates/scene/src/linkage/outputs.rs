@@ -7,6 +7,7 @@ use super::resolved::Linkage;
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier, JointKind, JointPart, OutputSyntax, OutputValue};
 use crate::names::suggestion;
+use crate::resolve::misfit;
 
 /// Whether outputs of the scene, or friction, need the force or the moment of a joint.
 pub(super) fn are_of_joints(document: &Document) -> bool {
@@ -99,6 +100,14 @@ fn joint_outputs(
         unit: if output.unit.is_empty() { unit.to_owned() } else { output.unit.clone() },
         doc: if output.doc.is_empty() { format!("{what} on {}", graph.name(on.link)) } else { output.doc.clone() },
     };
+    let expected = match part {
+        JointPart::Moment => "N m",
+        JointPart::Drive if !joint.syntax.kind.is_slider() => "N m",
+        JointPart::Drive | JointPart::Force => "N",
+    };
+    if let Some(error) = misfit(&output.identifier, &output.unit, expected) {
+        return Err(error);
+    }
     match part {
         JointPart::Moment => Ok(vec![part_of("", "moment", "N m", moment(linkage, number, on, asked)?)]),
         JointPart::Drive => {

@@ -12,6 +12,7 @@ use crate::expression::Node;
 use crate::scene::{Friction, Known, Load, LoadKind, Quantity, Scene, Value};
 use columns::columns;
 use freedoms::freedoms;
+pub(crate) use units::misfit;
 use units::{parameters, relaxed_angles, units};
 
 /// Checks the parts of a scene whose parameters have values. Parts with unknown names are skipped.

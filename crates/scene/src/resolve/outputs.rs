@@ -3,10 +3,11 @@
 use super::Resolver;
 use super::context::Context;
 use crate::diagnostic::Diagnostic;
-use crate::document::{DisplacementSyntax, Document, Identifier, OutputValue, Target};
+use crate::document::{DisplacementSyntax, Document, Identifier, OutputSyntax, OutputValue, Target};
 use crate::expression::{Expression, Node};
 use crate::parser::Formula;
 use crate::scene::{Displacement, Output, OutputKind, Quantity, Scene, Slide, Turn, Value};
+use crate::unit::Unit;
 
 impl Resolver<'_> {
     /// Resolves an output with the key `power`: the power of a load, or of a constraint that depends on time.
@@ -63,13 +64,34 @@ impl Resolver<'_> {
                     None
                 }
             };
+            let scale = Unit::parse(&syntax.unit).and_then(|unit| unit.inverse_factor());
+            let scale = match &kind {
+                Some(OutputKind::Norm { components, .. }) => {
+                    self.check_unit_of_norm(syntax, components.map(|i| &*scene.outputs[i].unit));
+                    None
+                }
+                _ => scale.map(|scale| self.value(&scale, Context::Constant)),
+            };
             scene.outputs.extend(kind.map(|kind| Output {
                 name: syntax.identifier.name.clone(),
                 unit: syntax.unit.clone(),
+                scale,
                 doc: syntax.doc.clone(),
                 kind,
             }));
         }
+    }
+
+    /// Reports a norm whose unit has another factor than the units of its components.
+    fn check_unit_of_norm(&mut self, syntax: &OutputSyntax, components: [&str; 2]) {
+        let factor = |unit: &str| Unit::parse(unit).map(|unit| unit.factor());
+        if components.iter().all(|unit| factor(unit) == factor(&syntax.unit)) {
+            return;
+        }
+        let title = format!("output `{}` has another unit than its components", syntax.identifier.name);
+        let error = Diagnostic::error(title, syntax.identifier.span.clone(), format!("in `{}`", syntax.unit));
+        let [x, y] = components;
+        self.findings.push(error.help(format!("the components are in `{x}` and `{y}`: write one unit for all")));
     }
 
     fn free_body(

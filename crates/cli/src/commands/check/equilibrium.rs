@@ -59,13 +59,7 @@ fn value(mechanism: &dyn Mechanism, text: &str, part: &str) -> Result<(usize, f6
         return Err(wrong(format!("`{name}` follows from the constraints"), help));
     }
     let option = format!("--static {name}");
-    if coordinates[place].unit != "rad" && value.trim().ends_with("deg") {
-        return Err(wrong(format!("`{name}` is no angle"), format!("give it in {}", coordinates[place].unit)));
-    }
-    let value = match value.trim().strip_suffix("deg") {
-        Some(degrees) => number(&option, degrees.trim())?.to_radians(),
-        None => number(&option, value.trim())?,
-    };
+    let value = number(&option, value.trim(), coordinates[place].unit)?;
     if coordinates[place].unit == "rad" && value.abs() > MAX_TURNS * std::f64::consts::TAU {
         return Err(wrong(format!("more than {MAX_TURNS} turns"), "take whole turns off".to_owned()));
     }

@@ -5,12 +5,12 @@ use std::io;
 
 use qrm_core::Description;
 use qrm_fmu::{InstantiationToken, variables};
+use qrm_scene::unit::{BASE, Unit};
 use qrm_sim::columns::{Column, Kind};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 
 use super::roles::{Role, Roles};
-use super::units::{NAMES, base_unit};
 
 /// Creates the text of the file.
 pub(super) fn xml(
@@ -80,17 +80,17 @@ fn unit_definitions(xml: &mut Writer<Vec<u8>>, variables: &[Column]) -> io::Resu
     xml.create_element("UnitDefinitions").write_inner_content(|xml| {
         for unit in units {
             let element = xml.create_element("Unit").with_attribute(("name", unit));
-            let Some(base) = base_unit(unit) else {
+            let Some(base) = Unit::parse(unit) else {
                 element.write_empty()?;
                 continue;
             };
             element.write_inner_content(|xml| {
                 let mut element = xml.create_element("BaseUnit");
-                for (name, exponent) in NAMES.iter().zip(base.exponents).filter(|(_, exponent)| *exponent != 0) {
+                for (name, exponent) in BASE.iter().zip(base.exponents).filter(|(_, exponent)| *exponent != 0) {
                     element = element.with_attribute((*name, exponent.to_string().as_str()));
                 }
-                if base.factor != 1.0 {
-                    element = element.with_attribute(("factor", number(base.factor).as_str()));
+                if base.is_scaled() {
+                    element = element.with_attribute(("factor", number(base.factor()).as_str()));
                 }
                 element.write_empty().map(|_| ())
             })?;

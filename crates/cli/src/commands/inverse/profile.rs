@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use num_dual::Dual2_64;
+use qrm_scene::declarations::Declarations;
 use qrm_scene::diagnostic::Report;
 use qrm_scene::evaluate::evaluate;
 use qrm_scene::parser::{Formula, parse_formula};
@@ -94,7 +95,8 @@ impl Profile {
 
     /// Motion by a formula of `t`.
     pub(super) fn formula(text: &str) -> Result<Self, Error> {
-        let formula = parse_formula(text, 0, &[]).map_err(|finding| Report::new("--motion", text, vec![finding]))?;
+        let formula = parse_formula(text, 0, &Declarations::default())
+            .map_err(|finding| Report::new("--motion", text, vec![finding]))?;
         if let Some(name) = formula.names().find(|name| !["t", "pi"].contains(&name.as_str())) {
             let title = format!("`--motion {text}` contains the name `{name}`");
             let help = "write `constant`, `trapezoid`, `polynomial`, `table:FILE.csv`, or a formula of `t`";

@@ -4,7 +4,7 @@ use qrm_core::{Description, Interval};
 
 use super::values::Values;
 use crate::error::Error;
-use crate::options::{check_parameter, number};
+use crate::options::{check_parameter, number, unit_of_parameter};
 
 /// Every combination of some values of some parameters, with the last parameter changing fastest; or pairs of values.
 pub(crate) struct Axes {
@@ -30,7 +30,7 @@ impl Axes {
                 return Err(wrong(text, "has no `=`"));
             };
             let name = name.trim();
-            let values = values_of(name, text, values)?;
+            let values = values_of(name, unit_of_parameter(description, name), text, values)?;
             check_parameter(description, name)?;
             if named.iter().any(|(other, _)| other == name) {
                 return Err(wrong(text, "varies a parameter for the second time"));
@@ -131,8 +131,8 @@ fn wrong(text: &str, why: &str) -> Error {
         .help("write `--vary NAME=FROM:TO:COUNT` or `--vary NAME=VALUE,VALUE,...`")
 }
 
-fn values_of(name: &str, text: &str, values: &str) -> Result<Values, Error> {
-    let number = |value: &str| number(&format!("--vary {name}"), value);
+fn values_of(name: &str, unit: &str, text: &str, values: &str) -> Result<Values, Error> {
+    let number = |value: &str| number(&format!("--vary {name}"), value, unit);
     let parts: Vec<&str> = values.split(':').collect();
     match parts[..] {
         [list] => {
@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn ranges_reach_their_ends_exactly() {
         let values = |text: &str| {
-            let values = values_of("x", "", text).expect("values");
+            let values = values_of("x", "", "", text).expect("values");
             (0..values.count()).map(|place| values.at(place)).collect::<Vec<f64>>()
         };
         let many = values("0.15:0.25:1000");
@@ -206,7 +206,7 @@ mod tests {
         assert_eq!(values("0.2:0.6:5"), [0.2, 0.3, 0.4, 0.5, 0.6]);
         assert_eq!(values("2:2:1"), [2.0]);
         assert_eq!(values("1/3:2/3:2"), [1.0 / 3.0, 2.0 / 3.0]);
-        assert!(["2:5:1", "2:5:0", "2:5:-1"].iter().all(|range| values_of("x", "", range).is_err()));
+        assert!(["2:5:1", "2:5:0", "2:5:-1"].iter().all(|range| values_of("x", "", "", range).is_err()));
         assert_eq!(values("3*pi, max(1,2)"), [3.0 * std::f64::consts::PI, 2.0]);
     }
 }

@@ -1,7 +1,9 @@
 //! Parameters with tolerances.
 
+use qrm_core::Description;
+
 use crate::error::Error;
-use crate::options::{check_parameter, number};
+use crate::options::{check_parameter, number, unit_of_parameter};
 use crate::setup::Setup;
 
 /// A parameter that varies around its value.
@@ -17,7 +19,7 @@ pub(super) struct TolerancedParameter {
 
 impl TolerancedParameter {
     /// Reads a parameter written as `NAME=VALUE+-TOLERANCE` or `NAME=+-TOLERANCE`.
-    pub(super) fn new(text: &str) -> Result<Self, Error> {
+    pub(super) fn new(text: &str, description: &Description) -> Result<Self, Error> {
         let parts = text.split_once('=').and_then(|(name, rest)| {
             let (value, tolerance) = rest.split_once("+-").or_else(|| rest.split_once('±'))?;
             Some((name.trim(), value.trim(), tolerance.trim()))
@@ -26,11 +28,12 @@ impl TolerancedParameter {
             return Err(wrong(text, "has no tolerance"));
         };
         let option = format!("--vary {name}");
-        let given = if value.is_empty() { None } else { Some(number(&option, value)?) };
+        let unit = unit_of_parameter(description, name);
+        let given = if value.is_empty() { None } else { Some(number(&option, value, unit)?) };
         if tolerance.contains("+-") || tolerance.contains('±') {
             return Err(wrong(text, &format!("has no number after `+-`, but `{tolerance}`")));
         }
-        let tolerance = number(&option, tolerance)?;
+        let tolerance = number(&option, tolerance, unit)?;
         if !(tolerance > 0.0 && tolerance.is_finite()) {
             return Err(wrong(text, "has a tolerance that is not above zero"));
         }
