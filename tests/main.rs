@@ -22,6 +22,7 @@ mod energy_integral;
 mod error_estimates;
 mod extremes;
 mod figures;
+mod force_elements;
 mod formulae;
 mod friction;
 mod gauss;

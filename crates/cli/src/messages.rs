@@ -6,7 +6,7 @@ use qrm_sim::position::NotAssembled;
 use qrm_sim::run::{Explanation, NonFiniteQuantity, StartError, Status, readable_size};
 
 use crate::error::{Error, Message};
-use crate::format::{number, seconds, with_error};
+use crate::format::{counted, number, seconds, with_error};
 use crate::setup::Setup;
 
 /// How to follow a motion along a jump of a load.
@@ -99,12 +99,28 @@ impl Setup {
                 format!("the mechanism cannot be assembled: constraint `{name}` stays {size} {unit} from closed");
             let label = format!("not zero anywhere near the first guesses; nearest at {found}");
             let others = if self.scene.has_links { "" } else { ", and the others as guesses in `solve`" };
+            if let Some(help) = self.too_many_drives() {
+                return self.at_place(Diagnostic::error(title, span, label).help(help));
+            }
             Diagnostic::error(title, span, label).help(format!(
                 "check the lengths that occur here, or choose other {guesses}; give no more {positions} than there are \
                  degrees of freedom{others}"
             ))
         };
         self.at_place(diagnostic)
+    }
+
+    /// Help for a mechanism with more drives than degrees of freedom.
+    fn too_many_drives(&self) -> Option<String> {
+        let drives = self.scene.drives().len();
+        let closures = self.scene.constraints.len() - drives;
+        let freedoms = self.scene.coordinates.len().saturating_sub(closures);
+        let count = if freedoms == 1 { "1 degree".to_owned() } else { format!("{freedoms} degrees") };
+        let help = format!(
+            "the mechanism has {} and {count} of freedom: take one drive away",
+            counted(drives as u64, "drive")
+        );
+        (drives > freedoms).then_some(help)
     }
 
     /// The reason why a step could not be made.

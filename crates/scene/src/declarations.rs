@@ -21,6 +21,12 @@ impl Declarations {
         self.units.insert(name.to_owned(), unit);
     }
 
+    /// Adds a coordinate and its rate; `unit` is the unit of the coordinate.
+    pub(crate) fn declare_coordinate(&mut self, name: &str, unit: &str) {
+        self.declare(name, unit);
+        self.declare(&format!("{name}_dot"), &format!("({unit})/s"));
+    }
+
     /// Whether a name other than that of a table has been added.
     pub(crate) fn contains(&self, name: &str) -> bool {
         self.units.contains_key(name)

@@ -2,6 +2,7 @@
 
 mod characters;
 mod drawing;
+mod force_elements;
 mod form;
 mod identifier;
 mod joints;

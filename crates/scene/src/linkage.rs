@@ -16,6 +16,7 @@ mod four_bars;
 mod friction;
 mod gears;
 mod graph;
+mod lengths;
 mod loads;
 mod moments;
 mod outputs;
@@ -29,7 +30,7 @@ mod tree;
 use std::collections::BTreeMap;
 
 use crate::diagnostic::{Diagnostic, errors};
-use crate::document::{CoordinateSyntax, Document, Identifier};
+use crate::document::{CoordinateSyntax, Document, DrawnSyntax, Identifier};
 use angles::Angles;
 use constants::Constants;
 use friction::Frictions;
@@ -68,7 +69,9 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let values = StartPositions::new(&graph, &angles, &tree).values();
     let four_bars = four_bars::four_bars(&graph, &angles, &places);
     let constants = Constants::new(document);
-    let is_drawn = !document.drawing.is_empty();
+    lengths::check(document, &constants, findings);
+    // Paths are added to the drawing of the links.
+    let is_drawn = document.drawing.iter().any(|(_, part)| !matches!(part, DrawnSyntax::Path(_)));
     let drawing = if is_drawn { Vec::new() } else { drawing::drawing(&graph, &angles, &places, &constants) };
     let count = [coordinates.len() + document.coordinates.len(), closures.len() + document.constraints.len()];
     let freedoms = count[0].saturating_sub(count[1]);

@@ -19,7 +19,10 @@ pub(super) fn findings(source: &str, errors: &[Error]) -> Vec<Diagnostic> {
         if error.message() == "duplicate key" {
             findings.push(written_twice(source, span));
         } else if let Some(message) = lines.message(error.message(), span.start) {
-            findings.push(Diagnostic::error(message, span, "not valid TOML here").help(HELP));
+            findings.push(
+                value_error(source, &span)
+                    .unwrap_or_else(|| Diagnostic::error(message, span, "not valid TOML here").help(HELP)),
+            );
         }
     }
     findings
@@ -31,6 +34,34 @@ fn written_twice(source: &str, span: Span) -> Diagnostic {
     let key = source.get(span.clone()).unwrap_or_default();
     Diagnostic::error(format!("`{key}` is written twice"), span, "already written above")
         .help("keep one of the two, or choose another name")
+}
+
+/// An error about a value that is not TOML, but whose meaning is clear: a number with a unit, a formula, or a number with
+/// a decimal comma.
+fn value_error(source: &str, at: &Span) -> Option<Diagnostic> {
+    let line = source[..at.start].rfind('\n').map_or(0, |end| end + 1);
+    let begin = line + source[line..at.start].rfind('=')? + 1;
+    let begin = begin + source[begin..].find(|c: char| c != ' ')?;
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let value = &source[begin..];
+    let value = &value[..value.find(['}', ']', '\n', '#']).unwrap_or(value.len())];
+    let mut parts = value.split(',');
+    let first = parts.next()?.trim_end();
+    if let Some(decimals) = parts.next().map(str::trim_end)
+        && is_number(first.trim_start_matches('-'))
+        && is_number(decimals)
+    {
+        let span = begin..begin + first.len() + 1 + decimals.len();
+        let error = Diagnostic::error("a decimal has a point, not a comma", span, "two values");
+        return Some(error.help(format!("write `{first}.{decimals}`")));
+    }
+    let is_bare = first.starts_with(|c: char| c.is_alphanumeric() || matches!(c, '-' | '('));
+    let span = begin..begin + first.len();
+    if !is_bare || !span.contains(&at.start) {
+        return None;
+    }
+    let error = Diagnostic::error("a value other than a number needs quotes", span, "without quotes");
+    Some(error.help(format!("write `'{first}'`")))
 }
 
 /// The lines at which the parser reports errors. After a missing bracket it also reports correct lines, and lines

@@ -15,13 +15,15 @@ pub struct JointSyntax {
     pub identifier: Identifier,
     /// The kind of the joint.
     pub kind: JointKind,
+    /// Whether a rod is a cylinder, which drives its length.
+    pub is_cylinder: bool,
     /// The points that it joins.
     pub ends: Vec<LinkPoint>,
     /// The direction of a line in the frame of the second link.
     pub direction: Option<Formula>,
     /// The angle of the first link minus that of the second one, if the joint holds it.
     pub rotation: Option<Formula>,
-    /// The length of a rod, the radius of a rolling link, or the ratio of gears or pulleys.
+    /// The length of a rod or cylinder, the radius of a rolling link, or the ratio of gears or pulleys.
     pub size: Option<Formula>,
     /// The link that carries the axes of gears.
     pub carrier: Option<LinkPoint>,
@@ -90,14 +92,18 @@ pub enum JointKind {
     Cam,
 }
 
+/// The key of a rod whose length is driven.
+const CYLINDER: &str = "cylinder";
+
 impl JointKind {
     /// All kinds with their keys in a scene file.
-    pub const ALL: [(&str, Self); 9] = [
+    pub const ALL: [(&str, Self); 10] = [
         ("revolute", Self::Revolute),
         ("prismatic", Self::Prismatic),
         ("pin_in_slot", Self::PinInSlot),
         ("weld", Self::Weld),
         ("rod", Self::Rod),
+        (CYLINDER, Self::Rod),
         ("gear", Self::Gear),
         ("belt", Self::Gear),
         ("rack", Self::Rack),
@@ -160,7 +166,7 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: reader::Value
     };
     let radii = (key == "belt").then(|| radii_of_belt(r, &table)).flatten();
     let size = match key {
-        "rod" => Some(needed(r, "length", "m")),
+        "rod" | CYLINDER => Some(needed(r, "length", "m")),
         "gear" => Some(needed(r, "ratio", "-")),
         "rack" => Some(needed(r, "radius", "m")),
         "belt" => Some(radii.as_ref().map_or_else(reader::placeholder, |(_, ratio)| ratio.clone())),
@@ -181,6 +187,7 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: reader::Value
     Some(JointSyntax {
         identifier,
         kind,
+        is_cylinder: key == CYLINDER,
         ends,
         direction,
         rotation,

@@ -1,9 +1,11 @@
 //! Entries of `[loads]`.
 
+use super::force_elements::{gas_spring, motor};
 use super::reader::{self, Reader};
 use super::table::Table;
 use super::{Identifier, Target};
 use crate::diagnostic::Diagnostic;
+use crate::linkage::terms::add;
 use crate::parser::Formula;
 use crate::unit::Unit;
 
@@ -127,19 +129,28 @@ fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) ->
         r.check_dimension(&formula, &dimension, unit.as_ref());
         Some(formula)
     };
-    let (stiffness, rest, damping) =
+    let (spring, rest, damping) =
         (quantity("spring", "J", -2), quantity("rest", "-", 1), quantity("damper", "J s", -2));
     let (potential, force) = (quantity("potential", "J", 0), quantity("force", "J", -1));
     let friction = if normal.is_some() { quantity("friction", "-", 0) } else { quantity("friction", "J", -1) };
     let slip = quantity("slip", "1/s", 1);
+    let gas_spring = gas_spring(r, table);
+    let has_two_springs = spring.is_some() && gas_spring.is_some();
+    let [stiffness, rest] = gas_spring.map_or([spring, rest], |own| own.map(Some));
+    let unit = unit.map(|unit| unit.base());
+    let force = [force, motor(r, table, unit.as_deref())].into_iter().flatten().reduce(add);
     let sizes = [&stiffness, &damping, &potential, &force, &friction];
     let mut wrong = |title: String, label: &str, help: &str| {
         r.findings.push(Diagnostic::error(title, identifier.span.clone(), label).help(help));
     };
     let name = &identifier.name;
     if sizes.iter().all(|size| size.is_none()) {
-        let help = "add one or more of `spring`, `damper`, `potential`, `force` and `friction`";
+        let help = "add one or more of `spring`, `gas_spring`, `damper`, `potential`, `force`, `motor` and `friction`";
         wrong(format!("load `{name}` has no size"), "does nothing", help);
+    }
+    if has_two_springs {
+        let help = "write a load for each of them";
+        wrong(format!("load `{name}` has `spring` and `gas_spring`"), "two springs", help);
     }
     if friction.is_some() != slip.is_some() {
         let help = "friction is `-friction*tanh(s_dot/slip)`: give both, `slip` well below the speeds that matter";

@@ -10,7 +10,9 @@ use super::outputs::{is_force_of_joint, output};
 use super::reader::{self, Reader};
 use super::table::{self, Table};
 use super::values::{position, side};
-use super::{BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, OutputSyntax, ParameterSyntax};
+use super::{
+    BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, LinkSyntax, OutputSyntax, ParameterSyntax,
+};
 use crate::diagnostic::Diagnostic;
 use crate::names::is_identifier;
 
@@ -42,8 +44,7 @@ impl Document {
             r.has_unread_declarations |= coordinate.is_none();
             if let Some(CoordinateSyntax { identifier, unit, .. }) = &coordinate {
                 let unit = if unit.is_empty() { "rad" } else { unit };
-                r.declarations.declare(&identifier.name, unit);
-                r.declarations.declare(&format!("{}_dot", identifier.name), &format!("({unit})/s"));
+                r.declarations.declare_coordinate(&identifier.name, unit);
             }
             self.coordinates.extend(coordinate);
         }
@@ -63,6 +64,11 @@ impl Document {
         for (identifier, value) in root.entries(r, "links") {
             let link = link(r, identifier, value);
             r.has_unread_declarations |= link.is_none();
+            if let Some(LinkSyntax { identifier, coordinate, .. }) = &link {
+                let coordinate =
+                    coordinate.as_ref().map_or_else(|| format!("phi_{}", identifier.name), |own| own.name.clone());
+                r.declarations.declare_coordinate(&coordinate, "rad");
+            }
             self.links.extend(link);
         }
         for (identifier, value) in root.entries(r, "joints") {

@@ -9,7 +9,7 @@ use super::constants::Constants;
 use super::graph::{Graph, Joint, PointId};
 use super::places::Places;
 use super::terms::{add, difference, direction, dot, multiply, negate, substituted, sum, whole};
-use crate::document::{DrawnSyntax, Identifier, JointKind, Position};
+use crate::document::{DrawnSyntax, ForceElementKind, Identifier, JointKind, Position};
 
 /// Draws gears and belts below everything else, links as bars and plates, sliding links as blocks, and pins on the
 /// ground as pivots.
@@ -64,7 +64,10 @@ pub(super) fn drawing(
                 drawn.extend(face(angles, places, joint).map(|face| (identifier, face)));
             }
             (JointKind::Rod, _) => {
-                drawn.push((identifier, DrawnSyntax::Rod([at(joint.ends[0]), at(joint.ends[1])])));
+                let ends = [at(joint.ends[0]), at(joint.ends[1])];
+                let cylinder = |ends| DrawnSyntax::ForceElement(ForceElementKind::Actuator, ends);
+                drawn
+                    .push((identifier, if joint.syntax.is_cylinder { cylinder(ends) } else { DrawnSyntax::Rod(ends) }));
             }
             (JointKind::Revolute, Some(end)) => drawn.push((identifier, DrawnSyntax::Pivot(at(*end)))),
             _ => {}

@@ -55,7 +55,8 @@ fn pin_moment(linkage: &Linkage, number: usize, on: PointId) -> OutputValue {
     }
 }
 
-/// The torque, or the force along its line, of a drive on the link of one of the ends of its joint.
+/// The torque, or the force along its line, of a drive on the link of one of the ends of its joint. The force of a
+/// cylinder is positive if it pushes.
 pub(super) fn drive(
     linkage: &Linkage,
     number: usize,
@@ -63,6 +64,9 @@ pub(super) fn drive(
     asked: &Identifier,
 ) -> Result<OutputValue, Diagnostic> {
     let joint = &linkage.graph.joints[number];
+    if joint.syntax.is_cylinder {
+        return Ok(multiplier_moment(linkage, number, "", whole(-1)));
+    }
     if joint.syntax.drive.is_none() {
         let title = format!("joint `{}` has no drive", asked.name);
         let error = Diagnostic::error(title, asked.span.clone(), "nothing drives it");

@@ -100,9 +100,10 @@ fn joint_outputs(
         unit: if output.unit.is_empty() { unit.to_owned() } else { output.unit.clone() },
         doc: if output.doc.is_empty() { format!("{what} on {}", graph.name(on.link)) } else { output.doc.clone() },
     };
+    let is_force = joint.syntax.kind.is_slider() || joint.syntax.is_cylinder;
     let expected = match part {
         JointPart::Moment => "N m",
-        JointPart::Drive if !joint.syntax.kind.is_slider() => "N m",
+        JointPart::Drive if !is_force => "N m",
         JointPart::Drive | JointPart::Force => "N",
     };
     if let Some(error) = misfit(&output.identifier, &output.unit, expected) {
@@ -111,7 +112,7 @@ fn joint_outputs(
     match part {
         JointPart::Moment => Ok(vec![part_of("", "moment", "N m", moment(linkage, number, on, asked)?)]),
         JointPart::Drive => {
-            let (what, unit) = if joint.syntax.kind.is_slider() { ("force", "N") } else { ("torque", "N m") };
+            let (what, unit) = if is_force { ("force", "N") } else { ("torque", "N m") };
             Ok(vec![part_of("", what, unit, drive(linkage, number, on, asked)?)])
         }
         JointPart::Force if joint.syntax.kind == JointKind::Gear => {
