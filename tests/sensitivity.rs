@@ -186,3 +186,17 @@ fn masses_may_differ_by_many_orders_of_magnitude() {
         close(crank["by_p_J_coupler"], 2.200_054e-4, 1e-10);
     }
 }
+
+/// A motion that begins at rest changes its forces less than their rounding errors at first; the derivative of the angle
+/// follows from the law of cosines, per mm as the parameter.
+#[test]
+#[ignore = "full tier: engine"]
+fn integrals_of_motions_that_begin_at_rest_are_known() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/cli/src/commands/new/cylinder.toml");
+    let table = sensitivity(&[scene, "--by", "closed", "--no-check"]);
+    let (first, second, length) = (0.2_f64.hypot(0.6), 0.7_f64.hypot(0.1), 0.9);
+    let cosine = (first * first + second * second - length * length) / (2.0 * first * second);
+    let exact = 1e-3 * length / (first * second * (1.0 - cosine * cosine).sqrt());
+    close(of(&table, "end", "phi_boom")["by_closed"], exact, 1e-11);
+    assert!(of(&table, "integral", "F_O_x").values().all(|number| number.is_finite()));
+}

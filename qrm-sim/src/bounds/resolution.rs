@@ -22,6 +22,8 @@ const SEEN: f64 = 1e-2;
 const INTERPOLATED: f64 = 1e-9;
 /// The number of parts for a polynomial.
 const WINDOW: usize = 6;
+/// The smallest range, in parts of the values: smaller ones are near their rounding errors.
+const SMALLEST_PART: f64 = 1e-6;
 /// A range that is as small as zero.
 const SMALLEST_RANGE: f64 = 1e-30;
 /// The number of rows before the end of a step that show how fast accelerations change.
@@ -101,7 +103,7 @@ impl Resolution {
         let rows: Vec<&[f64]> = self.rows.iter().map(Vec::as_slice).collect();
         let mut times = Vec::new();
         for (BoundedOutput { output, bounds }, [low, high]) in self.outputs.iter_mut().zip(&self.ranges) {
-            let range = high - low;
+            let range = (high - low).max(SMALLEST_PART * high.abs().max(low.abs()));
             // All steps are tried at once first.
             if rows.len() < 2 || is_resolved_by(bounds, (&rows, n), range, self.factor * RESOLVED) {
                 continue;
