@@ -33,6 +33,7 @@ mod linkage;
 mod live;
 mod live_page;
 mod loads;
+mod mechanisms;
 mod page;
 mod quick_return;
 mod random_conditions;
