@@ -78,7 +78,7 @@ fn conditions_and_designs_take_units() {
 
     let folder = tempfile::tempdir().expect("a temporary folder");
     let table = folder.path().join("sweep.csv").display().to_string();
-    let output = qrm(&["sweep", &drawing, "--vary", "crank=80,9 cm", "--out", &table]).output().expect("it starts");
+    let output = qrm(&["sweep", &drawing, "--vary", "crank=80 mm,9 cm", "--out", &table]).output().expect("it starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = fs::read_to_string(&table).expect("the table");
     let crank = text.lines().next().expect("names").split(',').position(|name| name == "crank").expect("the parameter");

@@ -187,13 +187,28 @@ pub(crate) fn number(option: &str, text: &str, unit: &str) -> Result<f64, Error>
         );
     }
     let mut value = evaluate(&formula, |_| std::f64::consts::PI);
-    if let Some(unit) = Unit::parse(unit).filter(|_| dimension.is_certain && !unit.is_empty()) {
+    if let Some(unit) = Unit::parse(unit).filter(|_| dimension.is_certain() && !unit.is_empty()) {
         if let Some(finding) = dimension.misfit(&unit, 0..text.len()) {
             return Err(report(finding).into());
         }
         value /= unit.factor();
     }
     if value.is_finite() { Ok(value) } else { Err(wrong(format!("gives {value}"))) }
+}
+
+/// Returns an error if some of these numbers have a unit and others, except zero, have none.
+pub(crate) fn check_units(option: &str, texts: &[&str]) -> Result<(), Error> {
+    let has_unit = |text: &&&str| {
+        let parsed = parse_quantity(text, 0, &Declarations::default(), None);
+        parsed.is_ok_and(|(_, dimension)| dimension.is_certain())
+    };
+    let count = texts.iter().filter(has_unit).count();
+    let is_zero = |text: &&&str| text.trim().parse::<f64>() == Ok(0.0);
+    if count == 0 || count + texts.iter().filter(is_zero).count() == texts.len() {
+        return Ok(());
+    }
+    Err(Error::usage(format!("`{option}`: some of these numbers have a unit: {}", texts.join(", ")))
+        .help("write the unit behind each of them, or none"))
 }
 
 /// Reads a positive number in this unit.

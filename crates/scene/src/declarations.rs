@@ -1,8 +1,9 @@
 //! The names that formulae may contain, with their units.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use crate::dimension::Source;
 use crate::spline::Spline;
 use crate::unit::Unit;
 
@@ -12,6 +13,8 @@ pub struct Declarations {
     /// The lookup tables.
     pub tables: Vec<Arc<Spline>>,
     units: BTreeMap<String, Option<Unit>>,
+    /// The names that are parameters.
+    parameters: BTreeSet<String>,
 }
 
 impl Declarations {
@@ -21,10 +24,27 @@ impl Declarations {
         self.units.insert(name.to_owned(), unit);
     }
 
-    /// Adds a coordinate and its rate; `unit` is the unit of the coordinate.
+    /// Adds a name with a unit, or none.
+    pub(crate) fn declare_unit(&mut self, name: &str, unit: Option<Unit>) {
+        self.units.insert(name.to_owned(), unit);
+    }
+
+    /// Adds a parameter; `unit` is the text of its unit, or empty.
+    pub fn declare_parameter(&mut self, name: &str, unit: &str) {
+        self.declare(name, unit);
+        self.parameters.insert(name.to_owned());
+    }
+
+    /// Adds a coordinate, its rate and its acceleration; `unit` is the unit of the coordinate.
     pub(crate) fn declare_coordinate(&mut self, name: &str, unit: &str) {
         self.declare(name, unit);
         self.declare(&format!("{name}_dot"), &format!("({unit})/s"));
+        self.declare(&format!("{name}_ddot"), &format!("({unit})/s^2"));
+    }
+
+    /// Adds the energies, which conditions may contain.
+    pub(crate) fn declare_energies(&mut self) {
+        ["kinetic_energy", "potential_energy", "energy"].into_iter().for_each(|name| self.declare(name, "J"));
     }
 
     /// Whether a name other than that of a table has been added.
@@ -32,8 +52,28 @@ impl Declarations {
         self.units.contains_key(name)
     }
 
-    /// The unit of a name.
-    pub(crate) fn unit(&self, name: &str) -> Option<&Unit> {
-        self.units.get(name)?.as_ref()
+    /// Removes a name.
+    pub(crate) fn remove(&mut self, name: &str) {
+        self.units.remove(name);
+    }
+
+    /// The unit of a name; components of points are lengths, and `t` is a time.
+    pub(crate) fn unit(&self, name: &str) -> Option<Unit> {
+        let implied = match name.rsplit_once('.') {
+            Some((_, "x" | "y")) => "m",
+            Some((_, "x_dot" | "y_dot")) => "m/s",
+            None if name == "t" => "s",
+            _ => return self.units.get(name)?.clone(),
+        };
+        Unit::parse(implied)
+    }
+
+    /// The source of the unit of a name.
+    pub(crate) fn source(&self, name: &str) -> Source {
+        match self.units.get(name) {
+            Some(Some(unit)) if unit.is_scaled() => Source::Conversion,
+            Some(Some(_)) if self.parameters.contains(name) => Source::Declaration,
+            _ => Source::Nature,
+        }
     }
 }

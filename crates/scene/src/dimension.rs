@@ -1,7 +1,7 @@
 //! The dimensions of the parts of a formula, as far as they are known.
 
 use std::collections::BTreeMap;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::{Node, NodeId};
@@ -9,28 +9,98 @@ use crate::function::Function;
 use crate::parser::Formula;
 use crate::unit::Unit;
 
+/// How a factor in a formula may differ from that of a unit and still be meant to convert it.
+const SAME_FACTOR: f64 = 1e-3;
+
 /// The dimension of a formula or of a part of it.
 #[derive(Clone, Debug, Default)]
 pub struct Dimension {
     /// A unit with this dimension; `None` if the dimension is not known.
     pub unit: Option<Unit>,
-    /// Whether numbers with a unit, or names that are converted, are part of it. Contradictions are then errors.
-    pub is_certain: bool,
+    /// The source of the unit.
+    pub source: Source,
+    /// Whether it is a formula of numbers without units.
+    pub is_bare: bool,
+    /// An error about a word that may be a unit or a name, where the formula does not have the unit of its place.
+    pub ambiguity: Option<Box<Diagnostic>>,
+}
+
+/// The source of the unit of a quantity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Source {
+    /// No unit, or that of a coordinate, a point or the time.
+    #[default]
+    Nature,
+    /// The unit of a parameter in SI units. Formulae of such parameters may contain numbers with units of their own,
+    /// such as 9.81.
+    Declaration,
+    /// A number with a unit, or a name that is converted: all contradictions are errors.
+    Conversion,
 }
 
 impl Dimension {
-    /// An error if a formula at `span` cannot have this unit.
+    /// Whether numbers with a unit, or names that are converted, are part of it.
+    pub fn is_certain(&self) -> bool {
+        self.source == Source::Conversion
+    }
+
+    /// An error if a formula at `span` cannot have this unit, or if its unit is not known although parts of it are
+    /// converted.
     pub fn misfit(&self, unit: &Unit, span: Span) -> Option<Diagnostic> {
-        let own = self.unit.as_ref().filter(|own| self.is_certain && !(own.fits(unit) && own.counts_as(unit)))?;
+        let Some(own) = &self.unit else {
+            return self.is_certain().then(|| unknown_dimension(span));
+        };
+        let is_inverse = own.exponents == unit.exponents.map(|exponent| -exponent) && !own.is_one();
+        if !self.is_certain() || (own.fits(unit) && !is_inverse) {
+            return None;
+        }
+        if let Some(ambiguity) = &self.ambiguity {
+            return Some((**ambiguity).clone());
+        }
         let title = format!("expected {}, found {}", unit.quantity(), own.quantity());
-        let help = format!("write a value in {}, or in another unit of the same kind", unit.base());
+        let help = match is_inverse {
+            true => "a quotient such as `1/2 mm` divides by 2 mm: write `0.5 mm`".to_owned(),
+            false => format!("write a value in {}, or in another unit of the same kind", unit.base()),
+        };
         Some(Diagnostic::error(title, span, own.quantity()).help(help))
     }
 
-    fn times(&self, other: &Self, power: i32) -> Self {
-        let unit = self.unit.as_ref().zip(other.unit.as_ref()).map(|(a, b)| a.times(b, power));
-        Self { unit, is_certain: self.is_certain || other.is_certain }
+    /// The same dimension of a quantity that is to be converted: it has to be known.
+    pub(crate) fn converted(self) -> Self {
+        let unit = self.unit.filter(|_| !self.is_bare);
+        Self { unit, source: Source::Conversion, ..self }
     }
+
+    fn bare() -> Self {
+        Self { unit: Some(Unit::one()), is_bare: true, ..Self::default() }
+    }
+
+    /// The dimension of a product with a power of another quantity.
+    fn times(&self, other: &Self, power: i32, is_plain: [bool; 2]) -> Self {
+        let source = self.source.max(other.source);
+        // Other bare numbers may have a unit in SI formulae, such as 9.81.
+        let is_open = |own: &Self, is_plain: bool| own.is_bare && !is_plain && source != Source::Conversion;
+        let unit = match is_open(self, is_plain[0]) || is_open(other, is_plain[1]) {
+            true => None,
+            false => self.unit.as_ref().zip(other.unit.as_ref()).map(|(a, b)| a.times(b, power)),
+        };
+        Self::joined(self, other, unit)
+    }
+
+    fn joined(a: &Self, b: &Self, unit: Option<Unit>) -> Self {
+        let ambiguity = a.ambiguity.clone().or_else(|| b.ambiguity.clone());
+        Self { unit, source: a.source.max(b.source), is_bare: a.is_bare && b.is_bare, ambiguity }
+    }
+
+    fn with_unit(&self, unit: Option<Unit>) -> Self {
+        Self { unit, ..self.clone() }
+    }
+}
+
+/// An error about a formula with parts that are converted, and others without units.
+pub(crate) fn unknown_dimension(span: Span) -> Diagnostic {
+    let help = "give each parameter in it a unit, `\"-\"` for a pure number";
+    Diagnostic::error("the unit of this formula is not known", span, "in which unit?").help(help)
 }
 
 /// The dimensions of the operations of a formula, and the conversions in it.
@@ -47,36 +117,40 @@ impl Dimensions {
         self.of.last().cloned().unwrap_or_default()
     }
 
-    /// Notes that the last operation gives a quantity that has been converted from this unit, or that is in it.
-    pub(crate) fn note(&mut self, formula: &Formula, unit: Option<Unit>, is_certain: bool) {
+    /// Notes that the last operation gives a quantity that is in this unit, or has been converted from it.
+    pub(crate) fn note(&mut self, formula: &Formula, dimension: Dimension) {
         let last = formula.nodes().len() - 1;
         self.of.resize_with(last, Dimension::default);
-        if let Some(unit) = unit.clone().filter(|_| is_certain) {
+        if let Some(unit) = dimension.unit.clone().filter(|_| dimension.is_certain()) {
             self.converted.insert(last, unit);
         }
-        self.of.push(Dimension { unit, is_certain });
+        self.of.push(dimension);
     }
 
     /// Derives the dimension of the last operation from those of its operands.
     ///
     /// # Errors
-    /// Terms of different dimensions, a bare number as a term of a quantity with a unit, and the sine of something other
-    /// than an angle.
+    /// Terms of different dimensions, a term without a unit where others are converted, and a function of a quantity
+    /// that is not a number or an angle.
     pub(crate) fn derive(&mut self, formula: &Formula) -> Result<(), Diagnostic> {
         let of = |id: &NodeId| &self.of[*id];
-        let is_plain = |id: &NodeId| is_plain(&formula.nodes()[*id]);
+        let plain = |a: &NodeId, b: &NodeId| [a, b].map(|id| is_plain(&formula.nodes()[*id]));
         let dimension = match formula.nodes().last() {
+            Some(Node::Number(_)) => Dimension::bare(),
             Some(Node::Negate(a)) => of(a).clone(),
             Some(Node::Add(a, b) | Node::Subtract(a, b)) => self.sum(formula, [*a, *b])?,
-            Some(Node::Multiply(a, b)) if is_plain(a) => of(b).clone(),
-            Some(Node::Multiply(a, b) | Node::Divide(a, b)) if is_plain(b) => of(a).clone(),
-            Some(Node::Multiply(a, b)) => of(a).times(of(b), 1),
-            Some(Node::Divide(a, b)) => of(a).times(of(b), -1),
-            Some(Node::Power(a, b)) => match &formula.nodes()[*b] {
-                Node::Number(number) if number.value == 2.0 => of(a).times(of(a), 1),
-                _ => Dimension::default(),
-            },
+            Some(Node::Multiply(a, b)) => of(a).times(of(b), 1, plain(a, b)),
+            Some(Node::Divide(a, b)) => of(a).times(of(b), -1, plain(a, b)),
+            Some(Node::Power(a, b)) => {
+                let exponent = match &formula.nodes()[*b] {
+                    Node::Number(number) if of(b).is_bare => Some(number.value),
+                    _ => None,
+                };
+                let unit = exponent.and_then(|exponent| of(a).unit.as_ref()?.power(exponent));
+                of(a).with_unit(unit)
+            }
             Some(Node::Call(function, arguments)) => self.call(formula, *function, arguments)?,
+            Some(Node::Spline(_, argument)) => self.number(formula, *argument)?,
             _ => Dimension::default(),
         };
         self.of.push(dimension);
@@ -84,82 +158,109 @@ impl Dimensions {
     }
 
     fn call(&self, formula: &Formula, function: Function, arguments: &[NodeId]) -> Result<Dimension, Diagnostic> {
+        let angle = |of: Dimension| {
+            let source = if of.is_bare { Source::Conversion } else { of.source };
+            Dimension { unit: Some(Unit::radian()), source, is_bare: false, ..of }
+        };
         match (function, arguments) {
             (Function::Abs, [a]) => Ok(self.of[*a].clone()),
-            (Function::Min | Function::Max | Function::Hypot, [a, b]) => self.sum(formula, [*a, *b]),
-            (Function::Sin | Function::Cos | Function::Tan, [a]) => {
-                let is_wrong = |unit: &Unit| self.of[*a].is_certain && !unit.is_number();
-                match self.of[*a].unit.as_ref().filter(|unit| is_wrong(unit)) {
-                    None => Ok(Dimension::default()),
-                    Some(unit) => {
-                        let error =
-                            Diagnostic::error("the argument is not an angle", formula.span(*a), unit.quantity());
-                        Err(error.help("write an angle, such as `30 deg`, or a number"))
-                    }
-                }
+            (Function::Sqrt, [a]) => {
+                let own = &self.of[*a];
+                Ok(own.with_unit(own.unit.as_ref().and_then(|unit| unit.power(0.5))))
             }
+            (Function::Min | Function::Max | Function::Hypot, [a, b]) => self.sum(formula, [*a, *b]),
+            (Function::Atan2, [a, b]) => self.sum(formula, [*a, *b]).map(angle),
+            (Function::Sign, [a]) => Ok(Dimension { is_bare: self.of[*a].is_bare, ..Dimension::bare() }),
+            (Function::Asin | Function::Acos | Function::Atan, [a]) => {
+                self.number(formula, *a).map(|_| angle(self.of[*a].clone()))
+            }
+            (_, [a]) => self.number(formula, *a),
             _ => Ok(Dimension::default()),
         }
+    }
+
+    /// The dimension of a function of a number or an angle.
+    fn number(&self, formula: &Formula, id: NodeId) -> Result<Dimension, Diagnostic> {
+        let own = &self.of[id];
+        if let Some(unit) = own.unit.as_ref().filter(|unit| own.is_certain() && !unit.is_number()) {
+            let error =
+                Diagnostic::error("the argument is not a number or an angle", formula.span(id), unit.quantity());
+            return Err(error.help("write a quotient of quantities of the same kind, or an angle such as `30 deg`"));
+        }
+        Ok(Dimension { is_bare: own.is_bare, ..Dimension::bare() })
     }
 
     /// The dimension of two terms.
     fn sum(&self, formula: &Formula, terms: [NodeId; 2]) -> Result<Dimension, Diagnostic> {
         let [a, b] = terms.map(|id| &self.of[id]);
-        let is_certain = a.is_certain || b.is_certain;
+        let is_certain = a.is_certain() || b.is_certain();
+        for ((id, own), other) in terms.into_iter().zip([a, b]).zip([b, a]) {
+            let Some(unit) = other.unit.as_ref().filter(|unit| other.is_certain() && !unit.is_one()) else { continue };
+            let is_zero = matches!(&formula.nodes()[id], Node::Number(number) if number.value == 0.0);
+            // Angles in radians are written with pi.
+            let is_angle = unit.is_number() && has_pi(formula, id);
+            if (own.is_bare && !is_zero && !is_angle) || (own.unit.is_none() && is_name(formula, id)) {
+                let title = format!("a term has no unit, and {} is expected", unit.quantity());
+                let example = if unit.is_number() { "deg".to_owned() } else { unit.base() };
+                let help = match &formula.nodes()[id] {
+                    Node::Number(number) => format!("write `{} {example}`, or another unit", number.value),
+                    _ if own.is_bare => format!("write its numbers with a unit, such as `{example}`"),
+                    _ => format!("give the parameter a unit, such as `unit = \"{example}\"`"),
+                };
+                return Err(Diagnostic::error(title, formula.span(id), "in which unit?").help(help));
+            }
+        }
         if let (Some(first), Some(second)) = (&a.unit, &b.unit)
             && is_certain
+            && !(a.is_bare || b.is_bare)
             && !first.fits(second)
         {
+            if let Some(ambiguity) = a.ambiguity.as_ref().or(b.ambiguity.as_ref()) {
+                return Err((**ambiguity).clone());
+            }
             let title = format!("{} and {} cannot be added or compared", first.quantity(), second.quantity());
             let error = Diagnostic::error(title, formula.span(terms[1]), second.quantity());
             return Err(error
                 .context(formula.span(terms[0]), first.quantity())
                 .help("write all terms in units of the same kind"));
         }
-        for ((id, own), other) in terms.into_iter().zip([a, b]).zip([b, a]) {
-            let unit = other.unit.as_ref().filter(|unit| other.is_certain && !unit.is_one());
-            let number = bare_number(formula, id).filter(|number| *number != 0.0 && own.unit.is_none());
-            if let (Some(unit), Some(number)) = (unit, number) {
-                let title = format!("{number} has no unit, and {} is expected", unit.quantity());
-                let example = if unit.is_number() { "deg".to_owned() } else { unit.base() };
-                let help = format!("write `{number} {example}`, or another unit");
-                return Err(Diagnostic::error(title, formula.span(id), "in which unit?").help(help));
-            }
-        }
-        Ok(Dimension { unit: a.unit.clone().or_else(|| b.unit.clone()), is_certain })
+        let known = |own: &Dimension| own.unit.clone().filter(|_| !own.is_bare);
+        let bare = || (a.is_bare && b.is_bare).then(Unit::one);
+        // A term of an unknown unit takes that of the other one, where that is sure.
+        let unit = match (known(a), known(b)) {
+            (Some(unit), Some(_)) => Some(unit),
+            (Some(unit), None) | (None, Some(unit)) if is_certain || a.is_bare || b.is_bare => Some(unit),
+            _ => bare(),
+        };
+        Ok(Dimension::joined(a, b, unit))
     }
 
     /// An error if a name in the product `id` is converted from its unit, and once more by numbers in the formula.
     pub(crate) fn double_conversion(&self, formula: &Formula, id: NodeId) -> Option<Diagnostic> {
         let mut converted = Vec::new();
         let factor = self.bare_factor(formula, id, &mut converted);
-        let (name, unit) = converted.into_iter().find(|(_, unit)| {
-            // Turns per minute are converted by 2 pi as well.
-            is_near(factor, unit.factor()) || (unit.is_frequency() && is_near(factor, TAU * unit.factor()))
-        })?;
+        let is_twice = |unit: &Unit| {
+            let is_turns = unit.exponents == [0, 0, -1, 1] && is_near(factor, 1.0 / 60.0);
+            is_near(factor, unit.factor()) || is_turns
+        };
+        let (name, unit) = converted.into_iter().find(|(_, unit)| is_twice(unit))?;
         let title = format!("`{name}` is converted twice: by its unit, and by a factor in the formula");
         let error = Diagnostic::error(title, formula.span(id), "here, by a factor");
         Some(error.help(format!("take the factor out: a formula takes `{name}` in {}", unit.base())))
     }
 
-    /// An error if a term of the formula is converted to `unit` by numbers in it.
+    /// An error if a product in the formula is converted to `unit` by numbers in it.
     pub(crate) fn conversion(&self, formula: &Formula, unit: &Unit) -> Option<Diagnostic> {
-        let mut open = vec![formula.nodes().len() - 1];
-        while let Some(id) = open.pop() {
-            match formula.nodes()[id] {
-                Node::Add(a, b) | Node::Subtract(a, b) => open.extend([a, b]),
-                Node::Negate(a) => open.push(a),
-                Node::Multiply(..) | Node::Divide(..)
-                    if is_near(self.bare_factor(formula, id, &mut Vec::new()) * unit.factor(), 1.0) =>
-                {
-                    let title = "the value is converted twice: by its unit, and by a factor in the formula";
-                    let error = Diagnostic::error(title, formula.span(id), "with a factor");
-                    return Some(error.help(format!("take the factor out: the formula is in {}", unit.base())));
-                }
-                _ => {}
-            }
-        }
-        None
+        let is_product = |id: &NodeId| matches!(formula.nodes()[*id], Node::Multiply(..) | Node::Divide(..));
+        let is_converting = |id: &NodeId| {
+            let factor = self.bare_factor(formula, *id, &mut Vec::new());
+            is_near(factor * unit.factor(), 1.0)
+        };
+        let own = |id: &NodeId| !self.converted.contains_key(id) && !self.of[*id].is_bare;
+        let id = (0..formula.nodes().len()).filter(is_product).filter(own).find(is_converting)?;
+        let title = "the value is converted twice: by its unit, and by a factor in the formula";
+        let error = Diagnostic::error(title, formula.span(id), "with a factor");
+        Some(error.help(format!("take the factor out: the formula is in {}", unit.base())))
     }
 
     /// The product of the bare numbers that are factors of an operation; adds the converted names among the factors.
@@ -185,10 +286,10 @@ impl Dimensions {
 }
 
 fn is_near(a: f64, b: f64) -> bool {
-    (a - b).abs() <= 1e-6 * b.abs()
+    (a - b).abs() <= SAME_FACTOR * b.abs()
 }
 
-/// Whether a factor leaves the dimension of a product as it is: other bare numbers may have a unit.
+/// Whether a factor leaves the dimension of a product in SI units as it is.
 fn is_plain(node: &Node<String>) -> bool {
     match node {
         Node::Number(number) => number.value == 2.0 || number.value == 0.5,
@@ -197,11 +298,107 @@ fn is_plain(node: &Node<String>) -> bool {
     }
 }
 
-/// The value of a number or of its negative.
-fn bare_number(formula: &Formula, id: NodeId) -> Option<f64> {
+/// Whether a term contains pi.
+fn has_pi(formula: &Formula, id: NodeId) -> bool {
     match &formula.nodes()[id] {
-        Node::Number(number) => Some(number.value),
-        Node::Negate(a) => bare_number(formula, *a).map(|number| -number),
-        _ => None,
+        Node::Name(name) => name == "pi",
+        node => node.operands().into_iter().any(|operand| has_pi(formula, operand)),
+    }
+}
+
+/// Whether a term is a name or its negative.
+fn is_name(formula: &Formula, id: NodeId) -> bool {
+    match formula.nodes()[id] {
+        Node::Name(_) => true,
+        Node::Negate(a) => is_name(formula, a),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::declarations::Declarations;
+    use crate::parser::parse_quantity;
+
+    /// Whether a formula is accepted for a quantity in this unit.
+    fn is_accepted(text: &str, unit: &str, is_converted: bool) -> bool {
+        let mut declarations = Declarations::default();
+        let parameters = [("b", "mm"), ("h", "cm"), ("n", "rpm"), ("d", ""), ("mass", "kg"), ("m", "kg")];
+        parameters.iter().for_each(|(name, unit)| declarations.declare_parameter(name, unit));
+        declarations.declare_coordinate("phi", "rad");
+        let unit = Unit::parse(unit).expect("a unit");
+        let parsed = parse_quantity(text, 0, &declarations, is_converted.then_some(&unit));
+        parsed.is_ok_and(|(_, dimension)| {
+            let dimension = if is_converted { dimension.converted() } else { dimension };
+            dimension.misfit(&unit, 0..text.len()).is_none()
+        })
+    }
+
+    #[test]
+    fn formulae_of_a_kind_are_accepted() {
+        for (text, unit) in [
+            ("3*b", "m"),
+            ("b/3 + 2 cm", "m"),
+            ("sqrt(b^2 + h^2)", "m"),
+            ("hypot(b, 3 cm)*sin(30 deg)", "m"),
+            ("0.3*sin(30 deg)", "m"),
+            ("30 deg + pi/4", "rad"),
+            ("30 deg + d*t", "rad"),
+            ("n*t", "rad"),
+            ("1/n", "s"),
+            ("b^3", "m^3"),
+            ("atan(h/b)", "rad"),
+            ("-3 N/(m/s)*1 m/s", "N"),
+            ("2 m", "m"),
+            ("9.81*mass", "N"),
+            ("3*10 kg", "kg"),
+            ("max(b, 0)", "m"),
+        ] {
+            assert!(is_accepted(text, unit, false), "{text}");
+        }
+        for (text, unit) in [("3*A.x", "mm"), ("phi", "deg"), ("phi_dot", "rpm"), ("sin(phi)", "%"), ("b - A.x", "cm")]
+        {
+            assert!(is_accepted(text, unit, true), "{text}");
+        }
+    }
+
+    #[test]
+    fn contradictions_and_numbers_without_units_are_refused() {
+        for (text, unit) in [
+            ("1/2 mm", "m"),
+            ("90/2 deg", "rad"),
+            ("b + 0.1", "m"),
+            ("b + 2*20", "m"),
+            ("b + d", "m"),
+            ("b + sqrt(400)", "m"),
+            ("d*b", "m"),
+            ("b", "kg"),
+            ("3*b", "kg"),
+            ("b/1000", "m"),
+            ("n*2*pi/60", "rad/s"),
+            ("n/60", "1/s"),
+            ("2 m", "kg"),
+            ("atan(200 mm/h^2)", "rad"),
+            ("sin(3 mm)", "m"),
+            ("2 kN + 3 mm", "N"),
+            ("30 deg + 0.5", "rad"),
+        ] {
+            assert!(!is_accepted(text, unit, false), "{text}");
+        }
+        for (text, unit) in [
+            ("A.x - 200", "mm"),
+            ("5", "mm"),
+            ("max(phi*180/pi, 0)", "deg"),
+            ("57.3*phi", "deg"),
+            ("abs(1000*A.x)", "mm"),
+            ("phi_dot*9.549", "rpm"),
+            ("d*phi", "deg"),
+            ("A.x", "deg"),
+            ("phi", "kN"),
+            ("A.x_dot", "mm"),
+        ] {
+            assert!(!is_accepted(text, unit, true), "{text}");
+        }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::declarations::Declarations;
 use crate::diagnostic::{Diagnostic, Span};
-use crate::dimension::{Dimension, Dimensions};
+use crate::dimension::{Dimension, Dimensions, Source};
 use crate::expression::{Expression, Node, NodeId, Number};
 use crate::function::Function;
 use crate::lexer::{Comparison, Token, tokenize};
@@ -54,10 +54,10 @@ pub fn parse_quantity(
     unit: Option<&Unit>,
 ) -> Result<(Formula, Dimension), Diagnostic> {
     let mut parser = Parser::new(text, offset, declarations)?;
+    let unit = unit.filter(|unit| unit.is_scaled());
+    parser.is_converted = unit.is_some();
     parser.sum().and_then(|_| parser.expect_end()).map_err(|error| *error)?;
-    let conversion =
-        unit.filter(|unit| unit.is_scaled()).and_then(|unit| parser.dimensions.conversion(&parser.formula, unit));
-    if let Some(error) = conversion {
+    if let Some(error) = unit.and_then(|unit| parser.dimensions.conversion(&parser.formula, unit)) {
         return Err(error);
     }
     let dimension = parser.dimensions.whole();
@@ -76,6 +76,9 @@ pub fn parse_condition(
     let mut parser = Parser::new(text, offset, declarations)?;
     let (left, comparison, right) = parser.condition().map_err(|error| *error)?;
     parser.push(Node::Subtract(left, right), offset..offset + text.len()).map_err(|error| *error)?;
+    if let Some(ambiguity) = parser.dimensions.whole().ambiguity {
+        return Err(*ambiguity);
+    }
     Ok(Condition { difference: parser.finish()?, comparison })
 }
 
@@ -88,6 +91,8 @@ struct Parser<'c> {
     at: usize,
     end: usize,
     depth: usize,
+    /// Whether the result will be converted: the units of all names count then.
+    is_converted: bool,
     formula: Formula,
     dimensions: Dimensions,
 }
@@ -101,7 +106,7 @@ impl<'c> Parser<'c> {
         let tokens = tokenize(text, offset)?;
         let end = offset + text.trim_end().len();
         let (formula, dimensions) = (Formula::new(), Dimensions::default());
-        Ok(Self { declarations, text, offset, tokens, at: 0, end, depth: 0, formula, dimensions })
+        Ok(Self { declarations, text, offset, tokens, at: 0, end, depth: 0, is_converted: false, formula, dimensions })
     }
 
     /// Appends an operation, and derives its dimension.
@@ -267,6 +272,7 @@ impl<'c> Parser<'c> {
 
     /// Appends a number, converted to SI units if a unit follows: `25 mm`, `9.81 m/s^2`, `0.2 kg m^2`.
     fn quantity(&mut self, number: Number, span: Span) -> Parsed<NodeId> {
+        let first = self.at;
         let Some(unit_span) = self.unit()? else { return self.push(Node::Number(number), span) };
         let text = &self.text[unit_span.start - self.offset..unit_span.end - self.offset];
         let Some(unit) = Unit::parse(text) else { return Err(Box::new(unknown_unit(text, unit_span))) };
@@ -280,28 +286,42 @@ impl<'c> Parser<'c> {
                 id
             }
         };
-        self.dimensions.note(&self.formula, Some(unit), true);
+        let ambiguity = self.tokens[first..self.at].iter().find_map(|(token, span)| self.ambiguity(token, span));
+        let (unit, source) = (Some(unit), Source::Conversion);
+        self.dimensions.note(&self.formula, Dimension { unit, source, is_bare: false, ambiguity });
         Ok(id)
     }
 
-    /// Takes the unit of a number, if there is one.
+    /// An error about a unit that is also a name of the scene.
+    fn ambiguity(&self, token: &Token, span: &Span) -> Option<Box<Diagnostic>> {
+        let Token::Name(name) = token else { return None };
+        if !self.declarations.contains(name) {
+            return None;
+        }
+        let title = format!("`{name}` is a name of this scene, and a unit");
+        let help = format!("write `*{name}` or `/({name})` for the name; for the unit, give the number in another one");
+        Some(Box::new(Diagnostic::error(title, span.clone(), "which of them?").help(help)))
+    }
+
+    /// Takes the unit of a number, if there is one: names of units, with powers, behind one another or divided.
     fn unit(&mut self) -> Parsed<Option<Span>> {
         let mut span: Option<Span> = None;
         loop {
-            let is_divided = span.is_some() && matches!(self.peek(), Some((Token::Symbol('/'), _)));
-            let place = self.at + usize::from(is_divided);
-            let (Some((Token::Name(name), own)), after) = (self.tokens.get(place), self.tokens.get(place + 1)) else {
-                return Ok(span);
+            let symbol = |parser: &Self, at: usize| match parser.tokens.get(at) {
+                Some((Token::Symbol(symbol), _)) => Some(*symbol),
+                _ => None,
             };
-            let is_call = matches!(after, Some((Token::Symbol('('), _)));
-            if is_call || !Unit::is_known(name) {
-                return Ok(span);
+            let is_divided = span.is_some() && symbol(self, self.at) == Some('/');
+            if is_divided && symbol(self, self.at + 1) == Some('(') {
+                let Some(end) = self.group_of_units(self.at + 2) else { return Ok(span) };
+                let start = span.map_or(end, |span| span.start);
+                (self.at, span) = (end + 1, Some(start..self.tokens[end].1.end));
+                continue;
             }
-            // Behind another unit, it is a unit.
-            if span.is_none() && self.declarations.contains(name) {
-                let title = format!("`{name}` is a name of this scene, and a unit");
-                let help = format!("write `*{name}` for the product, or the number without `{name}` for SI units");
-                return Err(Box::new(Diagnostic::error(title, own.clone(), "which of them?").help(help)));
+            let place = self.at + usize::from(is_divided);
+            let Some((Token::Name(name), own)) = self.tokens.get(place) else { return Ok(span) };
+            if symbol(self, place + 1) == Some('(') || !Unit::is_known(name) {
+                return Ok(span);
             }
             let mut end = own.end;
             let start = span.map_or(own.start, |span| span.start);
@@ -316,19 +336,36 @@ impl<'c> Parser<'c> {
         }
     }
 
+    /// The place of the `)` behind a product or quotient of units that begins at a token.
+    fn group_of_units(&self, begin: usize) -> Option<usize> {
+        let count = self.tokens[begin..].iter().position(|(token, _)| *token == Token::Symbol(')'))?;
+        let is_part = |(token, _): &(Token, Span)| match token {
+            Token::Name(name) => Unit::is_known(name),
+            Token::Number(_) => true,
+            Token::Symbol(symbol) => matches!(symbol, '/' | '^' | '*' | '-'),
+            Token::Comparison(_) => false,
+        };
+        let parts = &self.tokens[begin..begin + count];
+        (matches!(parts.first(), Some((Token::Name(_), _))) && parts.iter().all(is_part)).then_some(begin + count)
+    }
+
     fn name(&mut self, name: String, span: Span) -> Parsed<NodeId> {
         if Function::named(&name).is_some() || self.declarations.tables.iter().any(|table| table.name == name) {
             let error = Diagnostic::error(format!("`{name}` is a function"), span, "its argument is missing");
             return Err(Box::new(error.help(format!("write `{name}(...)`"))));
         }
-        let unit = self.declarations.unit(&name).cloned();
+        let is_bare = name == "pi";
+        let unit = if is_bare { Some(Unit::one()) } else { self.declarations.unit(&name) };
+        let source = match unit {
+            Some(_) if self.is_converted && !is_bare => Source::Conversion,
+            _ => self.declarations.source(&name),
+        };
         let mut id = self.formula.push(Node::Name(name), span.clone());
-        let is_scaled = unit.as_ref().is_some_and(Unit::is_scaled);
-        if let Some(unit) = unit.as_ref().filter(|_| is_scaled) {
-            self.dimensions.note(&self.formula, None, false);
+        if let Some(unit) = unit.as_ref().filter(|unit| unit.is_scaled()) {
+            self.dimensions.note(&self.formula, Dimension::default());
             id = unit.append(&mut self.formula, id, &span);
         }
-        self.dimensions.note(&self.formula, unit, is_scaled);
+        self.dimensions.note(&self.formula, Dimension { unit, source, is_bare, ambiguity: None });
         Ok(id)
     }
 

@@ -108,8 +108,9 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
 /// The names that conditions may contain, with their units.
 fn declarations(scene: &Scene) -> Declarations {
     let mut declarations = Declarations::default();
-    scene.coordinates.iter().for_each(|own| declarations.declare(&own.name, &own.unit));
-    scene.parameters.iter().for_each(|own| declarations.declare(&own.name, &own.unit));
+    scene.coordinates.iter().for_each(|own| declarations.declare_coordinate(&own.name, &own.unit));
+    scene.parameters.iter().for_each(|own| declarations.declare_parameter(&own.name, &own.unit));
+    declarations.declare_energies();
     scene.outputs.iter().for_each(|own| declarations.declare(&own.name, &own.unit));
     declarations
 }

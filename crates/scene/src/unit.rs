@@ -122,6 +122,27 @@ impl Unit {
         known(name).is_some() && !matches!(name, "t" | "-" | "%")
     }
 
+    /// The unit of a pure number.
+    pub(crate) fn one() -> Self {
+        Self { exponents: [0; 4], rational: BigRational::one(), pi: 0 }
+    }
+
+    /// The unit of angles.
+    pub(crate) fn radian() -> Self {
+        Self { exponents: [0, 0, 0, 1], ..Self::one() }
+    }
+
+    /// The SI unit of a power; `None` if its exponents are no integers.
+    pub(crate) fn power(&self, exponent: f64) -> Option<Self> {
+        let powers = self.exponents.map(|own| f64::from(own) * exponent);
+        if powers.iter().any(|power| power.fract() != 0.0 || power.abs() > 99.0) {
+            return None;
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "small integers")]
+        let exponents = powers.map(|power| power as i32);
+        Some(Self { exponents, ..Self::one() })
+    }
+
     /// The product with a power of another unit.
     #[must_use]
     pub fn times(&self, other: &Self, power: i32) -> Self {
@@ -137,14 +158,9 @@ impl Unit {
         to_f64(&self.rational) * std::f64::consts::PI.powi(self.pi)
     }
 
-    /// Whether it is a unit of frequencies.
-    pub(crate) fn is_frequency(&self) -> bool {
-        self.exponents == [0, 0, -1, 0]
-    }
-
-    /// Whether it is not a frequency where an angular velocity is asked for: one in 1/min may count turns or radians.
-    pub(crate) fn counts_as(&self, asked: &Self) -> bool {
-        !self.is_frequency() || asked.exponents != [0, 0, -1, 1]
+    /// Whether it is a scaled unit of rates: 1/min may count turns or radians.
+    pub(crate) fn is_ambiguous(&self) -> bool {
+        self.exponents == [0, 0, -1, 0] && self.is_scaled()
     }
 
     /// Whether it is the unit of a pure number, or of an angle.
@@ -178,7 +194,11 @@ impl Unit {
         };
         let (above, below) = (factors(1), factors(-1));
         let above = if above.is_empty() { "1".to_owned() } else { above };
-        if below.is_empty() { above } else { format!("{above}/({below})") }
+        match below.contains(' ') {
+            _ if below.is_empty() => above,
+            true => format!("{above}/({below})"),
+            false => format!("{above}/{below}"),
+        }
     }
 
     /// Whether the factor is not one.
@@ -254,6 +274,10 @@ fn rounded(exact: BigRational) -> Number {
 
 /// Reports a unit that is not known.
 pub(crate) fn unknown_unit(text: &str, span: Span) -> Diagnostic {
+    if Unit::parse(text).is_some_and(|unit| unit.is_ambiguous()) {
+        let error = Diagnostic::error(format!("`{text}` may count turns or radians"), span, "which of them?");
+        return error.help("write `rpm` or `rad/s`; other rates have the unit `1/s`");
+    }
     let part = text.split(['/', '*', ' ', '(', ')', '^']).find(|part| !part.is_empty() && Unit::parse(part).is_none());
     let part = part.unwrap_or(text);
     // One letter is similar to any other.
@@ -263,6 +287,7 @@ pub(crate) fn unknown_unit(text: &str, span: Span) -> Diagnostic {
             "write `rpm` or `rev/s` for turns, `rad/s` for angles, `1/s` for other rates".to_owned()
         }
         "gram" | "grams" | "gr" => "did you mean `g`?".to_owned(),
+        "inch" => "did you mean `in`?".to_owned(),
         "lbs" => "write `lb` for a mass, `lbf` for a force".to_owned(),
         _ => suggestion(part, names, || "units are such as `mm`, `kN`, `deg`, `rpm` and `kg m^2`".to_owned()),
     };
@@ -297,7 +322,7 @@ fn factors(text: &str) -> Option<Unit> {
     if let Some(inner) = text.strip_prefix('(').and_then(|text| text.strip_suffix(')')) {
         return Unit::parse(inner);
     }
-    let mut unit = Unit { exponents: [0; 4], rational: BigRational::one(), pi: 0 };
+    let mut unit = Unit::one();
     for factor in text.split([' ', '*', '·']).filter(|factor| !factor.is_empty() && *factor != "1") {
         let (name, power) = match factor.strip_suffix('²') {
             Some(name) => (name, "2"),

@@ -208,7 +208,7 @@ fn motion(setup: &Setup, options: &Options, start: &Start, coordinate: usize, te
             }
             None => {
                 unused(&["--rate", "--distance"])?;
-                let profile = Profile::formula(text)?;
+                let profile = Profile::formula(text, own.unit)?;
                 let time = time.unwrap_or_else(|| constant(&setup.scene.run.end_time, &setup.parameters()));
                 (profile, format!("{} = {text}", own.name), time)
             }

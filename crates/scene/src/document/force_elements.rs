@@ -4,6 +4,7 @@ use super::reader::{self, Reader};
 use super::table::Table;
 use crate::linkage::terms::{add, divide, multiply, name, subtract, whole};
 use crate::parser::Formula;
+use crate::unit::Unit;
 
 /// Reads a gas spring with the force `F` at its `extended` length, and the force `ratio F` after its `stroke`; returns
 /// the stiffness and the free length of the spring that gives the same forces:
@@ -27,16 +28,19 @@ pub(super) fn gas_spring(r: &mut Reader, table: &Table) -> Option<[Formula; 2]> 
 /// ```text
 /// motor (1 - s_dot/no_load)
 /// ```
-pub(super) fn motor(r: &mut Reader, table: &Table, unit: Option<&str>) -> Option<Formula> {
+pub(super) fn motor(r: &mut Reader, table: &Table, unit: Option<&Unit>) -> Option<Formula> {
     let value = table.optional("motor")?;
-    let (force, speed) = match unit {
-        Some("m") => ("N", "m/s"),
-        _ => ("N m", "rad/s"),
+    let mut quantity = |value: reader::Value, [energy, power]: [&str; 2]| {
+        let of_length = |power: i32| Some(Unit::parse(energy)?.times(unit?, power));
+        let (formula, dimension) = r.with_dimension(value, None);
+        r.check_dimension(&formula, &dimension, of_length(if power == "-" { -1 } else { 1 }).as_ref());
+        formula
     };
-    let stall = if unit.is_some() { r.quantity(value, force) } else { r.formula(value) };
-    let no_load = table.required(r, "no_load").map_or_else(reader::placeholder, |value| match unit {
-        Some(_) => r.quantity(value, speed),
-        None => r.formula(value),
+    let stall = quantity(value, ["J", "-"]);
+    let no_load = table.optional("no_load").map(|value| quantity(value, ["1/s", "+"]));
+    let no_load = no_load.unwrap_or_else(|| {
+        table.required(r, "no_load");
+        reader::placeholder()
     });
     let rate = name("s_dot", &value.span());
     Some(multiply(stall, subtract(whole(1), divide(rate, no_load))))

@@ -173,7 +173,9 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: reader::Value
         _ => None,
     };
     let radii = radii.map(|(radii, _)| radii);
+    r.declarations.declare("theta", "rad");
     let profile = (kind == JointKind::Cam).then(|| needed(r, "profile", "m"));
+    r.declarations.remove("theta");
     let side_of = kind.can_be_one_sided().then(|| table.optional("one_sided")).flatten();
     let one_sided = side_of.and_then(|v| r.text(v)).and_then(|text| side(r, &text));
     let carrier = (kind == JointKind::Gear).then(|| table.optional("carrier")).flatten();
@@ -221,7 +223,7 @@ fn radii_of_belt(r: &mut Reader, table: &Table) -> Option<([Formula; 2], Formula
 fn friction_of(r: &mut Reader, joint: &str, value: reader::Value, is_slider: bool) -> Option<JointFriction> {
     let table = r.table(&format!("the friction of {joint}"), value)?;
     let mut quantity = |key: &str, unit: &str| table.required(r, key).map(|v| r.quantity(v, unit));
-    let (mu, slip) = (quantity("mu", "-"), quantity("slip", if is_slider { "m/s" } else { "rad/s" }));
+    let (mu, slip) = (quantity("mu", "-"), quantity("slip", "m/s"));
     let radius = if is_slider { Some(None) } else { quantity("radius", "m").map(Some) };
     table.finish(r);
     Some(JointFriction { mu: mu?, radius: radius?, slip: slip? })

@@ -30,7 +30,7 @@ pub(super) fn extreme(r: &mut Reader, value: reader::Value) -> Option<ExtremeSyn
 pub(super) fn values(r: &mut Reader, what: &str, value: reader::Value) -> Vec<(Identifier, Formula)> {
     let Some(table) = r.table(what, value) else { return Vec::new() };
     let number = |(identifier, value): (Identifier, reader::Value)| {
-        let unit = r.declarations.unit(&identifier.name).cloned();
+        let unit = r.declarations.unit(&identifier.name);
         (identifier, r.number_in(value, unit.as_ref()))
     };
     table.all().into_iter().map(number).collect()

@@ -122,11 +122,21 @@ fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) ->
             }
         }
     };
+    // Angles are pure numbers: a torque is an energy.
+    let unit = unit.map(|unit| if unit.is_number() { Unit::one() } else { unit });
+    let names = [("s", 1, "-"), ("s_dot", 1, "1/s")];
+    for (name, power, time) in names {
+        let own = unit.as_ref().zip(Unit::parse(time)).map(|(unit, time)| time.times(unit, power));
+        r.declarations.declare_unit(name, own);
+    }
     let normal = table.optional("normal").and_then(|v| r.text(v));
     let mut quantity = |key: &str, energy: &str, power: i32| {
         let unit = Unit::parse(energy).zip(unit.as_ref()).map(|(energy, unit)| energy.times(unit, power));
         let (formula, dimension) = r.with_dimension(table.optional(key)?, None);
-        r.check_dimension(&formula, &dimension, unit.as_ref());
+        // The unit of a law is not known where that of its length is not.
+        if unit.is_some() || !dimension.is_certain() {
+            r.check_dimension(&formula, &dimension, unit.as_ref());
+        }
         Some(formula)
     };
     let (spring, rest, damping) =
@@ -137,8 +147,8 @@ fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) ->
     let gas_spring = gas_spring(r, table);
     let has_two_springs = spring.is_some() && gas_spring.is_some();
     let [stiffness, rest] = gas_spring.map_or([spring, rest], |own| own.map(Some));
-    let unit = unit.map(|unit| unit.base());
-    let force = [force, motor(r, table, unit.as_deref())].into_iter().flatten().reduce(add);
+    let force = [force, motor(r, table, unit.as_ref())].into_iter().flatten().reduce(add);
+    names.iter().for_each(|(name, ..)| r.declarations.remove(name));
     let sizes = [&stiffness, &damping, &potential, &force, &friction];
     let mut wrong = |title: String, label: &str, help: &str| {
         r.findings.push(Diagnostic::error(title, identifier.span.clone(), label).help(help));

@@ -138,7 +138,12 @@ pub(super) fn output(r: &mut Reader, identifier: Identifier, value: reader::Valu
     let mut formula = |times: &str| {
         let unit = unit.as_ref().zip(Unit::parse(times)).map(|(unit, time)| unit.times(&time, 1));
         let (formula, dimension) = r.with_dimension(asked, unit.as_ref());
-        r.check_dimension(&formula, &dimension, unit.as_ref());
+        // A conversion needs a quantity; units of other outputs are those of their numbers.
+        if let Some(unit) = unit.as_ref().filter(|unit| unit.is_scaled() && !formula.names().any(String::is_empty)) {
+            r.findings.extend(dimension.converted().misfit(unit, formula.whole_span()));
+        } else {
+            r.check_dimension(&formula, &dimension, unit.as_ref());
+        }
         formula
     };
     let value = match kind {

@@ -9,7 +9,7 @@ use super::identifier::Identifier;
 use super::places::Places;
 use crate::declarations::Declarations;
 use crate::diagnostic::{Diagnostic, Span};
-use crate::dimension::Dimension;
+use crate::dimension::{Dimension, Source, unknown_dimension};
 use crate::expression::Node;
 use crate::parser::{Condition, Formula, parse_condition, parse_quantity};
 use crate::unit::Unit;
@@ -87,7 +87,9 @@ impl<'s> Reader<'s> {
 
     /// Reads a formula whose unit is not known.
     pub(super) fn formula(&mut self, value: Value) -> Formula {
-        self.with_dimension(value, None).0
+        let (formula, dimension) = self.with_dimension(value, None);
+        self.check_dimension(&formula, &dimension, None);
+        formula
     }
 
     /// Reads a formula for a quantity in this unit.
@@ -101,7 +103,11 @@ impl<'s> Reader<'s> {
     pub(super) fn with_dimension(&mut self, value: Value, unit: Option<&Unit>) -> (Formula, Dimension) {
         let parse = |text: &str, declarations: &Declarations| parse_quantity(text, 0, declarations, unit);
         let parsed = self.parse(value, parse, |(formula, _)| formula);
-        parsed.unwrap_or_else(|| (placeholder(), Dimension::default()))
+        let (formula, mut dimension) = parsed.unwrap_or_else(|| (placeholder(), Dimension::default()));
+        if let Some(ambiguity) = &mut dimension.ambiguity {
+            ambiguity.span = Some(formula.whole_span());
+        }
+        (formula, dimension)
     }
 
     /// Reads a formula for a number in this unit. Bare numbers are in this unit, and other formulae are converted to it.
@@ -109,24 +115,37 @@ impl<'s> Reader<'s> {
         let (mut formula, dimension) = self.with_dimension(value, None);
         self.check_dimension(&formula, &dimension, unit);
         let Some(unit) = unit.filter(|unit| unit.is_scaled()) else { return formula };
-        let is_bare = !dimension.is_certain && formula.names().all(|name| name == "pi");
-        if is_bare || formula.names().any(String::is_empty) {
+        // Unreadable formulae have been reported.
+        if formula.names().any(String::is_empty) {
             return formula;
         }
         let span = formula.whole_span();
-        if dimension.unit.is_none() {
-            let error = Diagnostic::error("the unit of this formula is not known", span.clone(), "in which unit?");
-            let help = "give each parameter in it a unit, or write the value as a number";
-            self.findings.push(error.help(help));
+        if dimension.is_bare {
+            if unit.is_number() && formula.names().next().is_some() {
+                let error = Diagnostic::error("`pi` is no number of this unit", span, "in radians?");
+                self.findings.push(error.help("write the number in the unit, or leave the unit out"));
+            }
+            return formula;
+        }
+        if dimension.unit.is_none() && !dimension.is_certain() {
+            self.findings.push(unknown_dimension(span.clone()));
         }
         let last = formula.nodes().len() - 1;
         unit.append_inverse(&mut formula, last, &span);
         formula
     }
 
-    /// Reports a formula that cannot have this unit.
+    /// Reports a formula that cannot have this unit, or words in it that may be units or names.
     pub(super) fn check_dimension(&mut self, formula: &Formula, dimension: &Dimension, unit: Option<&Unit>) {
-        self.findings.extend(unit.and_then(|unit| dimension.misfit(unit, formula.whole_span())));
+        let error = match unit {
+            // A parameter alone has the unit that it was given.
+            Some(unit) if dimension.source == Source::Declaration && matches!(formula.nodes(), [Node::Name(_)]) => {
+                dimension.clone().converted().misfit(unit, formula.whole_span())
+            }
+            Some(unit) => dimension.misfit(unit, formula.whole_span()),
+            None => dimension.ambiguity.as_deref().cloned(),
+        };
+        self.findings.extend(error);
     }
 
     /// Reads a formula for an angle. A number without a unit is in radians, and at most a turn.
@@ -195,7 +214,11 @@ impl<'s> Reader<'s> {
             formula(&mut parsed).move_spans(|span| places.span(span));
             parsed
         });
-        let place = |finding: Diagnostic| Diagnostic { span: finding.span.map(|span| places.span(&span)), ..finding };
+        let place = |finding: Diagnostic| Diagnostic {
+            span: finding.span.map(|span| places.span(&span)),
+            context: finding.context.map(|(span, label)| (places.span(&span), label)),
+            ..finding
+        };
         self.unreadable += usize::from(result.is_err());
         result.map_err(|finding| self.findings.push(place(finding))).ok()
     }

@@ -57,7 +57,7 @@ impl Document {
         for (identifier, value) in root.entries(r, "parameters") {
             let parameter = parameter(r, identifier, value);
             if let Some(ParameterSyntax { identifier, unit, .. }) = &parameter {
-                r.declarations.declare(&identifier.name, unit);
+                r.declarations.declare_parameter(&identifier.name, unit);
             }
             self.parameters.extend(parameter);
         }
@@ -96,6 +96,7 @@ impl Document {
             self.outputs.extend(output(r, identifier, value));
         }
         // Only conditions may contain outputs.
+        r.declarations.declare_energies();
         for OutputSyntax { identifier, unit, value, .. } in &self.outputs {
             let parts: &[&str] = if is_force_of_joint(value) { &["", "_x", "_y"] } else { &[""] };
             parts.iter().for_each(|part| r.declarations.declare(&format!("{}{part}", identifier.name), unit));

@@ -101,7 +101,7 @@ impl<'t, 's> Table<'t, 's> {
     /// The text of the key `unit`, and the unit; none if the key is missing, or the unit is not known and reported.
     pub(super) fn unit(&self, r: &mut Reader) -> (String, Option<Unit>) {
         let text = self.string(r, "unit");
-        let unit = if text.is_empty() { None } else { Unit::parse(&text) };
+        let unit = if text.is_empty() { None } else { Unit::parse(&text).filter(|unit| !unit.is_ambiguous()) };
         if let (false, None, Some(value)) = (text.is_empty(), &unit, self.get("unit")) {
             r.findings.push(unknown_unit(&text, value.span()));
         }

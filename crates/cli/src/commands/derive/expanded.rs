@@ -8,6 +8,7 @@ use qrm_scene::document::{
 use qrm_scene::linkage;
 use qrm_scene::parser::Formula;
 use qrm_scene::printer::print_formula;
+use qrm_scene::unit::Unit;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value};
 
 /// The sections of a scene, in the order in which they are written.
@@ -31,6 +32,14 @@ pub(super) fn expanded(source: &str) -> Result<String, String> {
     let mut text: DocumentMut = source.parse().map_err(|e| format!("{e}"))?;
     let (own, _) = Document::parse(source);
     let (mut whole, mut findings) = Document::parse(source);
+    // The formulae of the expanded scene are in SI units.
+    let is_scaled = |unit: &str| Unit::parse(unit).is_some_and(|unit| unit.is_scaled());
+    if let Some(own) = whole.parameters.iter().find(|own| is_scaled(&own.unit)) {
+        return Err(format!(
+            "parameter `{}` has the unit `{}`: give it in SI units first",
+            own.identifier.name, own.unit
+        ));
+    }
     linkage::expand(&mut whole, &mut findings);
     text.remove("links");
     text.remove("joints");

@@ -6,8 +6,9 @@ use num_dual::Dual2_64;
 use qrm_scene::declarations::Declarations;
 use qrm_scene::diagnostic::Report;
 use qrm_scene::evaluate::evaluate;
-use qrm_scene::parser::{Formula, parse_formula};
+use qrm_scene::parser::{Formula, parse_quantity};
 use qrm_scene::spline::natural_pieces;
+use qrm_scene::unit::Unit;
 
 use crate::error::Error;
 
@@ -94,9 +95,12 @@ impl Profile {
     }
 
     /// Motion by a formula of `t`.
-    pub(super) fn formula(text: &str) -> Result<Self, Error> {
-        let formula = parse_formula(text, 0, &Declarations::default())
-            .map_err(|finding| Report::new("--motion", text, vec![finding]))?;
+    pub(super) fn formula(text: &str, unit: &str) -> Result<Self, Error> {
+        let report = |finding| Report::new("--motion", text, vec![finding]);
+        let (formula, dimension) = parse_quantity(text, 0, &Declarations::default(), None).map_err(report)?;
+        if let Some(finding) = Unit::parse(unit).and_then(|unit| dimension.misfit(&unit, 0..text.len())) {
+            return Err(report(finding).into());
+        }
         if let Some(name) = formula.names().find(|name| !["t", "pi"].contains(&name.as_str())) {
             let title = format!("`--motion {text}` contains the name `{name}`");
             let help = "write `constant`, `trapezoid`, `polynomial`, `table:FILE.csv`, or a formula of `t`";
@@ -171,8 +175,8 @@ mod tests {
 
     #[test]
     fn a_formula_has_the_derivatives_of_the_polynomial_that_it_is() {
-        let formula = Profile::formula("1 + 2*t^2 - t^3").expect("a formula");
+        let formula = Profile::formula("1 + 2*t^2 - t^3", "m").expect("a formula");
         assert_near(formula.at(0.5, [0.0, 1.0]), [1.375, 1.25, 1.0]);
-        assert!(Profile::formula("1 + x").is_err());
+        assert!(Profile::formula("1 + x", "m").is_err());
     }
 }

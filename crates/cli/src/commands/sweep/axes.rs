@@ -4,7 +4,7 @@ use qrm_core::{Description, Interval};
 
 use super::values::Values;
 use crate::error::Error;
-use crate::options::{check_parameter, number, unit_of_parameter};
+use crate::options::{check_parameter, check_units, number, unit_of_parameter};
 
 /// Every combination of some values of some parameters, with the last parameter changing fastest; or pairs of values.
 pub(crate) struct Axes {
@@ -134,6 +134,11 @@ fn wrong(text: &str, why: &str) -> Error {
 fn values_of(name: &str, unit: &str, text: &str, values: &str) -> Result<Values, Error> {
     let number = |value: &str| number(&format!("--vary {name}"), value, unit);
     let parts: Vec<&str> = values.split(':').collect();
+    match parts[..] {
+        [list] => check_units(&format!("--vary {name}"), &split(list))?,
+        [from, to, _] => check_units(&format!("--vary {name}"), &[from, to])?,
+        _ => {}
+    }
     match parts[..] {
         [list] => {
             split(list).into_iter().map(|value| number(value.trim())).collect::<Result<_, _>>().map(Values::Listed)

@@ -3,7 +3,7 @@
 use qrm_core::Description;
 
 use crate::error::Error;
-use crate::options::{check_parameter, number, unit_of_parameter};
+use crate::options::{check_parameter, check_units, number, unit_of_parameter};
 use crate::setup::Setup;
 
 /// A parameter that varies around its value.
@@ -32,6 +32,9 @@ impl TolerancedParameter {
         let given = if value.is_empty() { None } else { Some(number(&option, value, unit)?) };
         if tolerance.contains("+-") || tolerance.contains('±') {
             return Err(wrong(text, &format!("has no number after `+-`, but `{tolerance}`")));
+        }
+        if !value.is_empty() {
+            check_units(&option, &[value, tolerance])?;
         }
         let tolerance = number(&option, tolerance, unit)?;
         if !(tolerance > 0.0 && tolerance.is_finite()) {

@@ -24,8 +24,8 @@ pub(super) fn units(document: &Document, findings: &mut Vec<Diagnostic>) {
     for output in &document.outputs {
         let expected = match &output.value {
             OutputValue::Power(_) => "W",
-            OutputValue::ShakingForce(_) => "N",
-            OutputValue::ShakingMoment(_) => "N m",
+            OutputValue::ShakingForce(_) | OutputValue::Reaction { along: Some(_), .. } => "N",
+            OutputValue::ShakingMoment(_) | OutputValue::Reaction { along: None, .. } => "N m",
             _ => continue,
         };
         findings.extend(misfit(&output.identifier, &output.unit, expected));
