@@ -70,7 +70,7 @@ fn conditions_and_designs_take_units() {
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success() && stderr.contains(text), "{arguments:?}: {stderr}");
     };
-    refused(&["run", &drawing, "--until", "height >= 110"], "110 has no unit, and a length is expected");
+    refused(&["run", &drawing, "--until", "height >= 110"], "a term has no unit, and a length is expected");
     refused(&["run", &drawing, "--until", "height >= 110 deg"], "a length and an angle cannot be");
     refused(&["run", &drawing, "--set", "crank=12 kN"], "expected a length, found a force");
     refused(&["run", &drawing, "--step", "1 mm"], "expected a time, found a length");

@@ -34,21 +34,23 @@ pub enum Source {
     /// The unit of a parameter in SI units. Formulae of such parameters may contain numbers with units of their own,
     /// such as 9.81.
     Declaration,
-    /// A number with a unit, or a name that is converted: all contradictions are errors.
+    /// A number with a unit: all contradictions are errors.
+    Number,
+    /// A name that is converted: the unit has to be known as well.
     Conversion,
 }
 
 impl Dimension {
     /// Whether numbers with a unit, or names that are converted, are part of it.
     pub fn is_certain(&self) -> bool {
-        self.source == Source::Conversion
+        self.source >= Source::Number
     }
 
-    /// An error if a formula at `span` cannot have this unit, or if its unit is not known although parts of it are
+    /// An error if a formula at `span` cannot have this unit, or if its unit is not known although names in it are
     /// converted.
     pub fn misfit(&self, unit: &Unit, span: Span) -> Option<Diagnostic> {
         let Some(own) = &self.unit else {
-            return self.is_certain().then(|| unknown_dimension(span));
+            return (self.source == Source::Conversion).then(|| unknown_dimension(span));
         };
         let is_inverse = own.exponents == unit.exponents.map(|exponent| -exponent) && !own.is_one();
         if !self.is_certain() || (own.fits(unit) && !is_inverse) {
@@ -76,11 +78,10 @@ impl Dimension {
     }
 
     /// The dimension of a product with a power of another quantity.
-    fn times(&self, other: &Self, power: i32, is_plain: [bool; 2]) -> Self {
-        let source = self.source.max(other.source);
-        // Other bare numbers may have a unit in SI formulae, such as 9.81.
-        let is_open = |own: &Self, is_plain: bool| own.is_bare && !is_plain && source != Source::Conversion;
-        let unit = match is_open(self, is_plain[0]) || is_open(other, is_plain[1]) {
+    fn times(&self, other: &Self, power: i32) -> Self {
+        let is_certain = self.is_certain() || other.is_certain();
+        // Bare numbers may have a unit in SI formulae, such as 9.81.
+        let unit = match self.is_bare != other.is_bare && !is_certain {
             true => None,
             false => self.unit.as_ref().zip(other.unit.as_ref()).map(|(a, b)| a.times(b, power)),
         };
@@ -134,13 +135,12 @@ impl Dimensions {
     /// that is not a number or an angle.
     pub(crate) fn derive(&mut self, formula: &Formula) -> Result<(), Diagnostic> {
         let of = |id: &NodeId| &self.of[*id];
-        let plain = |a: &NodeId, b: &NodeId| [a, b].map(|id| is_plain(&formula.nodes()[*id]));
         let dimension = match formula.nodes().last() {
             Some(Node::Number(_)) => Dimension::bare(),
             Some(Node::Negate(a)) => of(a).clone(),
             Some(Node::Add(a, b) | Node::Subtract(a, b)) => self.sum(formula, [*a, *b])?,
-            Some(Node::Multiply(a, b)) => of(a).times(of(b), 1, plain(a, b)),
-            Some(Node::Divide(a, b)) => of(a).times(of(b), -1, plain(a, b)),
+            Some(Node::Multiply(a, b)) => of(a).times(of(b), 1),
+            Some(Node::Divide(a, b)) => of(a).times(of(b), -1),
             Some(Node::Power(a, b)) => {
                 let exponent = match &formula.nodes()[*b] {
                     Node::Number(number) if of(b).is_bare => Some(number.value),
@@ -159,7 +159,7 @@ impl Dimensions {
 
     fn call(&self, formula: &Formula, function: Function, arguments: &[NodeId]) -> Result<Dimension, Diagnostic> {
         let angle = |of: Dimension| {
-            let source = if of.is_bare { Source::Conversion } else { of.source };
+            let source = if of.is_bare { Source::Number } else { of.source };
             Dimension { unit: Some(Unit::radian()), source, is_bare: false, ..of }
         };
         match (function, arguments) {
@@ -289,15 +289,6 @@ fn is_near(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME_FACTOR * b.abs()
 }
 
-/// Whether a factor leaves the dimension of a product in SI units as it is.
-fn is_plain(node: &Node<String>) -> bool {
-    match node {
-        Node::Number(number) => number.value == 2.0 || number.value == 0.5,
-        Node::Name(name) => name == "pi",
-        _ => false,
-    }
-}
-
 /// Whether a term contains pi.
 fn has_pi(formula: &Formula, id: NodeId) -> bool {
     match &formula.nodes()[id] {
@@ -352,6 +343,9 @@ mod tests {
             ("-3 N/(m/s)*1 m/s", "N"),
             ("2 m", "m"),
             ("9.81*mass", "N"),
+            ("100/sqrt(2) * 1 mm", "m"),
+            ("d/2*max(-35 deg - phi, 0)^2", "N m"),
+            ("20 deg + 3*t + 2*t^2", "rad"),
             ("3*10 kg", "kg"),
             ("max(b, 0)", "m"),
         ] {

@@ -287,7 +287,7 @@ impl<'c> Parser<'c> {
             }
         };
         let ambiguity = self.tokens[first..self.at].iter().find_map(|(token, span)| self.ambiguity(token, span));
-        let (unit, source) = (Some(unit), Source::Conversion);
+        let (unit, source) = (Some(unit), Source::Number);
         self.dimensions.note(&self.formula, Dimension { unit, source, is_bare: false, ambiguity });
         Ok(id)
     }

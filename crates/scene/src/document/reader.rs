@@ -127,7 +127,7 @@ impl<'s> Reader<'s> {
             }
             return formula;
         }
-        if dimension.unit.is_none() && !dimension.is_certain() {
+        if dimension.unit.is_none() && dimension.source < Source::Conversion {
             self.findings.push(unknown_dimension(span.clone()));
         }
         let last = formula.nodes().len() - 1;
