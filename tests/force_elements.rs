@@ -39,7 +39,8 @@ fn a_cylinder_is_a_driven_slider_between_two_pins() {
     let other = boom(
         "barrel = { points = { E = [0, 0] } }\npiston = { points = { M = [0, 0] } }",
         &format!(
-            "E = {{ revolute = [\"barrel\", \"ground\"] }}\nM = {{ revolute = [\"piston\", \"boom\"], near = [0.7, 0.9] }}\n\
+            "E = {{ revolute = [\"barrel\", \"ground\"] }}\nM = {{ revolute = [\"piston\", \"boom\"], near = [0.7, \
+             0.9] }}\n\
              lift = {{ prismatic = [\"piston.M\", \"barrel.E\"], drive = {length} }}"
         ),
         "",

@@ -187,8 +187,8 @@ fn masses_may_differ_by_many_orders_of_magnitude() {
     }
 }
 
-/// A motion that begins at rest changes its forces less than their rounding errors at first; the derivative of the angle
-/// follows from the law of cosines, per mm as the parameter.
+/// A motion that begins at rest changes its forces less than their rounding errors at first; the derivative of the
+/// angle follows from the law of cosines, per mm as the parameter.
 #[test]
 #[ignore = "full tier: engine"]
 fn integrals_of_motions_that_begin_at_rest_are_known() {

@@ -175,8 +175,8 @@ pub(crate) fn check_parameter(description: &Description, name: &str) -> Result<(
     Err(Error::usage(format!("scene `{scene}` has no parameter `{name}`")).help(help))
 }
 
-/// Reads a number in this unit: a formula of numbers and `pi`, in which numbers may have units. An empty unit stands for
-/// that in SI units.
+/// Reads a number in this unit: a formula of numbers and `pi`, in which numbers may have units. An empty unit stands
+/// for that in SI units.
 pub(crate) fn number(option: &str, text: &str, unit: &str) -> Result<f64, Error> {
     let report = |finding| Report::new(option, text, vec![finding]);
     let (formula, dimension) = parse_quantity(text, 0, &Declarations::default(), None).map_err(report)?;

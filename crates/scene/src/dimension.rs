@@ -21,6 +21,8 @@ pub struct Dimension {
     pub source: Source,
     /// Whether it is a formula of numbers without units.
     pub is_bare: bool,
+    /// Whether pi is part of it.
+    pub has_pi: bool,
     /// An error about a word that may be a unit or a name, where the formula does not have the unit of its place.
     pub ambiguity: Option<Box<Diagnostic>>,
 }
@@ -67,7 +69,7 @@ impl Dimension {
         Some(Diagnostic::error(title, span, own.quantity()).help(help))
     }
 
-    /// The same dimension of a quantity that is to be converted: it has to be known.
+    /// The dimension as that of a quantity that is to be converted, which has to be known.
     pub(crate) fn converted(self) -> Self {
         let unit = self.unit.filter(|_| !self.is_bare);
         Self { unit, source: Source::Conversion, ..self }
@@ -90,7 +92,8 @@ impl Dimension {
 
     fn joined(a: &Self, b: &Self, unit: Option<Unit>) -> Self {
         let ambiguity = a.ambiguity.clone().or_else(|| b.ambiguity.clone());
-        Self { unit, source: a.source.max(b.source), is_bare: a.is_bare && b.is_bare, ambiguity }
+        let (is_bare, has_pi) = (a.is_bare && b.is_bare, a.has_pi || b.has_pi);
+        Self { unit, source: a.source.max(b.source), is_bare, has_pi, ambiguity }
     }
 
     fn with_unit(&self, unit: Option<Unit>) -> Self {
@@ -108,6 +111,8 @@ pub(crate) fn unknown_dimension(span: Span) -> Diagnostic {
 #[derive(Debug, Default)]
 pub(crate) struct Dimensions {
     of: Vec<Dimension>,
+    /// The product of the bare numbers that are factors of each operation.
+    factors: Vec<f64>,
     /// The results of conversions.
     converted: BTreeMap<NodeId, Unit>,
 }
@@ -122,6 +127,8 @@ impl Dimensions {
     pub(crate) fn note(&mut self, formula: &Formula, dimension: Dimension) {
         let last = formula.nodes().len() - 1;
         self.of.resize_with(last, Dimension::default);
+        self.factors.resize(last, 1.0);
+        self.factors.push(if dimension.has_pi { PI } else { 1.0 });
         if let Some(unit) = dimension.unit.clone().filter(|_| dimension.is_certain()) {
             self.converted.insert(last, unit);
         }
@@ -153,6 +160,15 @@ impl Dimensions {
             Some(Node::Spline(_, argument)) => self.number(formula, *argument)?,
             _ => Dimension::default(),
         };
+        let factor = |id: &NodeId| self.factors[*id];
+        let factor = match formula.nodes().last() {
+            Some(Node::Number(number)) => number.value,
+            Some(Node::Negate(a)) => factor(a),
+            Some(Node::Multiply(a, b)) => factor(a) * factor(b),
+            Some(Node::Divide(a, b)) => factor(a) / factor(b),
+            _ => 1.0,
+        };
+        self.factors.push(factor);
         self.of.push(dimension);
         Ok(())
     }
@@ -170,7 +186,10 @@ impl Dimensions {
             }
             (Function::Min | Function::Max | Function::Hypot, [a, b]) => self.sum(formula, [*a, *b]),
             (Function::Atan2, [a, b]) => self.sum(formula, [*a, *b]).map(angle),
-            (Function::Sign, [a]) => Ok(Dimension { is_bare: self.of[*a].is_bare, ..Dimension::bare() }),
+            (Function::Sign, [a]) => {
+                let own = &self.of[*a];
+                Ok(Dimension { is_bare: own.is_bare, has_pi: own.has_pi, ..Dimension::bare() })
+            }
             (Function::Asin | Function::Acos | Function::Atan, [a]) => {
                 self.number(formula, *a).map(|_| angle(self.of[*a].clone()))
             }
@@ -187,7 +206,7 @@ impl Dimensions {
                 Diagnostic::error("the argument is not a number or an angle", formula.span(id), unit.quantity());
             return Err(error.help("write a quotient of quantities of the same kind, or an angle such as `30 deg`"));
         }
-        Ok(Dimension { is_bare: own.is_bare, ..Dimension::bare() })
+        Ok(Dimension { is_bare: own.is_bare, has_pi: own.has_pi, ..Dimension::bare() })
     }
 
     /// The dimension of two terms.
@@ -198,7 +217,7 @@ impl Dimensions {
             let Some(unit) = other.unit.as_ref().filter(|unit| other.is_certain() && !unit.is_one()) else { continue };
             let is_zero = matches!(&formula.nodes()[id], Node::Number(number) if number.value == 0.0);
             // Angles in radians are written with pi.
-            let is_angle = unit.is_number() && has_pi(formula, id);
+            let is_angle = unit.is_number() && own.has_pi;
             if (own.is_bare && !is_zero && !is_angle) || (own.unit.is_none() && is_name(formula, id)) {
                 let title = format!("a term has no unit, and {} is expected", unit.quantity());
                 let example = if unit.is_number() { "deg".to_owned() } else { unit.base() };
@@ -237,13 +256,12 @@ impl Dimensions {
 
     /// An error if a name in the product `id` is converted from its unit, and once more by numbers in the formula.
     pub(crate) fn double_conversion(&self, formula: &Formula, id: NodeId) -> Option<Diagnostic> {
-        let mut converted = Vec::new();
-        let factor = self.bare_factor(formula, id, &mut converted);
+        let factor = self.factors[id];
         let is_twice = |unit: &Unit| {
             let is_turns = unit.exponents == [0, 0, -1, 1] && is_near(factor, 1.0 / 60.0);
             is_near(factor, unit.factor()) || is_turns
         };
-        let (name, unit) = converted.into_iter().find(|(_, unit)| is_twice(unit))?;
+        let (name, unit) = self.converted_factors(formula, id).into_iter().find(|(_, unit)| is_twice(unit))?;
         let title = format!("`{name}` is converted twice: by its unit, and by a factor in the formula");
         let error = Diagnostic::error(title, formula.span(id), "here, by a factor");
         Some(error.help(format!("take the factor out: a formula takes `{name}` in {}", unit.base())))
@@ -252,10 +270,7 @@ impl Dimensions {
     /// An error if a product in the formula is converted to `unit` by numbers in it.
     pub(crate) fn conversion(&self, formula: &Formula, unit: &Unit) -> Option<Diagnostic> {
         let is_product = |id: &NodeId| matches!(formula.nodes()[*id], Node::Multiply(..) | Node::Divide(..));
-        let is_converting = |id: &NodeId| {
-            let factor = self.bare_factor(formula, *id, &mut Vec::new());
-            is_near(factor * unit.factor(), 1.0)
-        };
+        let is_converting = |id: &NodeId| is_near(self.factors[*id] * unit.factor(), 1.0);
         let own = |id: &NodeId| !self.converted.contains_key(id) && !self.of[*id].is_bare;
         let id = (0..formula.nodes().len()).filter(is_product).filter(own).find(is_converting)?;
         let title = "the value is converted twice: by its unit, and by a factor in the formula";
@@ -263,38 +278,28 @@ impl Dimensions {
         Some(error.help(format!("take the factor out: the formula is in {}", unit.base())))
     }
 
-    /// The product of the bare numbers that are factors of an operation; adds the converted names among the factors.
-    fn bare_factor(&self, formula: &Formula, id: NodeId, converted: &mut Vec<(String, Unit)>) -> f64 {
-        let nodes = formula.nodes();
-        if let Some(unit) = self.converted.get(&id) {
-            if let Node::Multiply(name, _) = nodes[id]
-                && let Node::Name(name) = &nodes[name]
-            {
-                converted.push((name.clone(), unit.clone()));
+    /// The converted names among the factors of an operation, with their units.
+    fn converted_factors<'f>(&self, formula: &'f Formula, id: NodeId) -> Vec<(&'f str, &Unit)> {
+        let (nodes, mut open, mut found) = (formula.nodes(), vec![id], Vec::new());
+        while let Some(id) = open.pop() {
+            match (self.converted.get(&id), &nodes[id]) {
+                (Some(unit), Node::Multiply(name, _)) => {
+                    if let Node::Name(name) = &nodes[*name] {
+                        found.push((name.as_str(), unit));
+                    }
+                }
+                (Some(_), _) => {}
+                (None, Node::Negate(a)) => open.push(*a),
+                (None, Node::Multiply(a, b) | Node::Divide(a, b)) => open.extend([*b, *a]),
+                _ => {}
             }
-            return 1.0;
         }
-        match &nodes[id] {
-            Node::Number(number) => number.value,
-            Node::Name(name) if name == "pi" => PI,
-            Node::Negate(a) => self.bare_factor(formula, *a, converted),
-            Node::Multiply(a, b) => self.bare_factor(formula, *a, converted) * self.bare_factor(formula, *b, converted),
-            Node::Divide(a, b) => self.bare_factor(formula, *a, converted) / self.bare_factor(formula, *b, converted),
-            _ => 1.0,
-        }
+        found
     }
 }
 
 fn is_near(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME_FACTOR * b.abs()
-}
-
-/// Whether a term contains pi.
-fn has_pi(formula: &Formula, id: NodeId) -> bool {
-    match &formula.nodes()[id] {
-        Node::Name(name) => name == "pi",
-        node => node.operands().into_iter().any(|operand| has_pi(formula, operand)),
-    }
 }
 
 /// Whether a term is a name or its negative.
@@ -393,6 +398,15 @@ mod tests {
             ("A.x_dot", "mm"),
         ] {
             assert!(!is_accepted(text, unit, true), "{text}");
+        }
+    }
+
+    /// Recursion over operations would overflow the stack.
+    #[test]
+    fn long_formulae_are_walked_by_loops() {
+        for text in ["1*".repeat(100_000) + "b", "1 deg".to_owned() + &" + pi".repeat(100_000)] {
+            let error = parse_quantity(&text, 0, &Declarations::default(), None).expect_err("it is too long");
+            assert_eq!(error.title, "a formula is too long");
         }
     }
 }

@@ -288,7 +288,7 @@ impl<'c> Parser<'c> {
         };
         let ambiguity = self.tokens[first..self.at].iter().find_map(|(token, span)| self.ambiguity(token, span));
         let (unit, source) = (Some(unit), Source::Number);
-        self.dimensions.note(&self.formula, Dimension { unit, source, is_bare: false, ambiguity });
+        self.dimensions.note(&self.formula, Dimension { unit, source, ambiguity, ..Dimension::default() });
         Ok(id)
     }
 
@@ -365,7 +365,7 @@ impl<'c> Parser<'c> {
             self.dimensions.note(&self.formula, Dimension::default());
             id = unit.append(&mut self.formula, id, &span);
         }
-        self.dimensions.note(&self.formula, Dimension { unit, source, is_bare, ambiguity: None });
+        self.dimensions.note(&self.formula, Dimension { unit, source, is_bare, has_pi: is_bare, ambiguity: None });
         Ok(id)
     }
 

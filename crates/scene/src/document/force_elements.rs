@@ -30,14 +30,14 @@ pub(super) fn gas_spring(r: &mut Reader, table: &Table) -> Option<[Formula; 2]> 
 /// ```
 pub(super) fn motor(r: &mut Reader, table: &Table, unit: Option<&Unit>) -> Option<Formula> {
     let value = table.optional("motor")?;
-    let mut quantity = |value: reader::Value, [energy, power]: [&str; 2]| {
-        let of_length = |power: i32| Some(Unit::parse(energy)?.times(unit?, power));
+    let mut quantity = |value: reader::Value, of_length: Option<Unit>| {
         let (formula, dimension) = r.with_dimension(value, None);
-        r.check_dimension(&formula, &dimension, of_length(if power == "-" { -1 } else { 1 }).as_ref());
+        r.check_dimension(&formula, &dimension, of_length.as_ref());
         formula
     };
-    let stall = quantity(value, ["J", "-"]);
-    let no_load = table.optional("no_load").map(|value| quantity(value, ["1/s", "+"]));
+    let stall = quantity(value, Unit::parse("J").zip(unit).map(|(energy, unit)| energy.times(unit, -1)));
+    let speed = Unit::parse("1/s").zip(unit).map(|(rate, unit)| rate.times(unit, 1));
+    let no_load = table.optional("no_load").map(|value| quantity(value, speed));
     let no_load = no_load.unwrap_or_else(|| {
         table.required(r, "no_load");
         reader::placeholder()

@@ -36,8 +36,8 @@ fn written_twice(source: &str, span: Span) -> Diagnostic {
         .help("keep one of the two, or choose another name")
 }
 
-/// An error about a value that is not TOML, but whose meaning is clear: a number with a unit, a formula, or a number with
-/// a decimal comma.
+/// An error about a value that is not TOML, but whose meaning is clear: a number with a unit, a formula, or a number
+/// with a decimal comma.
 fn value_error(source: &str, at: &Span) -> Option<Diagnostic> {
     let line = source[..at.start].rfind('\n').map_or(0, |end| end + 1);
     let begin = line + source[line..at.start].rfind('=')? + 1;

@@ -110,7 +110,8 @@ impl<'s> Reader<'s> {
         (formula, dimension)
     }
 
-    /// Reads a formula for a number in this unit. Bare numbers are in this unit, and other formulae are converted to it.
+    /// Reads a formula for a number in this unit. Bare numbers are in this unit, and other formulae are converted to
+    /// it.
     pub(super) fn number_in(&mut self, value: Value, unit: Option<&Unit>) -> Formula {
         let (mut formula, dimension) = self.with_dimension(value, None);
         self.check_dimension(&formula, &dimension, unit);

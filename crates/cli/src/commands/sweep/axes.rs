@@ -132,18 +132,17 @@ fn wrong(text: &str, why: &str) -> Error {
 }
 
 fn values_of(name: &str, unit: &str, text: &str, values: &str) -> Result<Values, Error> {
-    let number = |value: &str| number(&format!("--vary {name}"), value, unit);
+    let option = format!("--vary {name}");
+    let number = |value: &str| number(&option, value, unit);
     let parts: Vec<&str> = values.split(':').collect();
     match parts[..] {
-        [list] => check_units(&format!("--vary {name}"), &split(list))?,
-        [from, to, _] => check_units(&format!("--vary {name}"), &[from, to])?,
-        _ => {}
-    }
-    match parts[..] {
         [list] => {
-            split(list).into_iter().map(|value| number(value.trim())).collect::<Result<_, _>>().map(Values::Listed)
+            let list = split(list);
+            check_units(&option, &list)?;
+            list.into_iter().map(|value| number(value.trim())).collect::<Result<_, _>>().map(Values::Listed)
         }
         [from, to, count] => {
+            check_units(&option, &[from, to])?;
             let (from, to) = (number(from)?, number(to)?);
             let count: usize = match count.trim().parse() {
                 Ok(count) if (2..=MAX_DESIGNS).contains(&count) || (count == 1 && from == to) => count,
