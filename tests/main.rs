@@ -31,6 +31,7 @@ mod kernel;
 mod languages;
 mod linkage;
 mod live;
+mod live_drawing;
 mod live_page;
 mod loads;
 mod mechanisms;

@@ -1,6 +1,8 @@
 //! A scene in a browser that follows the scene's file.
 
 mod derivation_key;
+mod edit;
+mod editor;
 mod feed;
 mod file_watcher;
 mod http;

@@ -30,13 +30,16 @@ pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<St
         include_str!("animation/panel.js"),
         include_str!("animation/drag.js"),
         include_str!("animation/export.js"),
-        match page.scene {
-            Some(_) => include_str!("animation/embedded.js"),
-            None => include_str!("animation/live.js"),
-        },
     ];
-    let script = pack(format!("(() => {{\n\"use strict\";\n{}}})();", player(&scripts.concat())).as_bytes())?;
-    let style = pack(style(include_str!("animation/panel.css")).as_bytes())?;
+    let (source, tools) = match page.scene {
+        Some(_) => (include_str!("animation/embedded.js"), ""),
+        None => {
+            let scripts = concat!(include_str!("animation/draw.js"), include_str!("animation/live.js"));
+            (scripts, include_str!("animation/draw.css"))
+        }
+    };
+    let script = pack(format!("(() => {{\n\"use strict\";\n{}}})();", player(&(scripts.concat() + source))).as_bytes())?;
+    let style = pack(style(&(include_str!("animation/panel.css").to_owned() + tools)).as_bytes())?;
     let piece = Piece {
         mode: "page",
         heading: "h1",

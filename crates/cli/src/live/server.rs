@@ -7,9 +7,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::edit;
+use super::editor::Editor;
 use super::feed::Feed;
 use super::http::{Answer, Connection, Request, Timeouts};
-use super::write_back::write_back;
+use super::write_back::with_values;
 use crate::error::Error;
 
 /// The longest time that a request for news waits.
@@ -46,8 +48,8 @@ pub(crate) struct Server {
     launch_path: Mutex<Option<String>>,
     page: String,
     feed: Arc<Feed>,
-    /// The file for values, written by one request at a time.
-    file: Mutex<Option<PathBuf>>,
+    /// Changes the file, by one request at a time.
+    editor: Mutex<Option<Editor>>,
 }
 
 impl Server {
@@ -62,7 +64,7 @@ impl Server {
             TcpListener::bind((Ipv4Addr::LOCALHOST, port.unwrap_or(0))).map_err(|e| cannot_bind(e.to_string()))?;
         let port = listener.local_addr().map_err(|e| cannot_bind(e.to_string()))?.port();
         let (token, launch_path, timeouts) = (random_name()?, Mutex::new(None), TIMEOUTS);
-        Ok(Self { listener, timeouts, port, token, launch_path, page, feed, file: Mutex::new(file) })
+        Ok(Self { listener, timeouts, port, token, launch_path, page, feed, editor: Mutex::new(file.map(Editor::new)) })
     }
 
     /// The address of the page, which cannot be guessed.
@@ -112,6 +114,9 @@ impl Server {
             ("GET", "/") => Ok(Answer::new(200, "text/html; charset=utf-8", self.page.clone())),
             ("GET", "/news") => Ok(self.news(query, connection)),
             ("POST", "/values") => connection.body(request).map(|body| self.write(body)),
+            ("POST", "/edit") => connection.body(request).map(|body| self.edit(&body)),
+            ("POST", "/undo") => connection.body(request).map(|_| self.change(Editor::undo)),
+            ("POST", "/redo") => connection.body(request).map(|_| self.change(Editor::redo)),
             _ => Err(Answer::text(404, "there is nothing here")),
         }
     }
@@ -160,14 +165,26 @@ impl Server {
         let Some(values) = text.lines().map(value).collect::<Option<BTreeMap<_, _>>>() else {
             return Answer::text(400, "a line is no NAME=VALUE with a finite value");
         };
-        let file = lock(&self.file);
-        let Some(file) = &*file else {
+        self.change(|editor| {
+            editor.change(None, |text| Ok((with_values(text, &values)?, ())))?;
+            Ok(format!("written to {}", editor.path().display()))
+        })
+    }
+
+    /// Changes the scene as it was drawn with the mouse. Answers the names of its points.
+    fn edit(&self, body: &[u8]) -> Answer {
+        match serde_json::from_slice::<edit::Request>(body) {
+            Ok(request) => self.change(|editor| editor.change(request.gesture, |text| request.apply(text))),
+            Err(reason) => Answer::text(400, &format!("this is no change of a scene: {reason}")),
+        }
+    }
+
+    fn change(&self, change: impl FnOnce(&mut Editor) -> Result<String, String>) -> Answer {
+        let mut editor = lock(&self.editor);
+        let Some(editor) = &mut *editor else {
             return Answer::text(409, "this scene is built in and has no file: `qrm new` writes a copy");
         };
-        match write_back(file, &values) {
-            Ok(()) => Answer::text(200, &format!("written to {}", file.display())),
-            Err(reason) => Answer::text(409, &reason),
-        }
+        change(editor).map_or_else(|reason| Answer::text(409, &reason), |text| Answer::text(200, &text))
     }
 }
 

@@ -1,40 +1,13 @@
 //! Values that a page writes back to its scene file.
 
 use std::collections::BTreeMap;
-use std::io::{Error, Write};
 use std::ops::Range;
-use std::path::Path;
 
-use qrm_scene::files::write_atomic_with;
-use qrm_scene::resolve;
-use qrm_scene::source::read_text;
 use toml_edit::{Document, Item};
 
-/// Writes values of parameters, and of coordinates and rates at the start, to a scene file. The rest of the file is
+/// The text of a scene with other values of parameters, and of coordinates and rates at the start. The rest of the text is
 /// unchanged.
-pub(super) fn write_back(path: &Path, values: &BTreeMap<String, f64>) -> Result<(), String> {
-    let name = path.display().to_string();
-    let failed = |e: Error| format!("{name} cannot be written: {e}");
-    let text = read_text(path).map_err(|report| report.render(false))?;
-    let changed = with_values(&text, values).map_err(|reason| format!("{name}: {reason}"))?;
-    resolve::read(&name, &changed).map_err(|report| report.render(false))?;
-    // If the path is a link, its target is written.
-    let file = path.canonicalize().map_err(failed)?;
-    let permissions = std::fs::metadata(&file).map_err(failed)?.permissions();
-    if permissions.readonly() {
-        return Err(format!("{name} is write-protected"));
-    }
-    let write = |part: &mut std::fs::File| {
-        part.write_all(changed.as_bytes())?;
-        part.set_permissions(permissions)?;
-        let is_same = read_text(path).is_ok_and(|now| now == text);
-        if is_same { Ok(()) } else { Err(Error::other("another program has just saved it; try again")) }
-    };
-    write_atomic_with(&file, write).map_err(failed)
-}
-
-/// The text of a scene with other values.
-fn with_values(text: &str, values: &BTreeMap<String, f64>) -> Result<String, String> {
+pub(super) fn with_values(text: &str, values: &BTreeMap<String, f64>) -> Result<String, String> {
     let document = Document::parse(text).map_err(|_| "the file holds no scene at present".to_owned())?;
     let replacement = |(name, number): (&String, &f64)| {
         let place = span(&document, name).or_else(|| span_in_links(&document, name));
@@ -90,7 +63,7 @@ fn start_key(document: &Document<&str>, name: &str) -> Option<(&'static str, Str
 }
 
 /// The location of a parameter's value, which is written directly or in a table.
-pub(super) fn value_span(parameter: &Item) -> Option<Range<usize>> {
+fn value_span(parameter: &Item) -> Option<Range<usize>> {
     parameter.as_table_like().map_or_else(|| parameter.span(), |table| table.get("value")?.span())
 }
 

@@ -9,7 +9,7 @@ function apply(news) {
   known = { version: news.version, scene: news.scene_version };
   setText("mistake", news.problem ?? "");
   if (noteShown !== (news.note ?? "")) setText("news", (noteShown = news.note ?? ""));
-  if (news.scene) load(news.scene);
+  if (news.scene) load(news.scene).then(sceneShown);
 }
 
 const delay = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));

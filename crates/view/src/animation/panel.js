@@ -12,6 +12,8 @@ let written = {};
 /** The time at which motions end, for drafts. */
 let expectedEnd = Infinity;
 let isDue = false;
+/** Whether the scale of the drawing stays when the motion changes. */
+let isScaleKept = false;
 
 /** Shows a text in a part of the page, which is hidden without one. */
 function setText(name, text) {
@@ -94,7 +96,7 @@ function recompute(isDraft = false) {
   const begun = performance.now();
   try {
     const { run, motion } = isDraft ? simulated.draft(changed, expectedEnd) : simulated.run(changed);
-    install(motion, isDraft, isDragged ? planned : null);
+    install(motion, isDraft, isDragged || isScaleKept ? planned : null);
     report(run, performance.now() - begun);
     setText("problem", run.failure ?? "");
     part("save-curves").hidden = motion.plots.length === 0;

@@ -1,0 +1,82 @@
+//! Changes that are drawn with the mouse, made in the text of a scene.
+
+mod add;
+mod angle;
+mod linkage;
+mod mark;
+mod move_point;
+mod number;
+mod places;
+
+use serde::Deserialize;
+
+use linkage::Linkage;
+use places::Places;
+
+/// A change of a scene in links and joints.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum Edit {
+    /// Moves a point of all links that have it.
+    Move { point: String, to: [f64; 2] },
+    /// Adds a bar.
+    Bar { from: End, to: End },
+    /// Adds a point to a link, with its path.
+    Point { link: String, to: [f64; 2] },
+    /// Pins a point to the ground.
+    Pin { point: String },
+    /// Holds a point on a line of the ground with this angle.
+    Slider { point: String, direction: f64 },
+    /// Drives the joint of a point and the ground, or removes its drive.
+    Drive { point: String },
+    /// Adds the force in the joint at a point to the outputs, or removes it.
+    Force { point: String },
+    /// Adds the path of a point to the drawing, or removes it.
+    Path { point: String },
+}
+
+/// An end of a new bar.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum End {
+    /// At a point of the mechanism.
+    Point(String),
+    /// At a place without a point.
+    Place([f64; 2]),
+}
+
+/// A change, and the position in which it was drawn.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Request {
+    edit: Edit,
+    /// Where the points are at the start, by their names in the drawing.
+    places: Places,
+    /// Changes with the same number are one step of the history.
+    pub(super) gesture: Option<u64>,
+}
+
+impl Request {
+    /// The text of the scene after the change, and the names of its points.
+    ///
+    /// # Errors
+    /// The reason why the scene cannot be changed in this way.
+    pub(super) fn apply(&self, text: &str) -> Result<(String, String), String> {
+        let mut linkage = Linkage::parse(text)?;
+        let places = self.places.checked()?;
+        let made = match &self.edit {
+            Edit::Move { point, to } => move_point::run(&mut linkage, places, point, *to)?,
+            Edit::Bar { from, to } => add::bar(&mut linkage, places, from, to)?,
+            Edit::Point { link, to } => add::point(&mut linkage, places, link, *to)?,
+            Edit::Pin { point } => add::pin(&mut linkage, places, point)?,
+            Edit::Slider { point, direction } => add::slider(&mut linkage, places, point, *direction)?,
+            Edit::Drive { point } => add::drive(&mut linkage, places, point)?,
+            Edit::Force { point } => mark::force(&mut linkage, point)?,
+            Edit::Path { point } => mark::path(&mut linkage, point)?,
+        };
+        Ok((linkage.text(), made))
+    }
+}
+
+#[cfg(test)]
+mod tests;

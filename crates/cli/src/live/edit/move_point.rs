@@ -1,0 +1,192 @@
+//! A point that is moved: lengths, angles and places that follow it.
+
+use std::f64::consts::PI;
+
+use qrm_scene::resolve;
+use toml_edit::Item;
+
+use super::angle::with_change;
+use super::linkage::{GROUND, LinkPoint, Linkage, formula, point_of};
+use super::number::{self, Place, replace};
+use super::places::{Places, direction, distance};
+
+/// Moves a point of all links that have it; all other points stay where they are.
+pub(super) fn run(linkage: &mut Linkage, places: &Places, node: &str, to: [f64; 2]) -> Result<String, String> {
+    let points = linkage.points_at(node)?;
+    let resolution = places.resolution(&[to]);
+    let to = on_lines(linkage, places, &points, to)?;
+    for each in &points {
+        move_in_link(linkage, places, each, to, resolution)?;
+    }
+    move_rods(linkage, places, &points, to, resolution)?;
+    for joint in linkage.joints() {
+        let is_near = linkage.key("joints", &joint.name, "near").is_some();
+        let is_here = joint.members.iter().take(if joint.kind == "revolute" { 9 } else { 1 }).any(|each| points.contains(each));
+        if is_near && is_here {
+            for axis in [0, 1] {
+                let place: Place = (&["joints", &joint.name, "near"], Some(axis));
+                number::set(&mut linkage.document, place, to[axis], resolution)?;
+            }
+        }
+    }
+    Ok(node.to_owned())
+}
+
+/// The position of a link.
+pub(super) struct Frame {
+    origin: [f64; 2],
+    pub(super) angle: f64,
+}
+
+impl Frame {
+    /// The position of the frame of a link.
+    pub(super) fn of(linkage: &Linkage, places: &Places, link: &str) -> Result<Self, String> {
+        let points: Vec<LinkPoint> = linkage.points_of(link).iter().map(|point| point_of(link, point)).collect();
+        let place = |index: usize| places.of(&points[index]);
+        if is_shape(linkage, link) {
+            let [origin, end] = [place(0)?, place(1)?];
+            return Ok(Self { origin, angle: direction(origin, end) });
+        }
+        let own = |index: usize| {
+            let at = |axis| {
+                let keys = ["links", link, "points", points[index].point.as_str()];
+                number::get(&linkage.document, (&keys, Some(axis)))
+            };
+            let place = at(0).zip(at(1)).map(|(x, y)| [x, y]);
+            place.ok_or_else(|| format!("point `{}` of link `{link}` is a formula", points[index].point))
+        };
+        if points.len() < 2 {
+            return Err(format!("link `{link}` has one point, so its angle is not seen in the drawing"));
+        }
+        let [a, b] = [own(0)?, own(1)?];
+        let angle = direction(place(0)?, place(1)?) - direction(a, b);
+        let [x, y] = place(0)?;
+        let (sin, cos) = angle.sin_cos();
+        Ok(Self { origin: [x - (a[0] * cos - a[1] * sin), y - (a[0] * sin + a[1] * cos)], angle })
+    }
+
+    /// A place in the frame of the link.
+    pub(super) fn local(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.angle.sin_cos();
+        let [x, y] = [x - self.origin[0], y - self.origin[1]];
+        [x * cos + y * sin, y * cos - x * sin]
+    }
+}
+
+/// Whether a link is a bar or a triangle.
+fn is_shape(linkage: &Linkage, link: &str) -> bool {
+    ["bar", "triangle"].into_iter().any(|key| linkage.key("links", link, key).is_some())
+}
+
+/// The place next to one that is wanted on the line of the ground that holds the point.
+fn on_lines(linkage: &Linkage, places: &Places, points: &[LinkPoint], to: [f64; 2]) -> Result<[f64; 2], String> {
+    for joint in linkage.joints().iter().filter(|joint| ["pin_in_slot", "prismatic"].contains(&joint.kind)) {
+        let [moving, line] = joint.members.as_slice() else { continue };
+        if !points.contains(moving) || line.link != GROUND {
+            continue;
+        }
+        let keys = ["joints", &joint.name, "direction"];
+        let has_direction = linkage.key("joints", &joint.name, "direction").is_some();
+        let angle = if has_direction { number::get(&linkage.document, (&keys, None)) } else { Some(0.0) };
+        let angle = angle.ok_or_else(|| format!("the `direction` of joint `{}` is a formula", joint.name))?;
+        let [x, y] = places.of(line)?;
+        let (sin, cos) = angle.sin_cos();
+        let along = (to[0] - x) * cos + (to[1] - y) * sin;
+        return Ok([x + along * cos, y + along * sin]);
+    }
+    Ok(to)
+}
+
+/// Moves a point in its link.
+fn move_in_link(
+    linkage: &mut Linkage,
+    places: &Places,
+    moved: &LinkPoint,
+    to: [f64; 2],
+    resolution: f64,
+) -> Result<(), String> {
+    let LinkPoint { link, point } = moved;
+    let points = linkage.points_of(link);
+    let corner = points.iter().position(|own| own == point).unwrap_or(points.len());
+    let shape = ["bar", "triangle"].into_iter().find(|key| linkage.key("links", link, key).is_some());
+    let corners = match shape {
+        Some("bar") => 2,
+        Some(_) => 3,
+        None => 0,
+    };
+    if corner >= corners {
+        if link != GROUND && points.len() == 1 {
+            // The link moves with its point.
+            return Ok(());
+        }
+        let place = if link == GROUND { to } else { Frame::of(linkage, places, link)?.local(to) };
+        for axis in [0, 1] {
+            let keys = ["links", link.as_str(), "points", point.as_str()];
+            number::set(&mut linkage.document, (&keys, Some(axis)), place[axis], resolution)?;
+        }
+        return Ok(());
+    }
+    let before = Frame::of(linkage, places, link)?.angle;
+    let mut at = points[..corners].iter().map(|own| places.of(&point_of(link, own))).collect::<Result<Vec<_>, _>>()?;
+    at[corner] = to;
+    let sides: Vec<f64> = (0..corners).map(|side| distance(at[side], at[(side + 1) % corners])).collect();
+    if sides.iter().any(|side| *side <= resolution) {
+        return Err(format!("link `{link}` would have no length"));
+    }
+    if let [a, b, c] = at.as_slice() {
+        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        if area <= 0.0 {
+            return Err(format!("triangle `{link}` would turn over: list its corners in the other order"));
+        }
+        for (side, length) in sides.iter().enumerate() {
+            number::set(&mut linkage.document, (&["links", link, "sides"], Some(side)), *length, resolution)?;
+        }
+    } else {
+        number::set(&mut linkage.document, (&["links", link, "length"], None), sides[0], resolution)?;
+    }
+    turn(linkage, link, direction(at[0], at[1]), before)
+}
+
+/// Writes the angle of a link at the start, where the file has it: as its `angle`, or in the `drive` of a joint.
+fn turn(linkage: &mut Linkage, link: &str, angle: f64, before: f64) -> Result<(), String> {
+    if linkage.key("links", link, "angle").is_some() {
+        number::set(&mut linkage.document, (&["links", link, "angle"], None), angle, 1e-4)?;
+    }
+    let change = (angle - before + PI).rem_euclid(2.0 * PI) - PI;
+    for joint in linkage.joints().iter().filter(|joint| joint.kind == "revolute") {
+        let drive = linkage.key("joints", &joint.name, "drive").and_then(Item::as_str).map(str::to_owned);
+        let Some((drive, place)) = drive.zip(joint.members.iter().position(|each| each.link == link)) else { continue };
+        let change = if place == 0 { change } else { -change };
+        let reads = with_change(&drive, change).into_iter().any(|new| {
+            let entry = linkage.entry("joints", &joint.name);
+            let drive = entry.ok().and_then(|entry| entry.get_mut("drive")).and_then(Item::as_value_mut);
+            let is_set = drive.map(|drive| replace(drive, formula(&new))).is_some();
+            is_set && resolve::read("", &linkage.text()).is_ok()
+        });
+        if !reads {
+            return Err(format!("a constant cannot be added to the drive of joint `{}`", joint.name));
+        }
+    }
+    Ok(())
+}
+
+/// Sets the lengths of rods that end at a point.
+fn move_rods(
+    linkage: &mut Linkage,
+    places: &Places,
+    points: &[LinkPoint],
+    to: [f64; 2],
+    resolution: f64,
+) -> Result<(), String> {
+    for joint in linkage.joints().iter().filter(|joint| joint.kind == "rod") {
+        let [a, b] = joint.members.as_slice() else { continue };
+        let other = match (points.contains(a), points.contains(b)) {
+            (true, false) => b,
+            (false, true) => a,
+            _ => continue,
+        };
+        let length = distance(places.of(other)?, to);
+        number::set(&mut linkage.document, (&["joints", &joint.name, "length"], None), length, resolution)?;
+    }
+    Ok(())
+}

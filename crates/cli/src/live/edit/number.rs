@@ -1,0 +1,113 @@
+//! Numbers in the text of a scene.
+
+use qrm_scene::unit::Unit;
+use toml_edit::{DocumentMut, Item, Value};
+
+use super::linkage::formula;
+
+/// A number of a scene: its keys, and its place in a list.
+pub(super) type Place<'a> = (&'a [&'a str], Option<usize>);
+
+/// Writes a number in SI units, in the unit of the file. A formula of one parameter sets this parameter.
+///
+/// # Errors
+/// The number is a formula of parameters.
+pub(super) fn set(document: &mut DocumentMut, place: Place, number: f64, resolution: f64) -> Result<(), String> {
+    set_scaled(document, place, number, 1.0, resolution)
+}
+
+/// Writes a number. Without a unit it has units of the size `factor` in the file.
+fn set_scaled(
+    document: &mut DocumentMut,
+    place: Place,
+    number: f64,
+    factor: f64,
+    resolution: f64,
+) -> Result<(), String> {
+    let Some(value) = value_mut(document, place) else {
+        return Err(format!("the file has no value at `{}`", place.0.join(".")));
+    };
+    let text = value.as_str().unwrap_or_default().trim().to_owned();
+    if let Some((keys, unit)) = parameter(document, &text).filter(|_| factor == 1.0) {
+        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+        return set_scaled(document, (&keys, None), number, unit, resolution);
+    }
+    let mut names = text.split(|c: char| !c.is_alphanumeric() && c != '_');
+    if names.any(|name| parameter(document, name).is_some()) {
+        let name = place.0.join(".");
+        return Err(format!("`{name}` is the formula `{text}`: change it, or its parameters, in the file"));
+    }
+    let scaled = |factor: f64| rounded(number / factor, resolution / factor);
+    let new = quantity(&text).map_or_else(
+        || Value::from(scaled(factor)),
+        |(_, unit, factor)| formula(&format!("{} {unit}", scaled(factor))),
+    );
+    if let Some(value) = value_mut(document, place) {
+        replace(value, new);
+    }
+    Ok(())
+}
+
+/// Replaces a value; the space around it stays.
+pub(super) fn replace(value: &mut Value, mut new: Value) {
+    *new.decor_mut() = value.decor().clone();
+    *value = new;
+}
+
+/// The number at a place in SI units; `None` if it is a formula.
+pub(super) fn get(document: &DocumentMut, (keys, index): Place) -> Option<f64> {
+    let item = keys.iter().try_fold(document.as_item(), |item, key| item.as_table_like()?.get(key))?;
+    let value = item.as_value()?;
+    let value = index.map_or(Some(value), |index| value.as_array()?.get(index))?;
+    match value {
+        Value::Integer(number) => number.value().to_string().parse().ok(),
+        Value::Float(number) => Some(*number.value()),
+        Value::String(text) => {
+            let text = text.value().trim();
+            if let Some((keys, factor)) = parameter(document, text) {
+                let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+                return get(document, (&keys, None)).map(|number| number * factor);
+            }
+            let plain = || text.parse().ok();
+            quantity(text).map_or_else(plain, |(number, _, factor)| Some(number * factor))
+        }
+        _ => None,
+    }
+}
+
+/// The number that is nearest to a value among the multiples of a power of ten.
+pub(super) fn rounded(value: f64, resolution: f64) -> f64 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 17")]
+    let decimals = (-resolution.log10()).ceil().clamp(0.0, 17.0) as usize;
+    let number: f64 = format!("{value:.decimals$}").parse().unwrap_or(value);
+    // No minus before zero.
+    number + 0.0
+}
+
+/// A number with a unit: both, and the size of the unit in SI units.
+fn quantity(text: &str) -> Option<(f64, &str, f64)> {
+    let end = text.find(|c: char| !matches!(c, '0'..='9' | '.' | '-' | '+')).filter(|end| *end > 0)?;
+    let (number, unit) = (text[..end].parse().ok()?, text[end..].trim());
+    Some((number, unit, Unit::parse(unit)?.factor()))
+}
+
+/// The keys of the value of a parameter, and the size of its unit.
+fn parameter(document: &DocumentMut, name: &str) -> Option<(Vec<String>, f64)> {
+    let item = document.get("parameters")?.as_table_like()?.get(name)?;
+    let keys = |more: &[&str]| ["parameters", name].iter().chain(more).map(|key| (*key).to_owned()).collect();
+    let Some(table) = item.as_table_like() else { return Some((keys(&[]), 1.0)) };
+    let unit = table.get("unit").and_then(Item::as_str).and_then(Unit::parse);
+    Some((keys(&["value"]), unit.map_or(1.0, |unit| unit.factor())))
+}
+
+fn value_mut<'d>(document: &'d mut DocumentMut, (keys, index): Place) -> Option<&'d mut Value> {
+    let mut item = document.as_item_mut();
+    for key in keys {
+        item = item.as_table_like_mut()?.get_mut(key)?;
+    }
+    let value = item.as_value_mut()?;
+    match index {
+        None => Some(value),
+        Some(index) => value.as_array_mut()?.get_mut(index),
+    }
+}

@@ -1,0 +1,47 @@
+//! Where points are.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::linkage::LinkPoint;
+
+/// Where points are at the start, by their names in the drawing.
+#[derive(Debug, Deserialize)]
+#[serde(transparent)]
+pub(super) struct Places(BTreeMap<String, [f64; 2]>);
+
+impl Places {
+    /// The places, if all of them are finite.
+    pub(super) fn checked(&self) -> Result<&Self, String> {
+        let is_finite = |[x, y]: &[f64; 2]| x.is_finite() && y.is_finite();
+        self.0.values().all(is_finite).then_some(self).ok_or_else(|| "a place has no finite numbers".to_owned())
+    }
+
+    /// The place of a point of a link.
+    pub(super) fn of(&self, LinkPoint { link, point }: &LinkPoint) -> Result<[f64; 2], String> {
+        let place = self.0.get(&format!("{link}_{point}")).or_else(|| self.0.get(point));
+        place.copied().ok_or_else(|| format!("the page does not show where point `{point}` of link `{link}` is"))
+    }
+
+    /// The length of which a drawing with these further places shows no smaller part.
+    pub(super) fn resolution(&self, further: &[[f64; 2]]) -> f64 {
+        let spread = |axis: usize| {
+            let values = self.0.values().chain(further).map(|place| place[axis]);
+            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+            high - low
+        };
+        let size = spread(0).max(spread(1));
+        if size > 0.0 { 10_f64.powf(size.log10().floor() - 4.0) } else { 1e-4 }
+    }
+}
+
+/// The distance of two places.
+pub(super) fn distance([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
+    (bx - ax).hypot(by - ay)
+}
+
+/// The angle of the line from a place to another one.
+pub(super) fn direction([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
+    (by - ay).atan2(bx - ax)
+}

@@ -1,0 +1,245 @@
+// Tools that draw a mechanism: each change goes to the server, which writes it to the scene file.
+
+/** The tools, with a hint for each. */
+const TOOLS = {
+  watch: ["Watch", ""],
+  move: ["Move", "Drag a joint: the lengths of its links change, all other joints stay."],
+  bar: ["Bar", "Click where a bar begins, and where it ends; the next bar begins there. A bar that begins at an empty place is pinned to the ground."],
+  point: ["Point", "Click on a link: it gets a point with its path."],
+  pin: ["Pin", "Click on a point: it is pinned to the ground."],
+  slider: ["Slider", "Click on a point: it slides along x. Drag from it for another direction."],
+  drive: ["Drive", "Click on a pin of the ground: it turns once in a second. A second click removes the drive."],
+  force: ["Force", "Click on a joint: its force is an output. A second click removes it."],
+  path: ["Path", "Click on a point: its path is drawn. A second click removes it."],
+};
+/** The distance in pixels at which the pointer takes a point. */
+const REACH = 15;
+
+let tool = "watch";
+/** Places of points that were drawn and are not in the motion yet, by their names. */
+let drawn = {};
+/** The end of the last bar, from which the next one begins. */
+let chain = null;
+let gestures = 0;
+/** The changes that were asked for, one after another. */
+let asking = Promise.resolve();
+
+const tools = html(root, "div", "qrm-tools");
+tools.setAttribute("role", "group");
+tools.setAttribute("aria-label", "Drawing");
+const toolButtons = Object.entries(TOOLS).map(([name, [label, hint]]) => {
+  const button = html(tools, "button", `qrm-tool-${name}`, label);
+  button.title = hint;
+  button.addEventListener("click", () => choose(name));
+  return [name, button];
+});
+for (const [name, label, key] of [["undo", "Undo", "Ctrl+Z"], ["redo", "Redo", "Ctrl+Y"]]) {
+  const button = html(tools, "button", `qrm-${name}`, label);
+  button.title = key;
+  button.addEventListener("click", () => step(name));
+}
+const hint = html(tools, "p", "qrm-hint-line");
+hint.setAttribute("role", "status");
+if (packed.is_writable) part("stage").prepend(tools);
+else tools.remove();
+
+const overlay = element(part("canvas"), "svg", { class: "qrm-overlay", "aria-hidden": "true" });
+
+/** Shows a refusal, or the hint of the tool. */
+function say(refusal = "") {
+  hint.textContent = refusal || TOOLS[tool][1];
+  hint.toggleAttribute("data-refused", refusal !== "");
+}
+
+function choose(next) {
+  [tool, chain] = [next, null];
+  overlay.replaceChildren();
+  root.dataset.tool = tool;
+  for (const [name, button] of toolButtons) button.setAttribute("aria-pressed", name === tool);
+  say();
+  isScaleKept = tool !== "watch";
+  if (!motion) return;
+  if (isScaleKept) seek(begin);
+  else recompute();
+}
+
+/** What is new in a scene that is shown. */
+function sceneShown() {
+  if (!chain) overlay.replaceChildren();
+  for (const { name } of motion?.nodes ?? []) delete drawn[name];
+  if (packed.is_writable && !("tool" in root.dataset)) choose(motion?.nodes.length === 0 ? "bar" : "watch");
+}
+
+/** Where the points are at the start, by their names. */
+function places() {
+  const at = { frame: 0, part: 0 };
+  const named = motion.nodes.filter(({ name }) => name);
+  return { ...Object.fromEntries(named.map(({ name, x, y }) => [name, [valueAt(x, at), valueAt(y, at)]])), ...drawn };
+}
+
+/** Asks for a change; the names of its points, null where it is refused. */
+function ask(path, body = () => "") {
+  asking = asking.then(async () => {
+    try {
+      const answer = await fetch(path, { method: "POST", body: body() });
+      const said = await answer.text();
+      say(answer.ok ? "" : said);
+      return answer.ok ? said : null;
+    } catch (problem) {
+      say(`the scene is not changed: ${problem.message}`);
+      return null;
+    }
+  });
+  return asking;
+}
+
+/** Asks for a change, which is told when its turn comes. */
+const change = (edit, gesture) => ask("edit", () => JSON.stringify({ edit: edit(), places: places(), gesture }));
+
+function step(name) {
+  [drawn, chain] = [{}, null];
+  overlay.replaceChildren();
+  ask(name);
+}
+
+addEventListener("keydown", (event) => {
+  if (!packed.is_writable || (event.target instanceof Element && event.target.matches("input"))) return;
+  const key = event.key.toLowerCase();
+  if (key === "escape" && tool !== "watch") choose(chain ? tool : "watch");
+  else if (event.ctrlKey && (key === "y" || (key === "z" && event.shiftKey))) step("redo");
+  else if (event.ctrlKey && key === "z") step("undo");
+  else return;
+  event.preventDefault();
+});
+
+const pixels = ({ clientX, clientY }) => {
+  const bounds = part("canvas").getBoundingClientRect();
+  return [clientX - bounds.left, clientY - bounds.top];
+};
+
+/** A place in pixels in round numbers of metres. */
+function metres(place) {
+  const [[left, top], [right]] = [drawing.toMetres(0, 0), drawing.toMetres(1, 0)];
+  const grid = nice(right - left);
+  const decimals = clamp(decimalsOf(grid), 0, 12);
+  return drawing.toMetres(...place).map((value) => Number((Math.round(value / grid) * grid).toFixed(decimals)));
+}
+
+/** Where a point is in pixels. */
+function pixelsOf(name) {
+  const place = places()[name];
+  const [[left, top], [right]] = [drawing.toMetres(0, 0), drawing.toMetres(1, 0)];
+  return [(place[0] - left) / (right - left), (top - place[1]) / (right - left)];
+}
+
+/** The point next to a place, null where none is near. */
+function pointNear([x, y]) {
+  let best = { distance: REACH, name: null };
+  for (const name in places()) {
+    const [px, py] = pixelsOf(name);
+    const distance = Math.hypot(px - x, py - y);
+    if (distance < best.distance) best = { distance, name };
+  }
+  return best.name;
+}
+
+/** The topmost link under the pointer. */
+function linkUnder({ clientX, clientY }) {
+  const below = document.elementsFromPoint(clientX, clientY).map((each) => each.closest("[data-shape]"));
+  return below.map((each) => motion.shapes[each?.dataset.shape]?.name).find((name) => name);
+}
+
+/** Marks the point under the pointer, and draws the bar that would begin at a place. */
+function sketch(from, to) {
+  overlay.replaceChildren();
+  const near = pointNear(to);
+  const end = near ? pixelsOf(near) : to;
+  if (from) element(overlay, "line", { x1: from[0], y1: from[1], x2: end[0], y2: end[1] });
+  if (near) element(overlay, "circle", { cx: end[0], cy: end[1], r: 10 });
+}
+
+/** Takes a place as an end of a bar. */
+async function endBar(place) {
+  const near = pointNear(place);
+  const begun = chain;
+  if (near && near === begun?.name) return choose(tool);
+  const at = metres(place);
+  // The name of a new point is known when its bar is written.
+  const end = { name: near, end: near ? { point: near } : { place: at }, pixels: near ? pixelsOf(near) : place };
+  chain = end;
+  if (!begun) return;
+  const made = await change(() => ({ bar: { from: begun.end, to: end.end } }));
+  if (made === null) return choose(tool);
+  made.split(" ").forEach((name, place) => {
+    const each = [begun, end][place];
+    if (each.end.place) drawn[name] = each.end.place;
+    [each.name, each.end] = [name, { point: name }];
+  });
+}
+
+/** What the tools do with a point. */
+const AT_POINT = {
+  pin: (point) => change(() => ({ pin: { point } })),
+  drive: (point) => change(() => ({ drive: { point } })),
+  force: (point) => change(() => ({ force: { point } })),
+  path: (point) => change(() => ({ path: { point } })),
+};
+
+/** Moves a point to where the pointer is; the next place is asked for when the last one is written. */
+function mover(point) {
+  const gesture = ++gestures;
+  let [wanted, isBusy] = [null, false];
+  return async (place) => {
+    wanted = metres(place);
+    if (isBusy) return;
+    isBusy = true;
+    while (wanted) {
+      const to = wanted;
+      wanted = null;
+      await change(() => ({ move: { point, to } }), gesture);
+    }
+    isBusy = false;
+  };
+}
+
+let pressed = null;
+
+part("canvas").addEventListener("pointerdown", (event) => {
+  if (tool === "watch" || event.button !== 0 || !drawing) return;
+  event.stopImmediatePropagation();
+  event.preventDefault();
+  // What is drawn is the position at the start.
+  if (isPlaying || time !== begin) return seek(begin);
+  part("canvas").setPointerCapture(event.pointerId);
+  const place = pixels(event);
+  const point = pointNear(place);
+  pressed = { place, point, move: tool === "move" && point ? mover(point) : null };
+  if (tool === "bar") endBar(place);
+  else if (tool === "point") {
+    const link = linkUnder(event);
+    if (link) change(() => ({ point: { link, to: metres(place) } }));
+    else say("There is no link here: click on one.");
+  } else if (!point) say("There is no point here: click on one.");
+  else AT_POINT[tool]?.(point);
+}, true);
+
+part("canvas").addEventListener("pointermove", (event) => {
+  if (tool === "watch" || !drawing) return;
+  const place = pixels(event);
+  if (pressed?.move) pressed.move(place);
+  sketch(tool === "bar" ? chain?.pixels : tool === "slider" ? pressed?.point && pressed.place : null, place);
+});
+
+part("canvas").addEventListener("pointerup", (event) => {
+  if (tool === "watch" || !pressed) return;
+  const [place, { place: from, point, move }] = [pixels(event), pressed];
+  pressed = null;
+  const [dx, dy] = [place[0] - from[0], from[1] - place[1]];
+  const isDrag = Math.hypot(dx, dy) > REACH;
+  if (move) move(place);
+  else if (tool === "bar" && isDrag) endBar(place);
+  else if (tool === "slider" && point) {
+    const degrees = isDrag ? 5 * Math.round((Math.atan2(dy, dx) * 36) / Math.PI) : 0;
+    change(() => ({ slider: { point, direction: (degrees * Math.PI) / 180 } }));
+  }
+});

@@ -1,0 +1,126 @@
+//! Mechanisms that are drawn in the pages of `qrm live`.
+
+use std::time::{Duration, Instant};
+
+use crate::common::chromium::Chromium;
+use crate::common::live::Live;
+
+const EMPTY: &str = "name = \"drawn\"\nrun = { step = 1e-3, end_time = 1 }\n\n[links] # nothing yet\nground = { points \
+                     = {} }\n\n[loads]\nweight = { gravity = [0, -9.81] }\n";
+
+/// A driven four-bar with comments, units and a parameter.
+const FOUR_BAR: &str = include_str!("../crates/cli/src/commands/new/four-bar.toml");
+
+/// A scene file with its page, and the clicks that were made.
+struct Desk {
+    live: Live,
+    browser: Chromium,
+    clicks: usize,
+}
+
+impl Desk {
+    fn new(scene: &str) -> Self {
+        let live = Live::of_text(scene);
+        let mut browser = Chromium::new(1400, 900);
+        browser.open(&live.address);
+        browser.wait_for("document.querySelector('[data-tool]') !== null");
+        Self { live, browser, clicks: 0 }
+    }
+
+    fn click(&mut self, at: [f64; 2]) {
+        self.clicks += 1;
+        for kind in ["mouseMoved", "mousePressed", "mouseReleased"] {
+            self.browser.mouse(kind, at);
+        }
+    }
+
+    /// Chooses a tool.
+    fn tool(&mut self, name: &str) {
+        let at = self.browser.middle(&format!(".qrm-tool-{name}"));
+        self.click(at);
+        assert_eq!(self.browser.value("document.querySelector('.qrm-animation').dataset.tool"), name);
+    }
+
+    /// The line below the tools, if it says why something was refused.
+    fn refusal(&mut self) -> String {
+        let line = "document.querySelector('.qrm-hint-line[data-refused]')?.textContent ?? ''";
+        self.browser.value(line).as_str().unwrap_or_default().to_owned()
+    }
+
+    /// Waits until the file contains a text.
+    fn wait_for_text(&mut self, text: &str) -> String {
+        let begun = Instant::now();
+        loop {
+            let file = self.live.text();
+            if file.contains(text) {
+                return file;
+            }
+            assert!(begun.elapsed() < Duration::from_secs(30), "{text}\n{}\n{file}", self.refusal());
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// Waits until the page has settled on a motion with this number of coordinates.
+    fn wait_for_coordinates(&mut self, count: usize) {
+        self.browser.wait_for(&format!(
+            "(() => {{ const root = document.querySelector('.qrm-animation'); return !root.hasAttribute('data-draft') && \
+             Object.keys(JSON.parse(root.dataset.run).values).length === {count}; }})()"
+        ));
+    }
+}
+
+#[test]
+#[ignore = "full tier: browser"]
+fn a_four_bar_with_a_force_takes_ten_clicks() {
+    let mut desk = Desk::new(EMPTY);
+    let [x, y] = desk.browser.middle(".qrm-canvas");
+    let [crank, coupler, rocker] = [[x - 140.0, y + 20.0], [x + 30.0, y - 140.0], [x + 100.0, y + 60.0]];
+    // The first bar begins at an empty place, the others at the end of the one before.
+    for place in [[x - 180.0, y + 60.0], crank, coupler, rocker] {
+        desk.click(place);
+    }
+    desk.wait_for_text("bar3");
+    desk.tool("pin");
+    desk.click(rocker);
+    desk.tool("drive");
+    desk.click([x - 180.0, y + 60.0]);
+    desk.wait_for_text("60rpm*t");
+    desk.tool("force");
+    desk.click(coupler);
+    let text = desk.wait_for_text("F_C = { joint = \"C\" }");
+    println!("{text}");
+    assert_eq!(desk.clicks, 10);
+    assert!(text.contains("[links] # nothing yet") && text.contains("60rpm*t"), "{text}");
+    assert_eq!(desk.refusal(), "");
+    desk.browser.wait_for("document.querySelector('.qrm-arrow[data-name=F_C]') !== null");
+    if let Some(folder) = std::env::var_os("QRM_SCREENSHOTS") {
+        let picture = std::path::PathBuf::from(folder).join("drawn-four-bar.png");
+        std::fs::write(picture, desk.browser.screenshot()).expect("written");
+    }
+    assert!(desk.browser.complaints.is_empty(), "{:?}", desk.browser.complaints);
+}
+
+/// Notes the milliseconds from each movement of the mouse to the motion that follows from it.
+const LATENCIES: &str = "window.latencies = []; let moved = 0; \
+                         document.addEventListener('pointermove', () => { moved = performance.now(); }, true); \
+                         new MutationObserver(() => window.latencies.push(performance.now() - moved)) \
+                         .observe(document.querySelector('.qrm-animation'), { attributeFilter: ['data-run'] });";
+
+#[test]
+#[ignore = "full tier: browser"]
+fn a_joint_is_dragged_and_the_file_follows() {
+    let mut desk = Desk::new(FOUR_BAR);
+    desk.browser.wait_for("document.querySelector('[data-ready]') !== null");
+    desk.tool("move");
+    let joint = desk.browser.middle("[data-name=coupler] circle:last-of-type");
+    desk.browser.value(LATENCIES);
+    desk.browser.mouse("mouseMoved", joint);
+    desk.browser.mouse("mousePressed", joint);
+    for step in 1..=20 {
+        desk.browser.mouse("mouseMoved", [joint[0] + f64::from(step), joint[1] - f64::from(step)]);
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    desk.browser.mouse("mouseReleased", [joint[0] + 20.0, joint[1] - 20.0]);
+    println!("{}", desk.browser.value("JSON.stringify(window.latencies)"));
+    println!("{} {}", desk.live.text(), desk.refusal());
+}
