@@ -60,12 +60,12 @@ impl Desk {
         }
     }
 
-    /// Waits until the page has settled on a motion with this number of coordinates.
-    fn wait_for_coordinates(&mut self, count: usize) {
-        self.browser.wait_for(&format!(
-            "(() => {{ const root = document.querySelector('.qrm-animation'); return !root.hasAttribute('data-draft') && \
-             Object.keys(JSON.parse(root.dataset.run).values).length === {count}; }})()"
-        ));
+    /// Waits until the lengths of links are parameters.
+    fn wait_for_lengths(&mut self) {
+        self.browser.wait_for(
+            "'qrm_links_rocker_length' in JSON.parse(document.querySelector('.qrm-animation').dataset.run).values",
+        );
+        self.browser.wait_for(SETTLED);
     }
 }
 
@@ -100,6 +100,11 @@ fn a_four_bar_with_a_force_takes_ten_clicks() {
     assert!(desk.browser.complaints.is_empty(), "{:?}", desk.browser.complaints);
 }
 
+/// The pin of the coupler and the rocker.
+const JOINT_C: &str = "[data-name=coupler] circle:nth-of-type(2)";
+/// Whether the page has settled on a motion.
+const SETTLED: &str = "!document.querySelector('.qrm-animation').hasAttribute('data-draft')";
+
 /// Notes the milliseconds from each movement of the mouse to the motion that follows from it.
 const LATENCIES: &str = "window.latencies = []; let moved = 0; \
                          document.addEventListener('pointermove', () => { moved = performance.now(); }, true); \
@@ -112,15 +117,35 @@ fn a_joint_is_dragged_and_the_file_follows() {
     let mut desk = Desk::new(FOUR_BAR);
     desk.browser.wait_for("document.querySelector('[data-ready]') !== null");
     desk.tool("move");
-    let joint = desk.browser.middle("[data-name=coupler] circle:last-of-type");
+    let joint = desk.browser.middle(JOINT_C);
+    desk.wait_for_lengths();
     desk.browser.value(LATENCIES);
     desk.browser.mouse("mouseMoved", joint);
     desk.browser.mouse("mousePressed", joint);
     for step in 1..=20 {
-        desk.browser.mouse("mouseMoved", [joint[0] + f64::from(step), joint[1] - f64::from(step)]);
-        std::thread::sleep(Duration::from_millis(200));
+        desk.browser.mouse("mouseMoved", [joint[0] + f64::from(step), joint[1] - 2.0 * f64::from(step)]);
+        std::thread::sleep(Duration::from_millis(100));
     }
-    desk.browser.mouse("mouseReleased", [joint[0] + 20.0, joint[1] - 20.0]);
-    println!("{}", desk.browser.value("JSON.stringify(window.latencies)"));
-    println!("{} {}", desk.live.text(), desk.refusal());
+    let end = [joint[0] + 20.0, joint[1] - 40.0];
+    desk.browser.mouse("mouseReleased", end);
+    desk.browser.wait_for(SETTLED);
+    // The joint is where it was let go.
+    let now = desk.browser.middle(JOINT_C);
+    assert!((now[0] - end[0]).hypot(now[1] - end[1]) < 3.0, "{now:?} {end:?}");
+    let latencies = desk.browser.value("JSON.stringify(window.latencies)");
+    println!("milliseconds from the mouse to the motion: {latencies}");
+    // Three lengths and a place have changed, and nothing else.
+    let text = desk.live.text();
+    let differing: Vec<&str> = text.lines().zip(FOUR_BAR.lines()).filter(|(a, b)| a != b).map(|(a, _)| a).collect();
+    let names: Vec<&str> = differing.iter().filter_map(|line| line.split_whitespace().next()).collect();
+    assert_eq!(names, ["coupler", "rocker", "C"], "{text}");
+    assert_eq!(text.lines().count(), FOUR_BAR.lines().count());
+    // All of it is one change.
+    desk.browser.value("document.querySelector('.qrm-undo').click()");
+    desk.wait_for_text("sides = [0.35, 0.20, 0.22]");
+    assert_eq!(desk.live.text(), FOUR_BAR);
+    desk.browser.value("document.querySelector('.qrm-redo').click()");
+    desk.wait_for_text(differing[0]);
+    assert_eq!((desk.live.text(), desk.refusal()), (text, String::new()));
+    assert!(desk.browser.complaints.is_empty(), "{:?}", desk.browser.complaints);
 }

@@ -2,6 +2,7 @@
 
 mod add;
 mod angle;
+pub(super) mod geometry;
 mod linkage;
 mod mark;
 mod move_point;

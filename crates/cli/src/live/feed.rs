@@ -1,5 +1,6 @@
 //! The feed of content for pages.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -10,6 +11,8 @@ use serde::Serialize;
 pub(crate) struct Feed {
     latest: Mutex<Latest>,
     is_new: Condvar,
+    /// Whether a page draws.
+    is_drawn: AtomicBool,
 }
 
 #[derive(Default)]
@@ -43,6 +46,16 @@ struct News<'a> {
 }
 
 impl Feed {
+    /// Notes that a page draws.
+    pub(super) fn begin_drawing(&self) {
+        self.is_drawn.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether a page draws.
+    pub(super) fn is_drawn(&self) -> bool {
+        self.is_drawn.load(Ordering::Relaxed)
+    }
+
     /// Replaces the scene.
     pub(super) fn show_scene(&self, scene: String, note: Option<String>) {
         let mut latest = self.lock();

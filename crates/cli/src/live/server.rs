@@ -7,7 +7,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::edit;
+use serde_json::json;
+
+use super::edit::{self, geometry};
 use super::editor::Editor;
 use super::feed::Feed;
 use super::http::{Answer, Connection, Request, Timeouts};
@@ -115,6 +117,10 @@ impl Server {
             ("GET", "/news") => Ok(self.news(query, connection)),
             ("POST", "/values") => connection.body(request).map(|body| self.write(body)),
             ("POST", "/edit") => connection.body(request).map(|body| self.edit(&body)),
+            ("POST", "/draw") => connection.body(request).map(|_| {
+                self.feed.begin_drawing();
+                Answer::text(200, "")
+            }),
             ("POST", "/undo") => connection.body(request).map(|_| self.change(Editor::undo)),
             ("POST", "/redo") => connection.body(request).map(|_| self.change(Editor::redo)),
             _ => Err(Answer::text(404, "there is nothing here")),
@@ -171,12 +177,20 @@ impl Server {
         })
     }
 
-    /// Changes the scene as it was drawn with the mouse. Answers the names of its points.
+    /// Changes the scene as it was drawn with the mouse. Answers the names of its points, and the values that are new.
     fn edit(&self, body: &[u8]) -> Answer {
-        match serde_json::from_slice::<edit::Request>(body) {
-            Ok(request) => self.change(|editor| editor.change(request.gesture, |text| request.apply(text))),
-            Err(reason) => Answer::text(400, &format!("this is no change of a scene: {reason}")),
-        }
+        let request = match serde_json::from_slice::<edit::Request>(body) {
+            Ok(request) => request,
+            Err(reason) => return Answer::text(400, &format!("this is no change of a scene: {reason}")),
+        };
+        self.change(|editor| {
+            editor.change(request.gesture, |before| {
+                let (after, points) = request.apply(before)?;
+                let (known, mut values) = (geometry::values(before), geometry::values(&after));
+                values.retain(|name, value| known.get(name) != Some(value));
+                Ok((after, json!({ "points": points, "values": values }).to_string()))
+            })
+        })
     }
 
     fn change(&self, change: impl FnOnce(&mut Editor) -> Result<String, String>) -> Answer {

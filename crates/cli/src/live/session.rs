@@ -11,6 +11,7 @@ use qrm_scene::scene::Scene;
 use qrm_scene::source::read_text;
 
 use super::derivation_key::DerivationKey;
+use super::edit::geometry::with_parameters;
 use super::feed::Feed;
 use super::file_watcher::FileWatcher;
 use crate::packing::packed;
@@ -33,6 +34,8 @@ pub(crate) struct Session {
     feed: Arc<Feed>,
     /// The text of the file at the last reading, or the error of that.
     text: Result<String, String>,
+    /// Whether lengths and angles of links are parameters.
+    is_drawn: bool,
     /// The last derived scene.
     derived: Option<(DerivationKey, DerivedScene)>,
     /// An engine started in advance.
@@ -63,7 +66,8 @@ impl Session {
     pub(crate) fn new(models: &'static [Model], path: PathBuf, feed: Arc<Feed>) -> Self {
         let text = Err(String::new());
         let (derived, engine, pending, mistake, note) = (None, None, None, None, None);
-        Self { models, path, feed, text, derived, engine, pending, mistake, note, stored: VecDeque::new() }
+        let (is_drawn, stored) = (false, VecDeque::new());
+        Self { models, path, feed, text, is_drawn, derived, engine, pending, mistake, note, stored }
     }
 
     /// Shows a text that is not in a file.
@@ -80,6 +84,7 @@ impl Session {
             if watch.wait(self.max_wait()) {
                 self.read();
             }
+            self.begin_drawing();
             self.show_mistake();
             self.poll_derivation();
         }
@@ -109,6 +114,16 @@ impl Session {
         self.text = text;
     }
 
+    /// Derives the scene with its lengths as parameters when a page begins to draw.
+    fn begin_drawing(&mut self) {
+        if !self.is_drawn && self.feed.is_drawn() {
+            self.is_drawn = true;
+            if let Ok(text) = self.text.clone() {
+                self.show_or_derive(&text);
+            }
+        }
+    }
+
     /// Shows the scene of a text, or starts its derivation.
     fn show_or_derive(&mut self, text: &str) {
         self.mistake = None;
@@ -120,6 +135,8 @@ impl Session {
                 return;
             }
         };
+        let (text, scene) = self.drawn(text, scene);
+        let text = text.as_str();
         let key = DerivationKey::new(text, &scene);
         if let Some(pending) = self.pending.as_mut().filter(|pending| pending.key == key) {
             pending.scene = scene;
@@ -159,6 +176,16 @@ impl Session {
             }
             Err(error) => self.show_status(Some(error.to_string())),
         }
+    }
+
+    /// The text and the scene with lengths and angles of links as parameters, if a page draws.
+    fn drawn(&self, text: &str, scene: Scene) -> (String, Scene) {
+        let text_with_parameters = if self.is_drawn { with_parameters(text) } else { None };
+        let resolved = text_with_parameters.and_then(|text| {
+            let (scene, _) = resolve::read(&self.path.display().to_string(), &text).ok()?;
+            Some((text, scene))
+        });
+        resolved.unwrap_or_else(|| (text.to_owned(), scene))
     }
 
     /// The derived scene of a text, if it is known: the last scene with other parameter values, a scene of the program,

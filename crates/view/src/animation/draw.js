@@ -58,6 +58,7 @@ function choose(next) {
   for (const [name, button] of toolButtons) button.setAttribute("aria-pressed", name === tool);
   say();
   isScaleKept = tool !== "watch";
+  if (isScaleKept) fetch("draw", { method: "POST" }).catch(() => {});
   if (!motion) return;
   if (isScaleKept) seek(begin);
   else recompute();
@@ -170,7 +171,7 @@ async function endBar(place) {
   if (!begun) return;
   const made = await change(() => ({ bar: { from: begun.end, to: end.end } }));
   if (made === null) return choose(tool);
-  made.split(" ").forEach((name, place) => {
+  JSON.parse(made).points.split(" ").forEach((name, place) => {
     const each = [begun, end][place];
     if (each.end.place) drawn[name] = each.end.place;
     [each.name, each.end] = [name, { point: name }];
@@ -185,6 +186,14 @@ const AT_POINT = {
   path: (point) => change(() => ({ path: { point } })),
 };
 
+/** Shows the motion for new values, if all of them are parameters of the scene that is shown. */
+function followValues(values) {
+  const names = Object.keys(values);
+  if (!names.every((name) => about.parameters.some((each) => each.name === name))) return showWaiting();
+  for (const name of names) setValue(name, values[name]);
+  recompute(true);
+}
+
 /** Moves a point to where the pointer is; the next place is asked for when the last one is written. */
 function mover(point) {
   const gesture = ++gestures;
@@ -196,9 +205,11 @@ function mover(point) {
     while (wanted) {
       const to = wanted;
       wanted = null;
-      await change(() => ({ move: { point, to } }), gesture);
+      const answer = await change(() => ({ move: { point, to } }), gesture);
+      if (answer) followValues(JSON.parse(answer).values);
     }
     isBusy = false;
+    if (!pressed) showWaiting();
   };
 }
 

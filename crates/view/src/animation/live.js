@@ -9,7 +9,17 @@ function apply(news) {
   known = { version: news.version, scene: news.scene_version };
   setText("mistake", news.problem ?? "");
   if (noteShown !== (news.note ?? "")) setText("news", (noteShown = news.note ?? ""));
-  if (news.scene) load(news.scene).then(sceneShown);
+  if (news.scene) waiting = news.scene;
+  if (!pressed?.move) showWaiting();
+}
+
+/** The scene of the file that is not shown yet. */
+let waiting = null;
+
+/** Shows the scene of the file. While a point is moved, the scene before it follows the values of the file. */
+function showWaiting() {
+  if (waiting) load(waiting).then(sceneShown);
+  waiting = null;
 }
 
 const delay = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));

@@ -24,6 +24,8 @@ function setText(name, text) {
 /** As many digits as a slider can set. */
 const short = (value) => Number(value.toPrecision(5));
 
+/** Whether a parameter is of the scene: lengths are parameters too while a mechanism is drawn. */
+const isListed = ({ name }) => !name.startsWith("qrm_");
 const settable = (of) => [...of.parameters, ...of.start];
 const ownValue = (of, name) => settable(of).find((each) => each.name === name)?.value;
 
@@ -109,7 +111,7 @@ function recompute(isDraft = false) {
   else root.toggleAttribute("data-draft", false);
   const isParameter = (name) => about.parameters.some((each) => each.name === name);
   const option = ([name, value]) => ` --${isParameter(name) ? "set" : "start"} ${name}=${value}`;
-  const options = Object.entries(changed).map(option);
+  const options = Object.entries(changed).filter(([name]) => isListed({ name })).map(option);
   part("command").firstElementChild.textContent = `qrm run ${packed.command}${options.join("")}`;
   part("reset").disabled = part("write").disabled = options.length === 0;
 }
@@ -163,7 +165,7 @@ const rows = new Map();
 function listParameters() {
   part("parameters").replaceChildren();
   rows.clear();
-  about.parameters.forEach((each) => listParameter(each));
+  about.parameters.filter(isListed).forEach((each) => listParameter(each));
   if (about.start.length > 0) html(part("parameters"), "h3", "qrm-start", "At the start");
   about.start.forEach((each) => listParameter(each, each.unit === "rad" ? Math.PI : 0));
   const note = (names, text) => names.length > 0 && html(part("parameters"), "p", "qrm-note", `${names.join(", ")}: ${text}`);

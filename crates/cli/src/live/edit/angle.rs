@@ -24,7 +24,7 @@ pub(super) fn with_change(formula: &str, change: f64) -> Vec<String> {
 }
 
 /// The constant at the beginning of a sum, its unit, and the rest of the sum.
-fn constant(formula: &str) -> Option<(f64, &str, &str)> {
+pub(super) fn constant(formula: &str) -> Option<(f64, &str, &str)> {
     let formula = formula.trim();
     let end = formula.find(|c: char| !matches!(c, '0'..='9' | '.' | '-')).unwrap_or(formula.len());
     let (number, rest) = (formula[..end].parse().ok()?, formula[end..].trim_start());

@@ -59,15 +59,21 @@ pub(super) fn get(document: &DocumentMut, (keys, index): Place) -> Option<f64> {
     let item = keys.iter().try_fold(document.as_item(), |item, key| item.as_table_like()?.get(key))?;
     let value = item.as_value()?;
     let value = index.map_or(Some(value), |index| value.as_array()?.get(index))?;
+    let text = value.as_str().unwrap_or_default().trim();
+    if let Some((keys, factor)) = parameter(document, text) {
+        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+        return get(document, (&keys, None)).map(|number| number * factor);
+    }
+    literal(value)
+}
+
+/// A number that is written without names, in SI units.
+pub(super) fn literal(value: &Value) -> Option<f64> {
     match value {
         Value::Integer(number) => number.value().to_string().parse().ok(),
         Value::Float(number) => Some(*number.value()),
         Value::String(text) => {
             let text = text.value().trim();
-            if let Some((keys, factor)) = parameter(document, text) {
-                let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
-                return get(document, (&keys, None)).map(|number| number * factor);
-            }
             let plain = || text.parse().ok();
             quantity(text).map_or_else(plain, |(number, _, factor)| Some(number * factor))
         }
@@ -100,7 +106,8 @@ fn parameter(document: &DocumentMut, name: &str) -> Option<(Vec<String>, f64)> {
     Some((keys(&["value"]), unit.map_or(1.0, |unit| unit.factor())))
 }
 
-fn value_mut<'d>(document: &'d mut DocumentMut, (keys, index): Place) -> Option<&'d mut Value> {
+/// The value at a place.
+pub(super) fn value_mut<'d>(document: &'d mut DocumentMut, (keys, index): Place) -> Option<&'d mut Value> {
     let mut item = document.as_item_mut();
     for key in keys {
         item = item.as_table_like_mut()?.get_mut(key)?;

@@ -1,0 +1,98 @@
+//! The lengths and angles of links as parameters, so that a moved point needs no derivation.
+
+use std::collections::BTreeMap;
+
+use toml_edit::{InlineTable, Item, TableLike, Value};
+
+use super::angle::constant;
+use super::linkage::{Linkage, formula};
+use super::number::{Place, literal, replace, value_mut};
+
+/// The beginning of the names of these parameters. Pages do not list them.
+const PREFIX: &str = "qrm_";
+
+/// The text of a scene whose lengths and angles of links are parameters; `None` if it has no links.
+pub(in crate::live) fn with_parameters(text: &str) -> Option<String> {
+    let mut linkage = Linkage::parse(text).ok()?;
+    let quantities = quantities(&linkage);
+    if quantities.is_empty() {
+        return None;
+    }
+    for Quantity { name, keys, index, value, unit, rest } in quantities {
+        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+        let place: Place = (&keys, index);
+        replace(value_mut(&mut linkage.document, place)?, formula(&format!("{name} {rest}")));
+        let mut parameter = InlineTable::new();
+        parameter.insert("value", value.into());
+        parameter.insert("unit", unit.into());
+        parameter.insert("runtime", true.into());
+        linkage.section("parameters").ok()?.insert(&name, Item::Value(parameter.into()));
+    }
+    Some(linkage.text())
+}
+
+/// The values of these parameters, and of those of the scene that are numbers.
+pub(in crate::live) fn values(text: &str) -> BTreeMap<String, f64> {
+    let Ok(linkage) = Linkage::parse(text) else { return BTreeMap::new() };
+    let own = quantities(&linkage).into_iter().map(|quantity| (quantity.name, quantity.value));
+    let parameter = |(name, item): (&str, &Item)| {
+        let value = item.as_table_like().map_or(Some(item), |table| table.get("value"))?.as_value()?;
+        (!value.is_str()).then(|| Some((name.to_owned(), literal(value)?))).flatten()
+    };
+    own.chain(linkage.entries("parameters").filter_map(parameter)).collect()
+}
+
+/// A length or an angle that is written as a number.
+struct Quantity {
+    name: String,
+    keys: Vec<String>,
+    index: Option<usize>,
+    value: f64,
+    unit: &'static str,
+    /// The formula after the number.
+    rest: String,
+}
+
+/// The lengths of bars, triangles and rods, the points of links, and the constants of drives.
+fn quantities(linkage: &Linkage) -> Vec<Quantity> {
+    let mut found = Vec::new();
+    for (link, item) in linkage.entries("links") {
+        for key in ["length", "sides"] {
+            found.extend(of_item(item.get(key), &["links", link, key]));
+        }
+        let points = item.get("points").and_then(Item::as_table_like);
+        for (point, item) in points.into_iter().flat_map(TableLike::iter) {
+            found.extend(of_item(Some(item), &["links", link, "points", point]));
+        }
+    }
+    for (joint, item) in linkage.entries("joints") {
+        if item.get("rod").is_some() {
+            found.extend(of_item(item.get("length"), &["joints", joint, "length"]));
+        }
+        let drive = item.get("drive").and_then(Item::as_str).filter(|_| item.get("revolute").is_some());
+        if let Some((number, unit, rest)) = drive.and_then(constant) {
+            let value = if unit == "deg" { number.to_radians() } else { number };
+            found.extend(quantity(&["joints", joint, "drive"], None, value, "rad", rest));
+        }
+    }
+    found
+}
+
+/// The numbers of an item, which may be a list.
+fn of_item(item: Option<&Item>, keys: &[&str]) -> Vec<Quantity> {
+    let Some(value) = item.and_then(Item::as_value) else { return Vec::new() };
+    let one = |index: Option<usize>, value: &Value| quantity(keys, index, literal(value)?, "m", "");
+    match value.as_array() {
+        Some(array) => array.iter().enumerate().filter_map(|(index, value)| one(Some(index), value)).collect(),
+        None => one(None, value).into_iter().collect(),
+    }
+}
+
+fn quantity(keys: &[&str], index: Option<usize>, value: f64, unit: &'static str, rest: &str) -> Option<Quantity> {
+    let mut name = format!("{PREFIX}{}", keys.join("_"));
+    if let Some(index) = index {
+        name += &format!("_{index}");
+    }
+    let keys = keys.iter().map(|key| (*key).to_owned()).collect();
+    value.is_finite().then(|| Quantity { name, keys, index, value, unit, rest: rest.to_owned() })
+}
