@@ -458,7 +458,7 @@ fn new_scenes_begin_with_others_that_can_be_read() {
             qrm(&[&["new"], arguments].concat()).current_dir(folder.path()).output().expect("the command starts");
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
-    let linkages = ["four-bar", "slider-crank", "cylinder", "quick-return", "cam", "gears", "empty"];
+    let linkages = ["blank", "four-bar", "slider-crank", "cylinder", "quick-return", "cam", "gears", "empty"];
     let formulae = qrm_model::MODELS.iter().map(|model| (model.description.name, &["--formulae"][..]));
     let templates = linkages.into_iter().map(|name| (name, &[][..])).chain(formulae);
     for (k, (from, option)) in templates.enumerate() {

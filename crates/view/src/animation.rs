@@ -38,7 +38,8 @@ pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<St
             (scripts, include_str!("animation/draw.css"))
         }
     };
-    let script = pack(format!("(() => {{\n\"use strict\";\n{}}})();", player(&(scripts.concat() + source))).as_bytes())?;
+    let script =
+        pack(format!("(() => {{\n\"use strict\";\n{}}})();", player(&(scripts.concat() + source))).as_bytes())?;
     let style = pack(style(&(include_str!("animation/panel.css").to_owned() + tools)).as_bytes())?;
     let piece = Piece {
         mode: "page",

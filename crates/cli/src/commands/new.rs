@@ -15,8 +15,8 @@ use crate::scenes::{is_path, model_named};
 pub(crate) struct Options {
     /// Name of the scene, as `my-crank`
     name: String,
-    /// Begin with a linkage (`four-bar`, `slider-crank`, `cylinder`, `quick-return`, `cam` or `gears`), with `empty` (a
-    /// block on a spring), or with a copy of a scene or a scene file
+    /// Begin with a linkage (`four-bar`, `slider-crank`, `cylinder`, `quick-return`, `cam` or `gears`), with `blank` (to
+    /// draw links with the mouse), with `empty` (a block on a spring), or with a copy of a scene or a scene file
     #[arg(long, value_name = "NAME or FILE", default_value = EMPTY)]
     from: String,
     /// Copy the scene in formulae, where a linkage has the same name
@@ -30,7 +30,8 @@ pub(crate) struct Options {
 const EMPTY: &str = "empty";
 
 /// Linkages to begin with: names and scenes.
-const LINKAGES: [(&str, &str); 6] = [
+const LINKAGES: [(&str, &str); 7] = [
+    ("blank", include_str!("new/blank.toml")),
     ("four-bar", include_str!("new/four-bar.toml")),
     ("slider-crank", include_str!("new/slider-crank.toml")),
     ("cylinder", include_str!("new/cylinder.toml")),

@@ -124,7 +124,10 @@ pub(super) fn drive(linkage: &mut Linkage, places: &Places, node: &str) -> Resul
         return Err(format!("no link is pinned to the ground at `{node}`"));
     };
     let [first, second] = joint.members.as_slice() else {
-        return Err(format!("{} links meet at `{node}`: a drive turns one link against the ground", joint.members.len()));
+        return Err(format!(
+            "{} links meet at `{node}`: a drive turns one link against the ground",
+            joint.members.len()
+        ));
     };
     let (link, sign) = if first.link == GROUND { (&second.link, -1.0) } else { (&first.link, 1.0) };
     let angle = Frame::of(linkage, places, link)?.angle;

@@ -19,7 +19,11 @@ pub(super) fn with_change(formula: &str, change: f64) -> Vec<String> {
     };
     match constant(formula) {
         Some((number, unit, rest)) => vec![format!("{} {rest}", written(unit, number))],
-        None => ["deg", ""].map(|unit| format!("{} + {}", written(unit, 0.0), formula.trim())).into(),
+        None => {
+            let (sign, rest) =
+                formula.trim().strip_prefix('-').map_or(('+', formula.trim()), |rest| ('-', rest.trim()));
+            ["deg", ""].map(|unit| format!("{} {sign} {rest}", written(unit, 0.0))).into()
+        }
     }
 }
 

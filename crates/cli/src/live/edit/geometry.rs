@@ -21,7 +21,7 @@ pub(in crate::live) fn with_parameters(text: &str) -> Option<String> {
     for Quantity { name, keys, index, value, unit, rest } in quantities {
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
         let place: Place = (&keys, index);
-        replace(value_mut(&mut linkage.document, place)?, formula(&format!("{name} {rest}")));
+        replace(value_mut(&mut linkage.document, place)?, formula(format!("{name} {rest}").trim_end()));
         let mut parameter = InlineTable::new();
         parameter.insert("value", value.into());
         parameter.insert("unit", unit.into());

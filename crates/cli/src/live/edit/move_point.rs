@@ -21,7 +21,8 @@ pub(super) fn run(linkage: &mut Linkage, places: &Places, node: &str, to: [f64; 
     move_rods(linkage, places, &points, to, resolution)?;
     for joint in linkage.joints() {
         let is_near = linkage.key("joints", &joint.name, "near").is_some();
-        let is_here = joint.members.iter().take(if joint.kind == "revolute" { 9 } else { 1 }).any(|each| points.contains(each));
+        let is_here =
+            joint.members.iter().take(if joint.kind == "revolute" { 9 } else { 1 }).any(|each| points.contains(each));
         if is_near && is_here {
             for axis in [0, 1] {
                 let place: Place = (&["joints", &joint.name, "near"], Some(axis));

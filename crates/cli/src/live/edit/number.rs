@@ -37,6 +37,13 @@ fn set_scaled(
         let name = place.0.join(".");
         return Err(format!("`{name}` is the formula `{text}`: change it, or its parameters, in the file"));
     }
+    let has_value = |value: &Value| {
+        let unit = if quantity(&text).is_some() { 1.0 } else { factor };
+        literal(value).is_some_and(|own| (own * unit - number).abs() <= 0.5 * resolution)
+    };
+    if value_mut(document, place).is_some_and(|value| has_value(value)) {
+        return Ok(());
+    }
     let scaled = |factor: f64| rounded(number / factor, resolution / factor);
     let new = quantity(&text).map_or_else(
         || Value::from(scaled(factor)),

@@ -28,7 +28,8 @@ impl Places {
     pub(super) fn resolution(&self, further: &[[f64; 2]]) -> f64 {
         let spread = |axis: usize| {
             let values = self.0.values().chain(further).map(|place| place[axis]);
-            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+            let (low, high) =
+                values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
             high - low
         };
         let size = spread(0).max(spread(1));
