@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::fs;
 
-use crate::common::{Table, near, run};
+use crate::common::{Table, near, qrm, run};
 
 fn path(name: &str) -> String {
     format!("{}/tests/mechanisms/{name}.toml", env!("CARGO_MANIFEST_DIR"))
@@ -64,6 +64,31 @@ fn a_wiper_sweeps_as_circles_cross() {
         let arm = (x - pivot[0]).atan2(pivot[1] - y);
         near("arm", table.number(row, "sweep"), arm.to_degrees(), 1e-9);
     }
+}
+
+/// The rod of the wiper is closest to the first arm where crank and ground are in one line. The tie stays parallel to the
+/// ground, and is closest to the second arm at the end of the sweep.
+#[test]
+#[ignore = "full tier: engine"]
+fn a_check_reports_the_transmission_angles_of_the_motion() {
+    let output = qrm(&["check", &path("wiper")]).output().expect("the command starts");
+    let text = String::from_utf8(output.stdout).expect("text");
+    let (rod, arm, reach): (f64, f64, f64) = (0.3, 0.08, 0.3_f64.hypot(0.05) - 0.05);
+    let least = ((rod * rod + arm * arm - reach * reach) / (2.0 * rod * arm)).acos().to_degrees();
+    let sweep = |crank: f64| {
+        let [x, y] = crossing([0.3, 0.05], arm, [0.05 * crank.cos(), 0.05 * crank.sin()], rod);
+        (x - 0.3).atan2(0.05 - y).to_degrees()
+    };
+    let end = (0..20_000).map(|i| sweep(TAU * f64::from(i) / 20_000.0)).fold(f64::MIN, f64::max);
+    let tie = 6.0_f64.atan2(5.0).to_degrees() - end;
+    for (links, angle) in [("`rod` and `arm1`", least), ("`tie` and `arm2`", tie)] {
+        let line = format!("transmission angle between {links}: at least {angle:.2} deg, at t = ");
+        assert!(text.contains(&line), "{line}\n{text}");
+    }
+    assert!(
+        text.contains("transmission angle between `tie` and `arm2`: at least 0.0000 deg as `arm1` moves"),
+        "{text}"
+    );
 }
 
 /// The power of the cylinder, of the force at the tip and of the weights is the change of the kinetic energy.

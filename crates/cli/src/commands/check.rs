@@ -6,6 +6,7 @@ mod full_turn;
 mod mobility;
 mod motion;
 mod revolution;
+mod transmission;
 
 use clap::Args;
 use qrm_core::{Mechanism, Model, QuantityDescription};

@@ -52,9 +52,7 @@ fn grashof(setup: &Setup, state: &State<f64>, four_bar: &document::FourBar) -> O
         let [[ax, ay], [bx, by]] = [point(&four_bar.sides[side][0])?, point(&four_bar.sides[side][1])?];
         Some((bx - ax).hypot(by - ay))
     };
-    let inputs = inputs(setup).ok()?;
-    let is_input = |name: &str| inputs.iter().any(|input| input.name == name);
-    let [input, output] = if is_input(&four_bar.angles[1]) && !is_input(&four_bar.angles[0]) { [3, 1] } else { [1, 3] };
+    let [input, output] = sides_from_input(setup, four_bar)?;
     let linkage = FourBar { ground: length(0)?, input: length(input)?, coupler: length(2)?, output: length(output)? };
     let class = linkage.class()?;
     let name = |side: usize| four_bar.links[side].as_str();
@@ -69,6 +67,13 @@ fn grashof(setup: &Setup, state: &State<f64>, four_bar: &document::FourBar) -> O
         name(input)
     ));
     Some(Topic::new("four-bar", lines))
+}
+
+/// The sides that are input and output of a four-bar linkage.
+pub(super) fn sides_from_input(setup: &Setup, four_bar: &document::FourBar) -> Option<[usize; 2]> {
+    let inputs = inputs(setup).ok()?;
+    let is_input = |name: &str| inputs.iter().any(|input| input.name == name);
+    Some(if is_input(&four_bar.angles[1]) && !is_input(&four_bar.angles[0]) { [3, 1] } else { [1, 3] })
 }
 
 fn class_text(class: GrashofClass, input: &str, coupler: &str, output: &str) -> String {

@@ -10,7 +10,7 @@ use qrm_sim::run::End;
 use qrm_sim::run::Extremes;
 use qrm_sim::run::Status;
 
-use super::{Topic, inputs};
+use super::{Topic, inputs, transmission};
 use crate::error::Error;
 use crate::format::{number, quantity, seconds};
 use crate::progress::Progress;
@@ -26,7 +26,10 @@ pub(super) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>),
     let report = RunReport::new(setup, &outcome, &recording);
     let mut topics = vec![Topic::new("run", [report.message.to_string()])];
     let driven = driven(setup);
-    topics.extend(peaks(setup, driven, &recording));
+    let input =
+        Input { name: driven.map(|i| setup.description.coordinates[i].name), series: series(driven, &recording) };
+    topics.extend(transmission::report_lines(setup, &input, &recording));
+    topics.extend(peaks(setup, &input, &recording));
     topics.push(energy(&balance, outcome.energy_drift.is_some()));
     if let Some(driven) = driven {
         topics.extend(recurrence(setup, driven)?);
@@ -42,23 +45,37 @@ fn driven(setup: &Setup) -> Option<usize> {
     (input.unit == "rad").then_some(place)
 }
 
-fn peaks(setup: &Setup, driven: Option<usize>, recording: &Recording) -> Vec<Topic> {
-    let series = driven.map(|i| recording.series(Kind::Coordinate(i))).unwrap_or_default();
-    let driven = driven.map(|i| setup.description.coordinates[i].name);
-    let at = |t: f64| {
-        let after = series.partition_point(|point| point.0 < t).clamp(1, series.len().max(2) - 1);
-        let angle = series
+/// The driven angle over time.
+pub(super) struct Input {
+    name: Option<&'static str>,
+    series: Vec<(f64, f64)>,
+}
+
+impl Input {
+    /// A time, and the driven angle at it.
+    pub(super) fn at(&self, t: f64) -> String {
+        let after = self.series.partition_point(|point| point.0 < t).clamp(1, self.series.len().max(2) - 1);
+        let angle = self
+            .series
             .get(after - 1)
-            .zip(series.get(after))
+            .zip(self.series.get(after))
             .map(|((t0, a0), (t1, a1))| (a0 + (a1 - a0) * (t - t0) / (t1 - t0)).rem_euclid(TAU));
-        let angle = angle.zip(driven).map(|(angle, name)| format!(", {name} = {}", quantity(angle, "rad")));
+        let angle = angle.zip(self.name).map(|(angle, name)| format!(", {name} = {}", quantity(angle, "rad")));
         format!("t = {t:.6} s{}", angle.unwrap_or_default())
-    };
+    }
+}
+
+fn series(driven: Option<usize>, recording: &Recording) -> Vec<(f64, f64)> {
+    driven.map(|i| recording.series(Kind::Coordinate(i))).unwrap_or_default()
+}
+
+fn peaks(setup: &Setup, input: &Input, recording: &Recording) -> Vec<Topic> {
     let mut topics = Vec::new();
     for (i, output) in setup.scene.outputs.iter().enumerate() {
         let (true, Some(e)) = (output.kind.is_reaction(), recording.extremes(Kind::Output(i))) else { continue };
-        let line =
-            |what: &str, (value, t): (f64, f64)| format!("{what}  {} {} at {}", number(value), output.unit, at(t));
+        let line = |what: &str, (value, t): (f64, f64)| {
+            format!("{what}  {} {} at {}", number(value), output.unit, input.at(t))
+        };
         topics.push(Topic::new(&output.name, [line("smallest", e.minimum), line("largest ", e.maximum)]));
     }
     topics
