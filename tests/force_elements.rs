@@ -70,3 +70,23 @@ fn a_motor_is_a_line_from_its_stall_torque_to_its_speed() {
     let other = boom("", "", &format!("motor = {{ torque = '{law}', on = \"boom\" }}"), "");
     same(&own, &other, &[["phi_boom"; 2], ["phi_boom_dot"; 2], ["F_O"; 2]]);
 }
+
+#[test]
+#[ignore = "full tier: engine"]
+fn a_force_in_the_frame_of_a_link_turns_with_it() {
+    let tip = "tip = { points = { P = [0, 0], Q = [0.3, 0] }, mass = 5, com = \"Q\", inertia = 1 }";
+    let weld = "P = { weld = [\"tip\", \"boom\"], rotation = '30 deg' }";
+    let own = boom(tip, weld, "push = { force = [40, '3000*cos(3*t)'], at = \"Q\", frame = \"tip\" }", "");
+    let angle = "(phi_boom + pi/6)";
+    let turned = format!(
+        "push = {{ force = ['40*cos({angle}) - 3000*cos(3*t)*sin({angle})', '40*sin({angle}) + \
+         3000*cos(3*t)*cos({angle})'], at = \"Q\" }}"
+    );
+    let other = boom(tip, weld, &turned, "");
+    same(&own, &other, &[["phi_boom"; 2], ["phi_boom_dot"; 2], ["F_O"; 2]]);
+    let ground = boom(tip, weld, "push = { force = [40, '3000*cos(3*t)'], at = \"Q\", frame = \"ground\" }", "");
+    let fixed = boom(tip, weld, "push = { force = [40, '3000*cos(3*t)'], at = \"Q\" }", "");
+    same(&ground, &fixed, &[["phi_boom"; 2], ["F_O"; 2]]);
+    let off = own.number(own.last(), "phi_boom") - fixed.number(fixed.last(), "phi_boom");
+    assert!(off.abs() > 1e-2, "{off}");
+}

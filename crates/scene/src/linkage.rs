@@ -30,12 +30,13 @@ mod tree;
 use std::collections::BTreeMap;
 
 use crate::diagnostic::{Diagnostic, errors};
-use crate::document::{CoordinateSyntax, Document, DrawnSyntax, Identifier};
+use crate::document::{CoordinateSyntax, Document, DrawnSyntax, Identifier, LoadSyntax};
 use angles::Angles;
 use constants::Constants;
 use friction::Frictions;
 pub(crate) use friction::load_of_joint;
 use graph::Graph;
+pub(crate) use loads::unknown_frame;
 use places::{Places, origin_names, slide};
 use resolved::Linkage;
 use start_positions::StartPositions;
@@ -84,6 +85,7 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
         constants: &constants,
     };
     loads::check(document, &linkage, findings);
+    let forces = loads::turned(document, &linkage, findings);
     let outputs = outputs::outputs(document, &linkage, findings);
     let frictions = Frictions::new(&linkage, findings);
     let point_names: BTreeMap<String, String> =
@@ -100,6 +102,11 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     document.outputs =
         own.into_iter().zip(outputs).flat_map(|(own, instead)| instead.unwrap_or_else(|| vec![own])).collect();
     document.outputs.extend(frictions.outputs);
+    for ((_, load), turned) in document.loads.iter_mut().zip(forces) {
+        if let (LoadSyntax::Force { force, frame, .. }, Some(turned)) = (load, turned) {
+            (*force, *frame) = (turned, None);
+        }
+    }
     document.loads.extend(frictions.loads);
     document.for_each_point_name(|point| {
         if let Some(name) = point_names.get(&point.name) {

@@ -16,6 +16,8 @@ pub enum LoadSyntax {
     Force {
         /// The components of the force.
         force: [Formula; 2],
+        /// The link in whose frame the components are; if absent, they are in that of the ground.
+        frame: Option<Identifier>,
         /// The point.
         target: Target,
     },
@@ -84,7 +86,8 @@ pub(super) fn load(r: &mut Reader, identifier: &Identifier, value: reader::Value
         "force" => {
             let force = table.required(r, "force").map(|v| r.pair(v, "N"))?;
             let target = table.target(r);
-            target.map(|target| LoadSyntax::Force { force, target })
+            let frame = table.optional("frame").and_then(|v| r.text(v));
+            target.map(|target| LoadSyntax::Force { force, frame, target })
         }
         "torque" => {
             let torque = table.required(r, "torque").map(|v| r.quantity(v, "N m"))?;

@@ -3,9 +3,11 @@
 use super::graph::PointId;
 use super::outputs::are_of_joints;
 use super::resolved::Linkage;
+use super::terms;
 use crate::diagnostic::Diagnostic;
 use crate::document::{Along, Document, Identifier, JointPart, LoadSyntax, OutputValue, Target};
 use crate::expression::Node;
+use crate::names::suggestion;
 use crate::parser::Formula;
 
 /// Reports loads between two points that always coincide, and loads on a pin whose force depends on which of its links
@@ -29,6 +31,30 @@ pub(super) fn check(document: &Document, linkage: &Linkage, findings: &mut Vec<D
         let label = format!("joint `{joint}` holds them together");
         findings.push(Diagnostic::error(title, second.span.clone(), label).help("name points that can move apart"));
     }
+}
+
+/// The components of each force that is fixed to a link, in the frame of the ground; `None` for other loads.
+pub(super) fn turned(
+    document: &Document,
+    linkage: &Linkage,
+    findings: &mut Vec<Diagnostic>,
+) -> Vec<Option<[Formula; 2]>> {
+    let graph = linkage.graph;
+    let mut components = |load: &LoadSyntax| {
+        let LoadSyntax::Force { force, frame: Some(frame), .. } = load else { return None };
+        let Some(link) = (0..graph.links.len()).find(|link| graph.name(*link) == frame.name) else {
+            findings.push(unknown_frame(frame, (0..graph.links.len()).map(|link| graph.name(link))));
+            return None;
+        };
+        Some(terms::rotated(force.clone(), &linkage.angles.formula(link, &frame.span)))
+    };
+    document.loads.iter().map(|(_, load)| components(load)).collect()
+}
+
+/// Reports a frame that is no link.
+pub(crate) fn unknown_frame<'n>(frame: &Identifier, links: impl Iterator<Item = &'n str>) -> Diagnostic {
+    let error = Diagnostic::error(format!("unknown link `{}`", frame.name), frame.span.clone(), "not in [links]");
+    error.help(suggestion(&frame.name, links, || "name the link to which the force is fixed".to_owned()))
 }
 
 /// The fault of a length that names a point of several links, or of none.

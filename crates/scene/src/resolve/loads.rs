@@ -9,6 +9,7 @@ use crate::diagnostic::Span;
 use crate::document::{Along, Document, FrictionSyntax, LoadSyntax, SpringSyntax, Target};
 use crate::expression::Node;
 use crate::function::Function;
+use crate::linkage::unknown_frame;
 use crate::parser::Formula;
 use crate::scene::{Friction, LoadKind, Quantity, Scene, Value};
 
@@ -21,7 +22,11 @@ impl Resolver<'_> {
         load: &LoadSyntax,
     ) -> Option<LoadKind> {
         Some(match load {
-            LoadSyntax::Force { force, target } => {
+            LoadSyntax::Force { force, frame, target } => {
+                // Frames of links have been resolved with the links.
+                if let Some(frame) = frame.as_ref().filter(|_| document.links.is_empty()) {
+                    self.findings.push(unknown_frame(frame, std::iter::empty()));
+                }
                 let (at, body) = match target {
                     Target::Point(point) => (self.point(point).map(|i| point_value(i, point.span.clone())), None),
                     Target::Body(name) => {
