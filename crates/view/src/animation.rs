@@ -77,9 +77,9 @@ pub struct SimulatorPage<'a> {
     pub command: &'a str,
     /// Whether a server writes values to the file of the scene.
     pub is_writable: bool,
-    /// The simulator: WebAssembly, compressed by gzip, in base 85.
+    /// The simulator: WebAssembly, compressed by gzip, in base 91.
     pub module: &'a str,
-    /// The scene in the simulator's format, compressed and in base 85 too; `None` if a server provides it.
+    /// The scene in the simulator's format, compressed and in base 91 too; `None` if a server provides it.
     pub scene: Option<&'a str>,
 }
 

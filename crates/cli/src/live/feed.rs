@@ -25,7 +25,7 @@ struct Latest {
 /// The content of a page.
 #[derive(Default, Serialize)]
 struct Shown {
-    /// The scene in the simulator's format, in base 85.
+    /// The scene in the simulator's format, in base 91.
     #[serde(skip)]
     scene: String,
     /// The error in the text of the scene, if there is one.

@@ -4,25 +4,24 @@ const root = document.currentScript.closest(".qrm-animation");
 /** What the page holds. */
 root.packed = JSON.parse(root.querySelector("script[type='application/json']").textContent);
 
-/** The values of the digits of base 85: printable signs but those that HTML or JSON would escape. */
-const VALUES = new Map(
-  [...Array(94)].map((_, i) => String.fromCharCode(33 + i)).filter((sign) => !"\"&'<>\\`".includes(sign))
-    .map((sign, value) => [sign, value])
-);
+/** The values of the digits of base 91: printable signs but those that JSON or a script would escape. */
+const VALUES = {};
+for (let code = 33, value = 0; code < 127; code++) if (![34, 60, 92].includes(code)) VALUES[String.fromCharCode(code)] = value++;
 
-/** The bytes of a text of digits, five of them for four bytes; a part of a byte at the end does not count. */
+/** The bytes of a text of digits, two of them for 13 or 14 bits. */
 function decoded(text) {
-  const view = new DataView(new ArrayBuffer(4 * Math.ceil(text.length / 5)));
-  const values = Uint8Array.from(text, (sign) => VALUES.get(sign));
-  for (let place = 0; place < text.length; place += 5) {
-    let word = 0;
-    for (let digit = place; digit < place + 5; digit++) word = 85 * word + (values[digit] ?? 84);
-    view.setUint32((place / 5) * 4, word);
+  const bytes = new Uint8Array(text.length);
+  let [waiting, count, length] = [0, 0, 0];
+  for (let place = 0; place < text.length; place += 2) {
+    const number = VALUES[text[place]] + 91 * (VALUES[text[place + 1]] ?? 0);
+    waiting |= number << count;
+    count += place + 1 === text.length ? 8 : (number & 8191) > 88 ? 13 : 14;
+    for (; count > 7; count -= 8, waiting >>= 8) bytes[length++] = waiting;
   }
-  return new Uint8Array(view.buffer, 0, (text.length * 4) / 5);
+  return bytes.subarray(0, length);
 }
 
-/** What gzip made of bytes, in base 85. */
+/** What gzip made of bytes, in base 91. */
 root.unpacked = async (text) => {
   const stream = new Blob([decoded(text)]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
