@@ -35,12 +35,13 @@ pub struct Member {
 /// The largest number of curves in one picture; more could not be distinguished.
 pub const MAX_CURVES: usize = 6;
 
-/// The rates of the coordinates, each output separately, and all reactions together; different units are separated.
-pub fn groups(scene: &Scene, recording: &Recording) -> Vec<Group> {
+/// The rates of the coordinates, each output separately, the components of each force together, and all other reactions
+/// together; different units are separated.
+pub fn groups<'s>(scene: &'s Scene, recording: &Recording) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     // Groups that accept further curves, by the name of their file.
     let mut joined: Vec<(&str, usize)> = Vec::new();
-    let mut add = |file: Option<&'static str>, (title, quantity): (&str, &str), column: &Column, doc: &str| {
+    let mut add = |file: Option<&'s str>, (title, quantity): (&str, &str), column: &Column, doc: &str| {
         let unit = printed_unit(&column.unit);
         let curve = Member { name: column.name.clone(), doc: doc.to_owned(), kind: column.kind };
         let same = joined.iter().filter(|(other, place)| Some(*other) == file && groups[*place].unit == unit);
@@ -67,9 +68,10 @@ pub fn groups(scene: &Scene, recording: &Recording) -> Vec<Group> {
                 kind if kind.is_reaction() && (kind.is_moment() || column.unit.ends_with("N m")) => {
                     add(Some("moments"), ("reaction moments", "moment"), column, &column.doc);
                 }
-                kind if kind.is_reaction() => {
-                    add(Some("reactions"), ("reaction forces", "force"), column, &column.doc);
-                }
+                kind if kind.is_reaction() => match vector_of(scene, i) {
+                    Some(name) => add(Some(name), (&format!("force {name}"), "force"), column, &column.doc),
+                    None => add(Some("reactions"), ("reaction forces", "force"), column, &column.doc),
+                },
                 _ if column.doc.is_empty() => add(None, (&column.name, &column.name), column, ""),
                 _ => {
                     let title = format!("{}: {}", column.name, column.doc);
@@ -80,6 +82,14 @@ pub fn groups(scene: &Scene, recording: &Recording) -> Vec<Group> {
         }
     }
     groups
+}
+
+/// The name of the force whose size or component an output is: `NAME`, with `NAME_x` and `NAME_y`.
+fn vector_of(scene: &Scene, output: usize) -> Option<&str> {
+    let name = scene.outputs[output].name.as_str();
+    let name = name.strip_suffix("_x").or_else(|| name.strip_suffix("_y")).unwrap_or(name);
+    let is_there = |suffix| scene.outputs.iter().any(|other| other.name.strip_suffix(suffix) == Some(name));
+    ["", "_x", "_y"].into_iter().all(is_there).then_some(name)
 }
 
 /// The form of a unit in pictures.

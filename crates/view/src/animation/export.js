@@ -36,9 +36,14 @@ function save(name, pictures) {
   const back = getComputedStyle(part("stage")).backgroundColor;
   whole.prepend(element(whole, "rect", { width, height: top, fill: back }));
   for (const [key, value] of Object.entries({ viewBox: `0 0 ${width} ${top}`, width, height: top })) whole.setAttribute(key, value);
+  download(`${name}.svg`, new XMLSerializer().serializeToString(whole), "image/svg+xml");
+}
+
+/** Gives a file to the reader of the page. */
+function download(name, content, type) {
   const link = html(root, "a");
-  link.download = `${name}.svg`;
-  link.href = URL.createObjectURL(new Blob([new XMLSerializer().serializeToString(whole)], { type: "image/svg+xml" }));
+  link.download = name;
+  link.href = URL.createObjectURL(new Blob([content], { type }));
   link.click();
   link.remove();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
@@ -59,4 +64,12 @@ part("save-curves").addEventListener("click", () => {
   };
   const figures = [...root.querySelectorAll(".qrm-plot")];
   save(`${about.name}-curves`, figures.map((figure) => ({ svg: figure.querySelector(".qrm-area svg"), words: words(figure) })));
+});
+part("save-table").addEventListener("click", () => {
+  removeFrame();
+  const curves = motion.plots.flatMap(({ unit, curves }) => curves.map(({ name, values }) => [`${name}${unit && ` [${unit}]`}`, values]));
+  const row = (time, frame) => [time, ...curves.map(([, values]) => values[values.length === 1 ? 0 : frame])].map((value) => (Number.isFinite(value) ? value : ""));
+  const lines = [["t [s]", ...curves.map(([name]) => name)], ...times.map(row)];
+  download(`${about.name}-curves.csv`, `${lines.join("\n")}\n`, "text/csv");
+  show(time);
 });

@@ -101,7 +101,7 @@ function recompute(isDraft = false) {
     install(motion, isDraft, isDragged || isScaleKept ? planned : null);
     report(run, performance.now() - begun);
     setText("problem", run.failure ?? "");
-    part("save-curves").hidden = motion.plots.length === 0;
+    part("save-curves").hidden = part("save-table").hidden = motion.plots.length === 0;
     if (!isDraft && !run.failure) expectedEnd = run.end_time;
   } catch (problem) {
     setText("problem", problem.message);
@@ -176,19 +176,19 @@ function listParameters() {
 /** The row of a parameter, whose slider goes so far to both sides of its value. */
 function listParameter({ name, unit, doc, value }, reach = 0) {
   const row = html(part("parameters"), "label", "qrm-parameter");
-  row.title = doc;
   html(row, "span", "qrm-whose", name);
+  const number = html(row, "input");
+  [number.type, number.step, number.name] = ["number", "any", name];
+  number.setAttribute("aria-label", `${name}${unit ? ` in ${unit}` : ""}`);
+  html(row, "span", "qrm-unit", unit.replaceAll("^2", "\u00b2").replaceAll("^3", "\u00b3"));
   const range = html(row, "input");
   [range.type, range.step] = ["range", "any"];
   const far = reach || Math.abs(0.5 * value) || 1;
   [range.min, range.max] = [value - far, value + far];
-  const number = html(row, "input");
-  [number.type, number.step, number.name] = ["number", "any", name];
-  number.setAttribute("aria-label", `${name}${unit ? ` in ${unit}` : ""}`);
+  if (doc) html(row, "span", "qrm-what", doc);
   const set = (shown) => (number.value = range.value = shown);
   set(changed[name] ?? values[name] ?? value);
   rows.set(name, set);
-  html(row, "span", "qrm-unit", unit.replaceAll("^2", "\u00b2").replaceAll("^3", "\u00b3"));
   range.addEventListener("input", () => {
     number.value = short(Number(range.value));
     setValue(name, Number(number.value));

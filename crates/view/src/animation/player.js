@@ -67,7 +67,8 @@ function install(next, draft = false, plannedBefore = null) {
     listShapes();
     offerSwitches();
   }
-  plots.forEach((each, place) => each.setData(motion.plots[place], times, timeExponent));
+  listAxes();
+  setAxis();
   [slider.min, slider.max] = [begin, end];
   listSpeeds();
   time = clamp(time, begin, end);
@@ -88,6 +89,66 @@ function install(next, draft = false, plannedBefore = null) {
     show(time);
   }
 }
+
+/** What curves are drawn over: the time, or the angle of a link on the ground, in degrees of one turn. */
+let axes = [];
+
+function listAxes() {
+  const timeAxis = {
+    name: "time", exponent: timeExponent, unit: `${PREFIXES[timeExponent]}s`, jump: Infinity,
+    range: () => [begin, end], step: (span, count) => nice(span / count), at: (_, time) => time, timeAt: (time) => time,
+  };
+  const isStill = (id) => motion.nodes[id].x.length + motion.nodes[id].y.length === 2;
+  const turning = motion.shapes.filter(({ kind, name, nodes }) => kind === "link" && name && nodes.some(isStill) && !nodes.every(isStill));
+  const angleAxis = ({ name, nodes }) => {
+    const [still, moving] = [nodes.find(isStill), nodes.find((id) => !isStill(id))].map((id) => motion.nodes[id]);
+    const radians = (at) => {
+      const [dx, dy] = ["x", "y"].map((axis) => valueAt(moving[axis], at) - valueAt(still[axis], at));
+      return Math.atan2(dy, dx);
+    };
+    // A link that only rocks has the range in which it does.
+    const frames = times.map((_, frame) => radians({ frame, part: 0 }));
+    let [turned, low, high] = [frames[0], frames[0], frames[0]];
+    for (let frame = 1; frame < frames.length; frame++) {
+      turned += angleAt(frames, { frame: frame - 1, part: 1 }) - frames[frame - 1];
+      [low, high] = [Math.min(low, turned), Math.max(high, turned)];
+    }
+    [low, high] = [low, high].map((angle) => (angle * 180) / Math.PI);
+    const rocks = high - low < 330;
+    const from = rocks ? (low + high) / 2 - 180 : 0;
+    const at = (at) => ((((radians(at) * 180) / Math.PI - from) % 360) + 360) % 360 + from;
+    // The time next to the one shown at which the angle is passed.
+    const timeAt = (angle) => {
+      const far = (frame) => ((at({ frame, part: 0 }) - angle + 540) % 360) - 180;
+      const passes = times.slice(1).flatMap((next, frame) => {
+        const [a, b] = [far(frame), far(frame + 1)];
+        return a * b <= 0 && Math.abs(a - b) < 180 ? [times[frame] + (next - times[frame]) * (a / (a - b) || 0)] : [];
+      });
+      return passes.reduce((best, each) => (Math.abs(each - time) < Math.abs(best - time) ? each : best), passes[0] ?? time);
+    };
+    return { name: `angle of ${name}`, exponent: 0, unit: "deg", jump: 180, range: () => (rocks ? [low, high] : [0, 360]), step: (span, count) => (rocks ? nice(span / count) : count < 8 ? 90 : 60), at, timeAt };
+  };
+  axes = [timeAxis, ...turning.map(angleAxis)];
+  const names = axes.map(({ name }) => name);
+  const over = part("over");
+  if (String([...over.options].map((option) => option.value)) === String(names)) return;
+  const chosen = over.value;
+  over.replaceChildren();
+  for (const name of names) html(over, "option", "", name);
+  if (names.includes(chosen)) over.value = chosen;
+  over.parentElement.hidden = names.length < 2 || plots.length === 0;
+}
+
+/** Gives the curves what they are drawn over. */
+function setAxis() {
+  const axis = axes.find(({ name }) => name === part("over").value) ?? axes[0];
+  plots.forEach((each, place) => each.setData(motion.plots[place], times, axis));
+}
+part("over").addEventListener("change", () => {
+  setAxis();
+  for (const each of plots) if (sizes.has(each.area)) redraw(each.area);
+  show(time);
+});
 
 /** Computes the numbers of a motion at a time, null if that fails. Without it there are frames alone. */
 let numbersAt = null;
