@@ -1,0 +1,382 @@
+//! Mechanisms of PMKS: one joint a line, as `ground input R 0 0 0 ffft`, or a link with such lines.
+
+use std::ops::Range;
+
+use super::linkage::{End, Joint, Kind, Link, Linkage, turned};
+use super::names::Names;
+use super::numbers::finite;
+use super::source::Source;
+use crate::error::Error;
+
+/// The speed of the input where the model has none, in turns a minute.
+const DEFAULT_SPEED: f64 = 10.0;
+
+/// Whether a text looks like a mechanism of PMKS.
+pub(super) fn is_of(text: &str) -> bool {
+    let lines = text.split(['\n', '|']).filter(|line| !line.trim().is_empty());
+    text.contains("mech=") || lines.take(20).any(|line| kind_at(&words(line, 0)).is_some_and(|at| at > 0))
+}
+
+/// Reads the first mechanism of a text.
+pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
+    let (text, offset) = mechanism(&source.text);
+    let mut lines = Vec::new();
+    let mut at = offset;
+    for line in text.split(['\n', '|']) {
+        if !line.trim().is_empty() {
+            lines.push(Line::read(source, line, at)?);
+        }
+        at += line.len() + 1;
+    }
+    if lines.is_empty() {
+        return Err(source.whole("it has no joint", "write one joint a line, as `ground crank R 0 0`"));
+    }
+    let mut reader =
+        Reader { source, linkage: Linkage::new("a mechanism of PMKS"), names: Names::new(), links: vec![] };
+    reader.read(&lines)?;
+    Ok(reader.linkage)
+}
+
+/// The lines of joints, and where they begin.
+fn mechanism(text: &str) -> (&str, usize) {
+    let Some(begin) = text.find("mech=").map(|at| at + "mech=".len()) else { return (text, 0) };
+    let rest = &text[begin..];
+    // Files have one joint a line behind `mech=`, links all of them in one line.
+    let first = rest.split('\n').next().unwrap_or_default();
+    let end = if first.contains('|') { first.len() } else { rest.find("mech=").unwrap_or(rest.len()) };
+    let end = rest[..end].find('&').unwrap_or(end);
+    (&rest[..end], begin)
+}
+
+/// The words of a line with their places.
+fn words(line: &str, offset: usize) -> Vec<(String, Range<usize>)> {
+    let mut found = Vec::new();
+    let mut begin = 0;
+    let is_space = |rest: &str| rest.starts_with("%20") || rest.starts_with("%2C") || rest.starts_with("%2c");
+    let mut at = 0;
+    while at <= line.len() {
+        let rest = &line[at..];
+        let (is_end, step) = match rest.chars().next() {
+            None => (true, 1),
+            Some('+' | ',' | ' ' | '\t' | '\r') => (true, 1),
+            Some('%') if is_space(rest) => (true, 3),
+            Some(c) => (false, c.len_utf8()),
+        };
+        if is_end {
+            if at > begin {
+                found.push((line[begin..at].to_owned(), offset + begin..offset + at));
+            }
+            begin = at + step;
+        }
+        at += step;
+    }
+    found
+}
+
+/// The place of the type of joint, the last word of this kind.
+fn kind_at(words: &[(String, Range<usize>)]) -> Option<usize> {
+    words.iter().rposition(|(word, _)| ["r", "p", "rp", "g"].contains(&word.to_ascii_lowercase().as_str()))
+}
+
+/// A line: a joint of links at a place.
+struct Line {
+    links: Vec<(String, Range<usize>)>,
+    kind: String,
+    place: [f64; 2],
+    /// The direction of a slider, in radians.
+    direction: f64,
+    is_traced: bool,
+    is_input: bool,
+    span: Range<usize>,
+}
+
+impl Line {
+    fn read(source: &Source, line: &str, offset: usize) -> Result<Self, Error> {
+        let mut words = words(line, offset);
+        let lead = line.len() - line.trim_start().len();
+        let span = offset + lead..offset + lead + line.trim().len();
+        let example = "write the links, the type (R, P, RP or G) and the place of a joint, as `ground crank R 0 0`";
+        let kind = kind_at(&words).filter(|at| *at > 0).ok_or_else(|| {
+            source.error("this line is no joint", span.clone(), "no link with a type of joint behind it", example)
+        })?;
+        let mut rest = words.split_off(kind);
+        let kind = rest.remove(0).0.to_ascii_uppercase();
+        let mut numbers = Vec::new();
+        while let Some((word, at)) = rest.first() {
+            let is_number = word.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '.'));
+            match finite(word) {
+                Some(value) if value.abs() < 1e100 => numbers.push(value),
+                _ if is_number => {
+                    return Err(source.error("this number cannot be read", at.clone(), "not a finite number", example));
+                }
+                _ => break,
+            }
+            rest.remove(0);
+        }
+        let [x, y] = match numbers[..] {
+            [x, y, ..] => [x, y],
+            _ => return Err(source.error("this joint has no place", span, "two numbers are missing", example)),
+        };
+        let flag = |at: usize| match rest.first() {
+            Some((flags, _)) if rest.len() == 1 => flags.chars().nth(at).is_some_and(|c| matches!(c, 't' | '+')),
+            _ => rest.get(at).is_some_and(|(word, _)| word.eq_ignore_ascii_case("true")),
+        };
+        let (is_traced, is_input) = (flag(0), flag(3));
+        let direction = numbers.get(2).copied().unwrap_or(0.0).to_radians();
+        Ok(Self { links: words, kind, place: [x, y], direction, is_traced, is_input, span })
+    }
+}
+
+struct Reader<'s> {
+    source: &'s Source,
+    linkage: Linkage,
+    names: Names,
+    /// The names of the links in the file; the ground is the first.
+    links: Vec<String>,
+}
+
+impl Reader<'_> {
+    fn read(&mut self, lines: &[Line]) -> Result<(), Error> {
+        self.links.push("ground".to_owned());
+        self.names.unique("speed", "speed");
+        for line in lines {
+            for (name, _) in &line.links {
+                self.link(name, line.place);
+            }
+        }
+        let joined = |line: &&Line| line.links.len() > 1;
+        let may_be_input = |line: &Line| line.links.len() > 1 && (line.kind == "R" || line.kind == "P");
+        let input = lines.iter().rposition(|line| line.is_input).or_else(|| lines.iter().position(may_be_input));
+        for (i, line) in lines.iter().enumerate() {
+            if joined(&line) {
+                self.joint(lines, line, input == Some(i))?;
+            } else {
+                self.tracer(line);
+            }
+        }
+        if !self.linkage.joints.iter().any(|joint| joint.ends.iter().any(|end| end.link == 0)) {
+            return Err(self.source.whole("no joint is on the ground", "name a link `ground`"));
+        }
+        self.finish(lines.get(input.unwrap_or(0)));
+        Ok(())
+    }
+
+    /// The number of a link, which is new where its name is.
+    fn link(&mut self, name: &str, place: [f64; 2]) -> usize {
+        if let Some(known) = self.known(name) {
+            return known;
+        }
+        self.links.push(name.to_owned());
+        let name = self.names.unique(name, "link");
+        self.linkage.links.push(Link { name, place, angle: 0.0, points: Vec::new(), mass: None, rate: 0.0 });
+        self.links.len() - 1
+    }
+
+    fn end(&self, link: usize, place: [f64; 2]) -> End {
+        End { link, at: self.linkage.local(link, place) }
+    }
+
+    /// A joint of two or more links.
+    fn joint(&mut self, lines: &[Line], line: &Line, is_input: bool) -> Result<(), Error> {
+        let links: Vec<usize> = line.links.iter().map(|(name, _)| self.link(name, line.place)).collect();
+        let refuse = |title: &str, label: &str, help: &str| self.source.error(title, line.span.clone(), label, help);
+        if (1..links.len()).any(|i| links[..i].contains(&links[i])) {
+            return Err(refuse("this joint names a link twice", "a joint is between links", "name each link once"));
+        }
+        if is_input && !matches!(line.kind.as_str(), "R" | "P") {
+            return Err(refuse(
+                "this joint cannot be the input",
+                "not a pin or a slider",
+                "drive a joint of type R or P",
+            ));
+        }
+        let mut ends: Vec<End> = links.iter().map(|link| self.end(*link, line.place)).collect();
+        let kind = match line.kind.as_str() {
+            "R" => {
+                // The ground comes last, as in a scene.
+                ends.sort_by_key(|end| end.link == 0);
+                Kind::Pin
+            }
+            _ if links.len() > 2 && line.kind != "RP" => {
+                return Err(refuse(
+                    "this joint has too many links",
+                    "two links at most",
+                    "write a joint for each pair",
+                ));
+            }
+            "P" => {
+                ends.swap(0, 1);
+                ends.sort_by_key(|end| end.link == 0);
+                Kind::Slider { direction: line.direction, rotation: 0.0 }
+            }
+            // The slot is on the first link, the pin on the second one.
+            "RP" => {
+                ends.truncate(2);
+                ends.swap(0, 1);
+                Kind::Slot { direction: line.direction }
+            }
+            _ => return self.teeth(lines, line, [links[0], links[1]]),
+        };
+        let name = self.joint_name();
+        let drive = is_input.then(|| "speed*t".to_owned());
+        self.linkage.joints.push(Joint { title: name.clone(), name, kind, ends, drive });
+        if line.kind == "RP" && links.len() > 2 {
+            let ends = links[1..].iter().map(|link| self.end(*link, line.place)).collect();
+            let name = self.joint_name();
+            self.linkage.joints.push(Joint { title: name.clone(), name, kind: Kind::Pin, ends, drive: None });
+        }
+        if line.is_traced && kind == Kind::Pin && !links.contains(&0) {
+            let point = self.linkage.joints.last().map(|joint| joint.name.clone()).unwrap_or_default();
+            self.trace(&point);
+        }
+        Ok(())
+    }
+
+    /// The name of a joint: a letter for each, as on drawings.
+    fn joint_name(&mut self) -> String {
+        let count = self.linkage.joints.len();
+        let letter = char::from(b'A' + u8::try_from(count % 26).unwrap_or(0));
+        let wanted = if count < 26 { letter.to_string() } else { format!("{letter}{}", count / 26) };
+        self.names.unique(&wanted, "joint")
+    }
+
+    /// Gear teeth, by the pins of both links on a third one.
+    fn teeth(&mut self, lines: &[Line], line: &Line, gears: [usize; 2]) -> Result<(), Error> {
+        let mut found = None;
+        for first in lines.iter().filter(|other| other.links.len() > 1) {
+            for second in lines.iter().filter(|other| other.links.len() > 1) {
+                let numbers = |other: &Line| -> Vec<usize> {
+                    other.links.iter().filter_map(|(name, _)| self.known(name)).collect()
+                };
+                let [a, b] = [numbers(first), numbers(second)];
+                let carrier = a.iter().copied().find(|link| b.contains(link) && !gears.contains(link));
+                if let Some(carrier) = carrier
+                    && a.contains(&gears[0])
+                    && b.contains(&gears[1])
+                {
+                    found = found.or(Some((first, second, carrier)));
+                }
+            }
+        }
+        let Some((first, second, carrier)) = found else {
+            let help = "join both gears to one link, by pins, or a rack by a slider";
+            return Err(self.source.error(
+                "these teeth have no carrier",
+                line.span.clone(),
+                "no link joins both gears",
+                help,
+            ));
+        };
+        let arm = |other: &Line| [other.place[0] - line.place[0], other.place[1] - line.place[1]];
+        let [a, b] = [arm(first), arm(second)];
+        let name = self.names.unique("teeth", "teeth");
+        if first.kind == "P" || second.kind == "P" {
+            let ([gear, rack], arm, slide) =
+                if first.kind == "P" { ([gears[1], gears[0]], b, first) } else { (gears, a, second) };
+            let [axis, side] = [[1.0, 0.0], [0.0, 1.0]].map(|axis| turned(axis, slide.direction));
+            let [along, radius] = [axis, side].map(|axis| axis[0] * arm[0] + axis[1] * arm[1]);
+            if along.abs() > 1e-6 * radius.abs() {
+                let help = "put the teeth where the perpendicular through the centre of the gear meets the rack";
+                return Err(self.source.error(
+                    "these teeth are not below the centre of their gear",
+                    line.span.clone(),
+                    "",
+                    help,
+                ));
+            }
+            let centre = if first.kind == "P" { second.place } else { first.place };
+            let ends = vec![self.end(gear, centre), self.end(rack, line.place)];
+            let kind = Kind::Rack { radius, direction: slide.direction };
+            self.linkage.joints.push(Joint { title: name.clone(), name, kind, ends, drive: None });
+            return Ok(());
+        }
+        let [r1, r2] = [a, b].map(|[x, y]| x.hypot(y));
+        let (cross, dot) = (a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]);
+        if !(cross.abs() <= 1e-6 * r1 * r2) || r1 == 0.0 || r2 == 0.0 {
+            let help = "put the teeth on the line through both centres";
+            return Err(self.source.error("these teeth are not between the centres", line.span.clone(), "", help));
+        }
+        let ratio = if dot > 0.0 { r2 / r1 } else { -r2 / r1 };
+        let ends = gears.map(|link| End { link, at: [0.0; 2] }).to_vec();
+        self.linkage.joints.push(Joint {
+            title: name.clone(),
+            name,
+            kind: Kind::Gear { ratio, phase: 0.0, carrier },
+            ends,
+            drive: None,
+        });
+        Ok(())
+    }
+
+    fn known(&self, name: &str) -> Option<usize> {
+        let lower = name.to_ascii_lowercase();
+        // PMKS takes these spellings too.
+        let is_ground = ["0", "gnd", "grnd", "grond", "gound", "groud"].contains(&lower.as_str());
+        if is_ground || lower.starts_with("ground") {
+            Some(0)
+        } else {
+            self.links.iter().position(|other| other == name)
+        }
+    }
+
+    /// A point of one link, whose path is shown.
+    fn tracer(&mut self, line: &Line) {
+        let Some(link) = line.links.first().map(|(name, _)| self.link(name, line.place)) else { return };
+        let name = self.names.unique(&format!("P{}", self.linkage.outputs.len() / 2 + 1), "point");
+        let at = self.linkage.local(link, line.place);
+        self.linkage.links[link].points.push((name.clone(), at));
+        if link > 0 {
+            self.trace(&name);
+        }
+    }
+
+    /// The place of a point as outputs.
+    fn trace(&mut self, point: &str) {
+        for axis in ["x", "y"] {
+            let name = self.names.unique(&format!("{axis}_{point}"), "place");
+            self.linkage.outputs.push((name, format!("{{ value = '{point}.{axis}', unit = \"m\" }}")));
+        }
+    }
+
+    /// The speed of the input, the time of a turn, and remarks.
+    fn finish(&mut self, input: Option<&Line>) {
+        let speed = setting(&self.source.text, 's').unwrap_or(DEFAULT_SPEED);
+        let speed = if speed == 0.0 { DEFAULT_SPEED } else { speed };
+        let linkage = &mut self.linkage;
+        let (value, unit, doc) = match input {
+            Some(line) if line.kind == "P" => {
+                linkage.end_time = 1.0;
+                (speed, "m/s", "speed of the input slider")
+            }
+            _ => {
+                linkage.end_time = 60.0 / speed.abs();
+                (speed, "rpm", "speed of the input")
+            }
+        };
+        linkage.step = linkage.end_time / 1000.0;
+        let name = "speed".to_owned();
+        linkage.parameters.push(super::linkage::Parameter { name, value, unit, doc: doc.to_owned() });
+        linkage.remarks.push("PMKS has lengths without a unit: they are metres here.".to_owned());
+        linkage.remarks.push("It has no masses: forces need `mass`, `com` and `inertia` of the links.".to_owned());
+        if self.source.text.matches("mech=").count() > 1 {
+            linkage.left_out.push("all mechanisms of the file but the first".to_owned());
+        }
+        if self.source.text.contains("ts=") {
+            linkage.left_out.push("the target shape".to_owned());
+        }
+        let freedom = super::freedom::given(linkage);
+        let count = freedom.links.len() + freedom.joints.len();
+        if count > 0 {
+            let freedoms =
+                if count == 1 { "1 degree of freedom".to_owned() } else { format!("{count} degrees of freedom") };
+            linkage.remarks.push(format!("The input leaves {freedoms}: give these links masses, or a drive each."));
+        }
+    }
+}
+
+/// A setting, such as the speed in `set=s20|f5`.
+fn setting(text: &str, letter: char) -> Option<f64> {
+    let rest = &text[text.find("set=")? + "set=".len()..];
+    let end = rest.find(['&', '\n', '\r', ' ']).unwrap_or(rest.len());
+    rest[..end].split('|').find_map(|part| finite(part.strip_prefix(letter)?))
+}
