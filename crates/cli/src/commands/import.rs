@@ -3,6 +3,7 @@
 mod asmt;
 mod freedom;
 mod linkage;
+mod mjcf;
 mod names;
 mod numbers;
 mod plane;
@@ -69,6 +70,8 @@ fn read(source: &Source) -> Result<Linkage, Error> {
     let text = &source.text;
     if asmt::is_of(text) {
         asmt::read(source)
+    } else if mjcf::is_of(text) {
+        mjcf::read(source)
     } else if pmks::is_of(text) {
         pmks::read(source)
     } else {

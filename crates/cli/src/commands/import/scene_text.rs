@@ -16,7 +16,9 @@ pub(super) fn scene_text(linkage: &Linkage, name: &str, file: &str) -> String {
         linkage.parameters.iter().map(|parameter| {
             let value = shortest(parameter.value);
             let doc = quoted(&parameter.doc);
-            (parameter.name.clone(), format!("{{ value = {value}, unit = \"{}\", doc = {doc} }}", parameter.unit))
+            let unit =
+                if parameter.unit.is_empty() { String::new() } else { format!(", unit = \"{}\"", parameter.unit) };
+            (parameter.name.clone(), format!("{{ value = {value}{unit}, doc = {doc} }}"))
         }),
     );
     section(
