@@ -8,6 +8,7 @@ mod names;
 mod numbers;
 mod plane;
 mod pmks;
+mod pmks_plus;
 mod scene_text;
 mod source;
 
@@ -55,7 +56,7 @@ pub(crate) fn run(_models: &'static [Model], options: &Options) -> Result<(), Er
     }
     let source = Source::read(file)?;
     protect(file);
-    let linkage = read(&source)?;
+    let linkage = read(&source)?.tidied();
     let own = file.file_name().unwrap_or_default().to_string_lossy();
     let text = scene_text(&linkage, &name, &own);
     // An error in the new text is reported, and nothing written.
@@ -72,6 +73,8 @@ fn read(source: &Source) -> Result<Linkage, Error> {
         asmt::read(source)
     } else if mjcf::is_of(text) {
         mjcf::read(source)
+    } else if pmks_plus::is_of(text) {
+        pmks_plus::read(source)
     } else if pmks::is_of(text) {
         pmks::read(source)
     } else {

@@ -29,7 +29,6 @@ pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
     };
     let mut linkage = Linkage::new("an assembly of the Ondsel solver");
     let mut names = Names::new();
-    names.unique("gravity", "load");
     let items = joints::items(&assembly);
     let mut parts = Parts::read(source, &assembly)?;
     let plane = joints::plane(source, &parts, &items)?;

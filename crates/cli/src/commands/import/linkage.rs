@@ -1,6 +1,6 @@
 //! A plane linkage as a model describes it: what the readers of all formats give, and the writer takes.
 
-use super::numbers::{factor, further, within_a_turn};
+use super::numbers::{factor, further, tidy_at, within_a_turn};
 
 /// A linkage; its first link is the ground.
 pub(super) struct Linkage {
@@ -121,10 +121,10 @@ pub(super) enum Load {
         along: String,
         keys: String,
     },
-    /// A constant force at a point of a link.
+    /// A force at a point of a link.
     Force {
         name: String,
-        force: [f64; 2],
+        force: String,
         at: String,
     },
 }
@@ -147,6 +147,20 @@ impl Linkage {
             loads: Vec::new(),
             outputs: Vec::new(),
         }
+    }
+
+    /// Removes the rounding of differences from all places.
+    pub(super) fn tidied(mut self) -> Self {
+        let ends = self.joints.iter().flat_map(|joint| &joint.ends).map(|end| end.at);
+        let places = self.links.iter().map(|link| link.place).chain(ends);
+        let size = places.flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let tidy = |at: &mut [f64; 2]| at.iter_mut().for_each(|value| *value = tidy_at(*value, size));
+        self.joints.iter_mut().flat_map(|joint| &mut joint.ends).for_each(|end| tidy(&mut end.at));
+        for link in &mut self.links {
+            link.points.iter_mut().for_each(|(_, at)| tidy(at));
+            link.mass.iter_mut().for_each(|mass| tidy(&mut mass.com));
+        }
+        self
     }
 
     /// The place of a point of a link at the start.

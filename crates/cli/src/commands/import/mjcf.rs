@@ -44,7 +44,6 @@ pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
     let bodies = Bodies::read(&attributes, &xml)?;
     let mut linkage = Linkage::new("a model of MuJoCo");
     let mut names = Names::new();
-    names.unique("gravity", "load");
     let plane = plane(&bodies);
     linkage.left_out.clone_from(&bodies.left_out);
     let links = Links::add(&attributes, &bodies, &plane, &mut linkage, &mut names)?;
@@ -137,7 +136,8 @@ fn remarks(xml: &Xml, bodies: &Bodies, plane: &Plane, linkage: &mut Linkage) {
     linkage.remarks.push(format!("The axes of the plane, in the world: x {}, y {}.", axis(plane.x), axis(plane.y)));
     linkage.remarks.push("Joints and equality constraints are exact here; those of MuJoCo yield.".to_owned());
     linkage.remarks.push("MJCF has no end of the run: 2 s are a choice.".to_owned());
-    if bodies.has_geoms {
+    let flags = xml.section("option").filter(|element| element.name == "flag");
+    if bodies.has_geoms && !flags.into_iter().any(|flag| flag.get("contact") == Some("disable")) {
         linkage.left_out.push("contact between geoms".to_owned());
     }
     for (section, what) in [("tendon", "tendon"), ("keyframe", "keyframe"), ("deformable", "deformable body")] {

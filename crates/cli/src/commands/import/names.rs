@@ -2,35 +2,50 @@
 
 use std::collections::BTreeSet;
 
+use qrm_language::identifier::is_identifier;
 use qrm_scene::function::Function;
+use qrm_scene::names::module_name;
 
-/// The names that are taken.
-pub(super) struct Names(BTreeSet<String>);
+/// The names that are taken. Links may have the names of joints and loads.
+pub(super) struct Names {
+    links: BTreeSet<String>,
+    others: BTreeSet<String>,
+}
 
 impl Names {
     pub(super) fn new() -> Self {
         // Names of time, of a number, of the link that does not move, and of the variables of laws and profiles.
-        Self(["t", "pi", "ground", "s", "s_dot", "theta", "energy"].map(str::to_owned).into())
+        let taken =
+            BTreeSet::from(["t", "pi", "ground", "s", "s_dot", "theta", "energy", "gravity"].map(str::to_owned));
+        Self { links: taken.clone(), others: taken }
     }
 
-    /// A new name that is like that of the model.
-    pub(super) fn unique(&mut self, wanted: &str, otherwise: &str) -> String {
-        let name = valid(wanted, otherwise);
-        let is_free = |names: &BTreeSet<String>, name: &str| {
-            // Coordinates, rates and points of links have names of their own.
-            !names.contains(name)
-                && Function::named(name).is_none()
-                && !name.ends_with("_dot")
-                && !name.ends_with("_ddot")
-        };
-        let free = if is_free(&self.0, &name) {
-            name
-        } else {
-            (2_usize..).map(|i| format!("{name}_{i}")).find(|name| is_free(&self.0, name)).unwrap_or(name)
-        };
-        self.0.insert(free.clone());
-        free
+    /// A new name of a link that is like that of the model.
+    pub(super) fn link(&mut self, wanted: &str, otherwise: &str) -> String {
+        unique(&mut self.links, wanted, otherwise)
     }
+
+    /// A new name of a point, a joint, a load or an output that is like that of the model.
+    pub(super) fn unique(&mut self, wanted: &str, otherwise: &str) -> String {
+        unique(&mut self.others, wanted, otherwise)
+    }
+}
+
+fn unique(taken: &mut BTreeSet<String>, wanted: &str, otherwise: &str) -> String {
+    let mut name = valid(wanted, otherwise);
+    // Coordinates and their rates have names of their own.
+    if name.starts_with("phi_") || name.starts_with("s_") {
+        name.insert_str(0, &format!("{otherwise}_"));
+    }
+    if name.ends_with("_dot") || name.ends_with("_ddot") {
+        name.push('_');
+        name.push_str(otherwise);
+    }
+    let is_free = |name: &str| !taken.contains(name) && Function::named(name).is_none();
+    let numbered = (2_usize..).map(|i| format!("{name}_{i}"));
+    let free = std::iter::once(name.clone()).chain(numbered).find(|name| is_free(name)).unwrap_or(name);
+    taken.insert(free.clone());
+    free
 }
 
 /// Replaces the characters that a name of a scene cannot contain.
@@ -64,12 +79,40 @@ pub(super) fn of_scene(stem: &str) -> String {
         }
     }
     let name = name.trim_end_matches('-');
-    if name.starts_with(|c: char| c.is_ascii_lowercase()) {
-        name.to_owned()
-    } else {
+    if !name.starts_with(|c: char| c.is_ascii_lowercase()) {
         format!("model-{name}").trim_end_matches('-').to_owned()
+    } else if WORDS_OF_CODE.contains(&name) || !is_identifier(&module_name(name)) {
+        format!("{name}-model")
+    } else {
+        name.to_owned()
     }
 }
+
+/// Words that generated code has for itself.
+const WORDS_OF_CODE: [&str; 22] = [
+    "alloc",
+    "angles",
+    "bool",
+    "char",
+    "constants",
+    "core",
+    "default",
+    "description",
+    "dynamics",
+    "equations",
+    "gen",
+    "kernel",
+    "option",
+    "parameters",
+    "position",
+    "qrm",
+    "scalar",
+    "schedule",
+    "start",
+    "std",
+    "str",
+    "test",
+];
 
 #[cfg(test)]
 mod tests {
@@ -84,7 +127,8 @@ mod tests {
         assert_eq!(unique("Part_1"), "Part_1_2");
         assert_eq!(unique("sin"), "sin_2");
         assert_eq!(unique("t"), "t_2");
-        assert_eq!(unique("phi_dot"), "phi_dot_2");
+        assert_eq!(unique("a_dot"), "a_dot_link");
+        assert_eq!(unique("phi_a"), "link_phi_a");
         assert_eq!(unique("クランク"), "link");
         assert_eq!(unique(""), "link_2");
         assert_eq!(unique("/Assembly/crank"), "crank");
@@ -95,5 +139,6 @@ mod tests {
         assert_eq!(of_scene("Four Bar_2"), "four-bar-2");
         assert_eq!(of_scene("00backhoe"), "model-00backhoe");
         assert_eq!(of_scene("ü"), "model");
+        assert_eq!([of_scene("loop"), of_scene("test")], ["loop-model", "test-model"]);
     }
 }

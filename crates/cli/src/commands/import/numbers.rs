@@ -45,6 +45,23 @@ pub(super) fn within_a_turn(angle: f64) -> f64 {
     if angle.abs() <= turn / 2.0 { angle } else { angle - turn * (angle / turn).round() }
 }
 
+/// Removes the rounding of a difference of numbers of a size, where at most 10 digits remain.
+pub(super) fn tidy_at(value: f64, size: f64) -> f64 {
+    let rest = 4.0 * f64::EPSILON * size;
+    if value.abs() <= rest {
+        return 0.0;
+    }
+    // The digits that the rounding leaves.
+    let digits = (value.abs() / rest).log10().clamp(1.0, 14.0) as usize;
+    let near = format!("{value:.*e}", digits - 1);
+    let count =
+        near.split('e').next().unwrap_or_default().trim_end_matches('0').chars().filter(char::is_ascii_digit).count();
+    match near.parse::<f64>() {
+        Ok(rounded) if count <= 10 && (rounded - value).abs() <= rest => rounded,
+        _ => value,
+    }
+}
+
 /// Removes the rounding of a sum such as 0.1 + 0.2, where at most 12 digits remain.
 fn tidy(value: f64) -> f64 {
     let near = format!("{value:.14e}");
@@ -75,6 +92,14 @@ mod tests {
             assert_eq!(finite(text), None, "{text}");
         }
         assert_eq!(finite("-1.5e-3"), Some(-0.0015));
+    }
+
+    #[test]
+    fn differences_lose_their_rounding() {
+        assert_eq!(tidy_at(14.8 - 13.7, 14.8), 1.1);
+        assert_eq!(tidy_at(2.7e-17, 0.4), 0.0);
+        assert_eq!(tidy_at(1.0 / 3.0, 1.0), 1.0 / 3.0);
+        assert_eq!(tidy_at(-0.25, 1.0), -0.25);
     }
 
     #[test]

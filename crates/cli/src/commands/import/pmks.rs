@@ -11,6 +11,9 @@ use crate::error::Error;
 /// The speed of the input where the model has none, in turns a minute.
 const DEFAULT_SPEED: f64 = 10.0;
 
+/// The largest number of joints of a scene.
+const MOST_JOINTS: usize = 1000;
+
 /// Whether a text looks like a mechanism of PMKS.
 pub(super) fn is_of(text: &str) -> bool {
     let lines = text.split(['\n', '|']).filter(|line| !line.trim().is_empty());
@@ -27,6 +30,10 @@ pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
             lines.push(Line::read(source, line, at)?);
         }
         at += line.len() + 1;
+    }
+    if lines.len() > MOST_JOINTS {
+        let title = format!("it has {} joints, and a scene at most {MOST_JOINTS}", lines.len());
+        return Err(source.whole(&title, "split the mechanism"));
     }
     if lines.is_empty() {
         return Err(source.whole("it has no joint", "write one joint a line, as `ground crank R 0 0`"));
@@ -167,7 +174,7 @@ impl Reader<'_> {
             return known;
         }
         self.links.push(name.to_owned());
-        let name = self.names.unique(name, "link");
+        let name = self.names.link(name, "link");
         self.linkage.links.push(Link { name, place, angle: 0.0, points: Vec::new(), mass: None, rate: 0.0 });
         self.links.len() - 1
     }

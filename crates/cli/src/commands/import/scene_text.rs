@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::freedom::{Given, given};
 use super::linkage::{Joint, Kind, Linkage, Load, turned};
-use super::numbers::{pair, shortest, within_a_turn};
+use super::numbers::{pair, shortest, tidy_at, within_a_turn};
 
 /// Writes a linkage as a scene.
 pub(super) fn scene_text(linkage: &Linkage, name: &str, file: &str) -> String {
@@ -48,7 +48,7 @@ pub(super) fn scene_text(linkage: &Linkage, name: &str, file: &str) -> String {
         linkage.loads.iter().map(|load| match load {
             Load::Gravity(gravity) => ("gravity".to_owned(), format!("{{ gravity = {} }}", pair(*gravity))),
             Load::Along { name, along, keys } => (name.clone(), format!("{{ along = '{along}', {keys} }}")),
-            Load::Force { name, force, at } => (name.clone(), format!("{{ force = {}, at = \"{at}\" }}", pair(*force))),
+            Load::Force { name, force, at } => (name.clone(), format!("{{ force = {force}, at = \"{at}\" }}")),
         }),
     );
     section(&mut text, "outputs", linkage.outputs.iter().cloned());
@@ -215,5 +215,6 @@ fn joint_entry(linkage: &Linkage, joint: usize, given: &Given) -> String {
 fn start(linkage: &Linkage, joint: &Joint, direction: f64) -> f64 {
     let [first, second] = [joint.ends[0], joint.ends[1]].map(|end| linkage.place(end));
     let axis = turned([1.0, 0.0], linkage.links[joint.ends[1].link].angle + direction);
-    (first[0] - second[0]) * axis[0] + (first[1] - second[1]) * axis[1]
+    let size = first.iter().chain(&second).fold(0.0, |most: f64, value| most.max(value.abs()));
+    tidy_at((first[0] - second[0]) * axis[0] + (first[1] - second[1]) * axis[1], 4.0 * size)
 }

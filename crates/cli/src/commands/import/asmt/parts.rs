@@ -48,6 +48,9 @@ impl Parts {
             parts.parts.push(part(source, &node)?);
             parts.markers(source, &node, &format!("{root}/{}", node.name()), number)?;
         }
+        if parts.parts.len() > 1001 {
+            return Err(source.whole("the assembly has more than 1000 parts", "split the assembly"));
+        }
         if parts.parts.len() == 1 {
             return Err(source.whole("the assembly has no parts", "export an assembly with parts and joints"));
         }
@@ -105,7 +108,7 @@ impl Parts {
                 inertia: (0..3).map(|i| mass.inertias[i] * dot(body.normal, mass.at.axis(i)).powi(2)).sum(),
             });
             linkage.links.push(Link {
-                name: names.unique(&part.name, "part"),
+                name: names.link(&part.name, "part"),
                 place: plane.project(part.frame.place),
                 angle: body.angle,
                 points: Vec::new(),

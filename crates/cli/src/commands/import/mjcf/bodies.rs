@@ -16,6 +16,9 @@ pub(super) struct Bodies<'x> {
     inertia_from: InertiaFrom,
 }
 
+/// The largest number of bodies of a model.
+const MOST_BODIES: usize = 1000;
+
 /// A body.
 pub(super) struct Body<'x> {
     pub(super) name: String,
@@ -72,6 +75,14 @@ impl<'x> Bodies<'x> {
             let class = element.get("childclass").unwrap_or(&class).to_owned();
             let frame = frame.then(&attributes.frame(element, "")?);
             let number = self.all.len();
+            if number > MOST_BODIES {
+                return Err(xml.error(
+                    element,
+                    "",
+                    "the model has too many bodies",
+                    "import a model of at most 1000 bodies",
+                ));
+            }
             self.all.push(Body::new(element.get("name").unwrap_or("body"), frame, above));
             if element.get("mocap") == Some("true") {
                 self.left_out

@@ -60,10 +60,10 @@ impl Links {
         let mut above = above;
         let place = plane.project(body.frame.place);
         let angle = plane.body(&body.frame).angle;
-        let last = names.unique(&body.name, "body");
+        let last = names.link(&body.name, "body");
         for (i, joint) in body.joints.iter().enumerate() {
             let is_last = i + 1 == body.joints.len();
-            let name = if is_last { last.clone() } else { names.unique(&format!("{last}_{}", i + 1), "body") };
+            let name = if is_last { last.clone() } else { names.link(&format!("{last}_{}", i + 1), "body") };
             let link = linkage.links.len();
             linkage.links.push(Link { name, place, angle, points: Vec::new(), mass: None, rate: 0.0 });
             self.joint(attributes, body, joint, plane, [link, above], linkage, names)?;
