@@ -60,7 +60,10 @@ pub(crate) fn run(_models: &'static [Model], options: &Options) -> Result<(), Er
     let own = file.file_name().unwrap_or_default().to_string_lossy();
     let text = scene_text(&linkage, &name, &own);
     // An error in the new text is reported, and nothing written.
-    resolve::read(&path.display().to_string(), &text)?;
+    resolve::read(&path.display().to_string(), &text).map_err(|report| {
+        let title = format!("{}: the scene of this model has an error, and is not written", file.display());
+        Error::from(report).behind(title, "mend the model where the scene has its error")
+    })?;
     save(&path, text.as_bytes())?;
     print(&summary(&linkage, &path));
     Ok(())
@@ -100,4 +103,16 @@ fn summary(linkage: &Linkage, path: &Path) -> String {
         linkage.left_out.iter().for_each(|item| text.push_str(&format!("  - {item}\n")));
     }
     text + &format!("\nSee it move, and run it:\n\n    qrm live {0}\n    qrm run {0}", path.display())
+}
+
+/// The scene of a text, or its error.
+#[cfg(test)]
+fn imported(text: &str) -> Result<String, String> {
+    let source = Source { path: "model".to_owned(), text: text.to_owned() };
+    let linkage = read(&source).map_err(|e| e.to_string())?.tidied();
+    let text = scene_text(&linkage, "model", "model");
+    match resolve::read("model.toml", &text) {
+        Ok(_) => Ok(text),
+        Err(report) => Err(format!("{report}\n{text}")),
+    }
 }

@@ -30,6 +30,9 @@ pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
     let mut linkage = Linkage::new("an assembly of the Ondsel solver");
     let mut names = Names::new();
     let items = joints::items(&assembly);
+    if !parts::frame(source, &assembly)?.is_world() {
+        linkage.left_out.push("the pose of the assembly: the scene is in its frame".to_owned());
+    }
     let mut parts = Parts::read(source, &assembly)?;
     let plane = joints::plane(source, &parts, &items)?;
     parts.place(&plane, &mut linkage, &mut names);
@@ -98,5 +101,97 @@ fn remarks(tree: &Tree, assembly: &Node, plane: &Plane, linkage: &mut Linkage) {
     }
     if tree.roots().any(|node| node.text().starts_with("TimeSeries")) {
         linkage.left_out.push("the results that the file holds".to_owned());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::imported;
+
+    const FOUR_BAR: &str = include_str!("../../../../../tests/import/four-bar.asmt");
+    const SLIDER_CRANK: &str = include_str!("../../../../../tests/import/slider-crank.asmt");
+
+    #[test]
+    fn a_four_bar_is_that_of_its_parts() {
+        let shown = "\
+[links]
+ground  = { points = { O = [0, 0], D = [2, 0] } }
+crank   = { points = { O = [0.1, 0.1], A = [0.9, 0.1] }, mass = 0.2, com = [0.5, 0.1], inertia = 0.017333333333333 }
+coupler = { points = { A = [0.1, 0.1], B = [1.9, 0.1] }, mass = 0.4, com = [1, 0.1], inertia = 0.13466666666667, angle = 0.80636087982073 }
+rocker  = { points = { B = [0.1, 0.1], D = [1.4, 0.1] }, mass = 0.3, com = [0.75, 0.1], inertia = 0.05725, angle = -1.6060600451779 }
+[joints]
+O = { revolute = [\"crank\", \"ground\"], drive = '2*pi*t' }
+A = { revolute = [\"crank\", \"coupler\"] }
+B = { revolute = [\"coupler\", \"rocker\"] }
+D = { revolute = [\"rocker\", \"ground\"] }
+[loads]
+gravity = { gravity = [0, -9.81] }
+";
+        let scene = imported(FOUR_BAR).expect("a scene");
+        assert!(scene.contains(shown), "{scene}");
+        assert_eq!(imported(&FOUR_BAR.replace('\n', "\r\n")).expect("a scene"), scene);
+    }
+
+    #[test]
+    fn parts_that_lie_across_the_plane_slide_in_it() {
+        let scene = imported(SLIDER_CRANK).expect("a scene");
+        let piston = "Piston = { points = { B = [0, 0], Guide = [0, 1] }, mass = 7, com = [0, 0.5], inertia = 1.1 }";
+        let guide =
+            "Guide = { prismatic = [\"Piston\", \"ground.Guide_line\"], direction = 1.5707963267948966, start = -1 }";
+        assert!(scene.contains(piston) && scene.contains(guide), "{scene}");
+    }
+
+    #[test]
+    fn markers_that_are_turned_or_reversed_turn_the_motion() {
+        let marker = |rows: &str| {
+            let begin = SLIDER_CRANK.find("\t\t\t\t\tName\n\t\t\t\t\t\tO\n").expect("the marker on the ground");
+            let at = begin + SLIDER_CRANK[begin..].find("RotationMatrix\n").expect("its axes");
+            let end = at + SLIDER_CRANK[at..].find("\tParts").expect("its end");
+            let text = format!("{}RotationMatrix\n{rows}{}", &SLIDER_CRANK[..at], &SLIDER_CRANK[end..]);
+            let scene = imported(&text).expect("a scene");
+            let line = scene.lines().find(|line| line.starts_with("O ")).expect("the pin").to_owned();
+            line[line.find("drive").expect("a drive")..].to_owned()
+        };
+        assert_eq!(
+            marker("\t\t\t\t\t\t0\t-1\t0\n\t\t\t\t\t\t1\t0\t0\n\t\t\t\t\t\t0\t0\t1\n"),
+            "drive = '2*pi*t + 1.5707963267948966' }"
+        );
+        assert_eq!(marker("\t\t\t\t\t\t1\t0\t0\n\t\t\t\t\t\t0\t-1\t0\n\t\t\t\t\t\t0\t0\t-1\n"), "drive = '-2*pi*t' }");
+    }
+
+    #[test]
+    fn points_on_lines_without_rotation_are_sliders() {
+        let held = SLIDER_CRANK.replace("CylindricalJoint", "PointInLineJoint");
+        let joint = "\t\t\tNoRotationJoint\n\t\t\t\tName\n\t\t\t\t\tHeld\n\t\t\t\tMarkerI\n\t\t\t\t\t/Assembly1/Piston/Guide\n\
+                     \t\t\t\tMarkerJ\n\t\t\t\t\t/Assembly1/Guide\n\t\tMotions";
+        let scene = imported(&held.replace("\t\tMotions", joint)).expect("a scene");
+        assert!(scene.contains("prismatic = [") && !scene.contains("Held"), "{scene}");
+        // Without the joint that holds it, the piston may turn.
+        let free = imported(&held).expect("a scene");
+        assert!(free.contains("pin_in_slot = [") && free.contains("rate = 0"), "{free}");
+    }
+
+    #[test]
+    fn what_is_left_out_is_listed() {
+        let text = FOUR_BAR.replace("2.0d*pi*time", "integral(time, 0)") + "TimeSeries\nNumber\tInput\t1\n";
+        let scene = imported(&text).expect("a scene");
+        assert!(scene.contains("# - the motion `Turn`, whose formula is `integral(time, 0)`"), "{scene}");
+        assert!(scene.contains("# - the results that the file holds"), "{scene}");
+    }
+
+    #[test]
+    fn errors_name_their_line() {
+        let error = |from: &str, to: &str| imported(&FOUR_BAR.replacen(from, to, 1)).expect_err("no scene");
+        for (from, to, said) in [
+            ("RevoluteJoint", "UniversalJoint", "is a `UniversalJoint`"),
+            ("/FourBar/crank/A", "/FourBar/crank/X", "is no marker of the assembly"),
+            ("0.2\n", "1e400\n", "should have one finite number"),
+            ("1\t0\t0\n", "1\t1\t0\n", "this matrix is no rotation"),
+            ("0.2\n", "-0.2\n", "the mass of part `crank` is negative"),
+            ("Assembly\n", "Drawing\n", "it has no `Assembly`"),
+            ("Parts\n", "Things\n", "the assembly has no parts"),
+        ] {
+            assert!(error(from, to).contains(said), "{}", error(from, to));
+        }
     }
 }

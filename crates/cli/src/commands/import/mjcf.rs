@@ -154,3 +154,114 @@ fn remarks(xml: &Xml, bodies: &Bodies, plane: &Plane, linkage: &mut Linkage) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::imported;
+
+    fn model(bodies: &str, rest: &str) -> String {
+        format!("<mujoco><worldbody>{bodies}</worldbody>{rest}</mujoco>")
+    }
+
+    /// The value of a key in the line of an entry.
+    fn number(scene: &str, entry: &str, key: &str) -> f64 {
+        let line = scene.lines().find(|line| line.split_whitespace().next() == Some(entry)).expect("an entry");
+        let rest = &line[line.find(&format!("{key} = ")).expect("a key") + key.len() + 3..];
+        rest[..rest.find([',', ' ']).expect("an end")].parse().expect("a number")
+    }
+
+    #[test]
+    fn geoms_have_the_masses_that_mujoco_gives_them() {
+        let arm = include_str!("../../../../../tests/import/arm.xml");
+        let scene = imported(arm).expect("a scene");
+        // From MuJoCo 4.0.0; the armature of the shoulder is part of the first inertia.
+        let expected = [
+            ("upper", 3.732212072464675, 0.06122298064203948 + 0.01),
+            ("lower", 2.64814150222053, 0.04035094729171653),
+            ("rail", 0.6, 0.02),
+        ];
+        for (link, mass, inertia) in expected {
+            assert!((number(&scene, link, "mass") / mass - 1.0).abs() < 1e-14, "{scene}");
+            assert!((number(&scene, link, "inertia") / inertia - 1.0).abs() < 1e-13, "{scene}");
+        }
+        assert!(scene.contains("shoulder = { revolute = [\"upper\", \"ground\"] }"), "{scene}");
+        assert!(scene.contains("force = '4*ctrl_p1 - 4*s - 0.3*s_dot - 1.0471975511965976'"), "{scene}");
+    }
+
+    #[test]
+    fn hinges_of_both_senses_turn_their_springs() {
+        let body = |axis: &str| {
+            let joint = format!("<joint name=\"j\" axis=\"{axis}\" stiffness=\"2\" springref=\"90\" damping=\"0.1\"/>");
+            model(&format!("<body name=\"b\">{joint}<geom size=\"0.1\"/></body>"), "")
+        };
+        // The plane x-z is seen along y.
+        let spring = "spring = 2, rest = '1.5707963267948966 rad', damper = 0.1 }";
+        for (axis, along) in [("0 -1 0", "phi_b"), ("0 1 0", "-phi_b"), ("0 0 1", "phi_b"), ("-3 0 0", "-phi_b")] {
+            let scene = imported(&body(axis)).expect("a scene");
+            assert!(scene.contains(&format!("passive_j = {{ along = '{along}', {spring}")), "{axis}: {scene}");
+        }
+    }
+
+    #[test]
+    fn defaults_frames_and_static_bodies_are_resolved() {
+        let text = model(
+            "<body name=\"a\" childclass=\"thin\"><joint name=\"j\"/><frame pos=\"0 1 0\"><geom/></frame>\
+             <body pos=\"1 0 0\"><geom class=\"main\" size=\"0.2\" mass=\"3\"/></body><site name=\"tip\" pos=\"2 0 0\"/></body>",
+            "<default><geom size=\"0.1\" mass=\"1\"/><default class=\"thin\"><joint damping=\"4\"/></default></default>",
+        );
+        let scene = imported(&text).expect("a scene");
+        assert!(scene.contains("mass = 4, com = [0.75, 0.25], "), "{scene}");
+        // Spheres of 0.1 and 0.2 m, at a distance of the square root of 2.
+        let inertia = 0.4 * 0.01 + 0.4 * 3.0 * 0.04 + 0.75 * 2.0;
+        assert!((number(&scene, "a", "inertia") / inertia - 1.0).abs() < 1e-14, "{scene}");
+        assert!(scene.contains("damper = 4") && scene.contains("x_tip = { value = 'tip.x', unit = \"m\" }"), "{scene}");
+    }
+
+    #[test]
+    fn what_is_left_out_is_listed() {
+        let text = model(
+            "<body name=\"a\"><joint name=\"j\" axis=\"0 1 0\" range=\"-90 90\" frictionloss=\"0.1\"/><geom type=\"mesh\" mesh=\"m\"/>\
+             <geom size=\"0.1\"/></body>",
+            "<actuator><muscle name=\"m\" joint=\"j\"/></actuator><tendon><fixed name=\"t\"/></tendon>\
+             <equality><tendon name=\"e\" tendon1=\"t\"/></equality>",
+        );
+        let scene = imported(&text).expect("a scene");
+        for item in [
+            "the range of joint `j`",
+            "the dry friction of joint `j`",
+            "the mass of a mesh of body `a`",
+            "the actuator `m` (muscle)",
+            "the tendon `t`",
+            "the equality `e` of a tendon",
+            "contact between geoms",
+        ] {
+            assert!(scene.contains(&format!("# - {item}")), "{item}: {scene}");
+        }
+    }
+
+    #[test]
+    fn errors_name_their_attribute() {
+        let hinge = "<joint axis=\"0 1 0\"/><geom size=\"0.1\"/>";
+        let body = |content: &str| model(&format!("<body name=\"a\">{hinge}<body>{content}</body></body>"), "");
+        for (text, said) in [
+            (body("<joint axis=\"1 0 0\"/>"), "this hinge turns out of the plane"),
+            (body("<joint type=\"slide\" axis=\"0 1 0\"/>"), "this slide leaves the plane"),
+            (body("<joint type=\"ball\"/>"), "a ball joint leaves the plane"),
+            (body("<freejoint/>"), "a free joint leaves the plane"),
+            (body("<geom size=\"1e400\"/>"), "no list of finite numbers"),
+            (body("<geom/>"), "this sphere has no size"),
+            (body("<inertial mass=\"-1\" pos=\"0 0 0\"/>"), "this mass is negative"),
+            (body("<joint axis=\"0 0 0\"/>"), "this axis is zero"),
+            (body("<site pos=\"1 2\"/>"), "`pos` has three numbers"),
+            (body("<replicate count=\"3\"/>"), "`<replicate>` cannot be read"),
+            (model("<body><geom size=\"1\"/></body>", ""), "no body of the model moves"),
+            ("<robot/>".to_owned(), "is no model of MuJoCo"),
+            ("<mujoco><worldbody>".to_owned(), "`<worldbody>` is not closed"),
+            ("<mujoco><a></b></mujoco>".to_owned(), "this is no XML"),
+            (format!("<mujoco>{}", "<body>".repeat(100_000)), "too deep"),
+        ] {
+            let error = imported(&text).expect_err("no scene");
+            assert!(error.contains(said), "{error}");
+        }
+    }
+}

@@ -19,6 +19,10 @@ pub(super) struct Frame {
 impl Frame {
     pub(super) const WORLD: Self = Self { place: [0.0; 3], axes: IDENTITY };
 
+    pub(super) fn is_world(&self) -> bool {
+        self.place == [0.0; 3] && (0..3).all(|i| norm(less(self.axes[i], IDENTITY[i])) < SAME)
+    }
+
     /// A frame that is given in this one.
     pub(super) fn then(&self, inner: &Self) -> Self {
         Self { place: self.point(inner.place), axes: product(&self.axes, &inner.axes) }

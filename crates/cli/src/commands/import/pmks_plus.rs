@@ -205,3 +205,52 @@ impl Reader<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::imported;
+
+    /// A crank of 3 cm and a rod that slides on a line of 90 degrees, with a force on the rod.
+    const LINK: &str = "https://app.pmksplus.com/?01.Ay,1E8.K,0.1011.MA,A,0,0,0.GB,B,ku,0,0.GC,C,ku,ku,0.LP,P,ku,ku,OY..\
+                        YRAB,Crank,VG,o,NS,0,c5cae9,A,B,,.YRBC,Connecting rod,ku,6G,ku,NS,303e9f,B,C,,.\
+                        YPCP,CP,1Tm,0,0,0,,C,P,,..2F1,BC,F1,ku,ku,ku,VG,Fe..N_J";
+
+    #[test]
+    fn a_slider_crank_has_its_masses_its_block_and_its_force() {
+        let scene = imported(LINK).expect("a scene");
+        let shown = "\
+[parameters]
+speed = { value = -20, unit = \"rpm\", doc = \"speed of the pin A\" }
+[links]
+ground         = { points = { A = [0, 0], P_line = [0.03, 0.03] } }
+Crank          = { points = { A = [0, 0], B = [0.03, 0] }, mass = 0.002, com = [0.015, 0], inertia = 5e-6 }
+Connecting_rod = { points = { B = [0, 0], C = [0, 0.03], F1_point = [0, 0.03] }, mass = 0.003, com = [0, 0.015], \
+inertia = 4e-5, angle = 0 }
+CP             = { points = { C = [0, 0], P = [0, 0] }, mass = 0.006, com = [0, 0], inertia = 0 }
+[joints]
+A = { revolute = [\"Crank\", \"ground\"], drive = 'speed*t' }
+B = { revolute = [\"Crank\", \"Connecting_rod\"] }
+C = { revolute = [\"Connecting_rod\", \"CP\"] }
+P = { prismatic = [\"CP\", \"ground.P_line\"], direction = 1.57, start = 0 }
+[loads]
+gravity = { gravity = [0, -9.81] }
+F1      = { force = [0, -1], at = \"Connecting_rod.F1_point\" }
+";
+        assert!(scene.contains(shown), "{scene}");
+    }
+
+    #[test]
+    fn errors_name_their_record() {
+        let error = |from: &str, to: &str| imported(&LINK.replace(from, to)).expect_err("no scene");
+        for (from, to, said) in [
+            ("YRAB", "ZRAB", "the kind of this link is not known"),
+            ("GB,B,ku", "GB,B,k*", "a number that cannot be read"),
+            ("GB,B,ku", "GB,B,zzzzzzzzzz", "a number that is too large"),
+            ("F1,BC", "F1,XY", "the link of this force is not known"),
+            ("OY..", "OY,AB,A..", "needs a link and two joints"),
+            ("1011", "7011", "the unit of length is not known"),
+        ] {
+            assert!(error(from, to).contains(said), "{}", error(from, to));
+        }
+    }
+}

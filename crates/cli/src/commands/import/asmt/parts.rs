@@ -63,7 +63,11 @@ impl Parts {
             let outer = frame(source, &point)?;
             for marker in point.child("Markers").into_iter().flat_map(|markers| markers.children()) {
                 let frame = outer.then(&frame(source, &marker)?);
-                self.markers.insert(format!("{path}/{}", marker.name()), Marker { part, frame });
+                let path = format!("{path}/{}", marker.name());
+                if self.markers.insert(path.clone(), Marker { part, frame }).is_some() {
+                    let title = format!("two markers are called `{path}`");
+                    return Err(source.error(title, marker.span(), "", "give parts and markers names of their own"));
+                }
             }
         }
         Ok(())
@@ -145,7 +149,7 @@ fn part(source: &Source, node: &Node) -> Result<Part, Error> {
 }
 
 /// Reads a place and axes.
-fn frame(source: &Source, node: &Node) -> Result<Frame, Error> {
+pub(super) fn frame(source: &Source, node: &Node) -> Result<Frame, Error> {
     let place = node.child("Position3D").and_then(|own| own.first()).map(|row| row.vector(source)).transpose()?;
     let mut axes: Matrix = IDENTITY;
     if let Some(own) = node.child("RotationMatrix") {
