@@ -120,7 +120,7 @@ fn an_arm_of_mujoco_has_its_accelerations() {
     near("slide", rows.number(0, "s_slide_ddot"), 11.859652362501722, 1e-13);
 }
 
-/// The accelerations of loops with exact constraints, from the mass matrix, the forces and the Jacobian of MuJoCo 4.0.0.
+/// The accelerations of loops with exact constraints, from mass matrix, forces and Jacobian of MuJoCo 4.0.0.
 #[test]
 #[ignore = "full tier: commands"]
 fn loops_of_mujoco_have_the_accelerations_of_exact_constraints() {

@@ -117,8 +117,10 @@ mod tests {
 [links]
 ground  = { points = { O = [0, 0], D = [2, 0] } }
 crank   = { points = { O = [0.1, 0.1], A = [0.9, 0.1] }, mass = 0.2, com = [0.5, 0.1], inertia = 0.017333333333333 }
-coupler = { points = { A = [0.1, 0.1], B = [1.9, 0.1] }, mass = 0.4, com = [1, 0.1], inertia = 0.13466666666667, angle = 0.80636087982073 }
-rocker  = { points = { B = [0.1, 0.1], D = [1.4, 0.1] }, mass = 0.3, com = [0.75, 0.1], inertia = 0.05725, angle = -1.6060600451779 }
+coupler = { points = { A = [0.1, 0.1], B = [1.9, 0.1] }, mass = 0.4, com = [1, 0.1], inertia = 0.13466666666667, \
+angle = 0.80636087982073 }
+rocker  = { points = { B = [0.1, 0.1], D = [1.4, 0.1] }, mass = 0.3, com = [0.75, 0.1], inertia = 0.05725, \
+angle = -1.6060600451779 }
 [joints]
 O = { revolute = [\"crank\", \"ground\"], drive = '2*pi*t' }
 A = { revolute = [\"crank\", \"coupler\"] }
@@ -162,7 +164,8 @@ gravity = { gravity = [0, -9.81] }
     #[test]
     fn points_on_lines_without_rotation_are_sliders() {
         let held = SLIDER_CRANK.replace("CylindricalJoint", "PointInLineJoint");
-        let joint = "\t\t\tNoRotationJoint\n\t\t\t\tName\n\t\t\t\t\tHeld\n\t\t\t\tMarkerI\n\t\t\t\t\t/Assembly1/Piston/Guide\n\
+        let joint = "\t\t\tNoRotationJoint\n\t\t\t\tName\n\t\t\t\t\tHeld\n\t\t\t\tMarkerI\n\
+                     \t\t\t\t\t/Assembly1/Piston/Guide\n\
                      \t\t\t\tMarkerJ\n\t\t\t\t\t/Assembly1/Guide\n\t\tMotions";
         let scene = imported(&held.replace("\t\tMotions", joint)).expect("a scene");
         assert!(scene.contains("prismatic = [") && !scene.contains("Held"), "{scene}");

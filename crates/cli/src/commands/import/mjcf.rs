@@ -206,8 +206,10 @@ mod tests {
     fn defaults_frames_and_static_bodies_are_resolved() {
         let text = model(
             "<body name=\"a\" childclass=\"thin\"><joint name=\"j\"/><frame pos=\"0 1 0\"><geom/></frame>\
-             <body pos=\"1 0 0\"><geom class=\"main\" size=\"0.2\" mass=\"3\"/></body><site name=\"tip\" pos=\"2 0 0\"/></body>",
-            "<default><geom size=\"0.1\" mass=\"1\"/><default class=\"thin\"><joint damping=\"4\"/></default></default>",
+             <body pos=\"1 0 0\"><geom class=\"main\" size=\"0.2\" mass=\"3\"/></body>\
+             <site name=\"tip\" pos=\"2 0 0\"/></body>",
+            "<default><geom size=\"0.1\" mass=\"1\"/>\
+             <default class=\"thin\"><joint damping=\"4\"/></default></default>",
         );
         let scene = imported(&text).expect("a scene");
         assert!(scene.contains("mass = 4, com = [0.75, 0.25], "), "{scene}");
@@ -220,7 +222,8 @@ mod tests {
     #[test]
     fn what_is_left_out_is_listed() {
         let text = model(
-            "<body name=\"a\"><joint name=\"j\" axis=\"0 1 0\" range=\"-90 90\" frictionloss=\"0.1\"/><geom type=\"mesh\" mesh=\"m\"/>\
+            "<body name=\"a\"><joint name=\"j\" axis=\"0 1 0\" range=\"-90 90\" frictionloss=\"0.1\"/>\
+             <geom type=\"mesh\" mesh=\"m\"/>\
              <geom size=\"0.1\"/></body>",
             "<actuator><muscle name=\"m\" joint=\"j\"/></actuator><tendon><fixed name=\"t\"/></tendon>\
              <equality><tendon name=\"e\" tendon1=\"t\"/></equality>",

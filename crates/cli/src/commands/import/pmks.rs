@@ -1,12 +1,15 @@
 //! Mechanisms of PMKS: one joint a line, as `ground input R 0 0 0 ffft`, or a link with such lines.
 
-use std::ops::Range;
+mod line;
+mod teeth;
+mod text;
 
-use super::linkage::{End, Joint, Kind, Link, Linkage, turned};
+use super::linkage::{End, Joint, Kind, Link, Linkage};
 use super::names::Names;
-use super::numbers::finite;
 use super::source::Source;
 use crate::error::Error;
+use line::{Line, kind_at, words};
+use text::{mechanism, setting};
 
 /// The speed of the input where the model has none, in turns a minute.
 const DEFAULT_SPEED: f64 = 10.0;
@@ -42,96 +45,6 @@ pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
         Reader { source, linkage: Linkage::new("a mechanism of PMKS"), names: Names::new(), links: vec![] };
     reader.read(&lines)?;
     Ok(reader.linkage)
-}
-
-/// The lines of joints, and where they begin.
-fn mechanism(text: &str) -> (&str, usize) {
-    let Some(begin) = text.find("mech=").map(|at| at + "mech=".len()) else { return (text, 0) };
-    let rest = &text[begin..];
-    // Files have one joint a line behind `mech=`, links all of them in one line.
-    let first = rest.split('\n').next().unwrap_or_default();
-    let end = if first.contains('|') { first.len() } else { rest.find("mech=").unwrap_or(rest.len()) };
-    let end = rest[..end].find('&').unwrap_or(end);
-    (&rest[..end], begin)
-}
-
-/// The words of a line with their places.
-fn words(line: &str, offset: usize) -> Vec<(String, Range<usize>)> {
-    let mut found = Vec::new();
-    let mut begin = 0;
-    let is_space = |rest: &str| rest.starts_with("%20") || rest.starts_with("%2C") || rest.starts_with("%2c");
-    let mut at = 0;
-    while at <= line.len() {
-        let rest = &line[at..];
-        let (is_end, step) = match rest.chars().next() {
-            None => (true, 1),
-            Some('+' | ',' | ' ' | '\t' | '\r') => (true, 1),
-            Some('%') if is_space(rest) => (true, 3),
-            Some(c) => (false, c.len_utf8()),
-        };
-        if is_end {
-            if at > begin {
-                found.push((line[begin..at].to_owned(), offset + begin..offset + at));
-            }
-            begin = at + step;
-        }
-        at += step;
-    }
-    found
-}
-
-/// The place of the type of joint, the last word of this kind.
-fn kind_at(words: &[(String, Range<usize>)]) -> Option<usize> {
-    words.iter().rposition(|(word, _)| ["r", "p", "rp", "g"].contains(&word.to_ascii_lowercase().as_str()))
-}
-
-/// A line: a joint of links at a place.
-struct Line {
-    links: Vec<(String, Range<usize>)>,
-    kind: String,
-    place: [f64; 2],
-    /// The direction of a slider, in radians.
-    direction: f64,
-    is_traced: bool,
-    is_input: bool,
-    span: Range<usize>,
-}
-
-impl Line {
-    fn read(source: &Source, line: &str, offset: usize) -> Result<Self, Error> {
-        let mut words = words(line, offset);
-        let lead = line.len() - line.trim_start().len();
-        let span = offset + lead..offset + lead + line.trim().len();
-        let example = "write the links, the type (R, P, RP or G) and the place of a joint, as `ground crank R 0 0`";
-        let kind = kind_at(&words).filter(|at| *at > 0).ok_or_else(|| {
-            source.error("this line is no joint", span.clone(), "no link with a type of joint behind it", example)
-        })?;
-        let mut rest = words.split_off(kind);
-        let kind = rest.remove(0).0.to_ascii_uppercase();
-        let mut numbers = Vec::new();
-        while let Some((word, at)) = rest.first() {
-            let is_number = word.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '.'));
-            match finite(word) {
-                Some(value) if value.abs() < 1e100 => numbers.push(value),
-                _ if is_number => {
-                    return Err(source.error("this number cannot be read", at.clone(), "not a finite number", example));
-                }
-                _ => break,
-            }
-            rest.remove(0);
-        }
-        let [x, y] = match numbers[..] {
-            [x, y, ..] => [x, y],
-            _ => return Err(source.error("this joint has no place", span, "two numbers are missing", example)),
-        };
-        let flag = |at: usize| match rest.first() {
-            Some((flags, _)) if rest.len() == 1 => flags.chars().nth(at).is_some_and(|c| matches!(c, 't' | '+')),
-            _ => rest.get(at).is_some_and(|(word, _)| word.eq_ignore_ascii_case("true")),
-        };
-        let (is_traced, is_input) = (flag(0), flag(3));
-        let direction = numbers.get(2).copied().unwrap_or(0.0).to_radians();
-        Ok(Self { links: words, kind, place: [x, y], direction, is_traced, is_input, span })
-    }
 }
 
 struct Reader<'s> {
@@ -247,74 +160,6 @@ impl Reader<'_> {
         self.names.unique(&wanted, "joint")
     }
 
-    /// Gear teeth, by the pins of both links on a third one.
-    fn teeth(&mut self, lines: &[Line], line: &Line, gears: [usize; 2]) -> Result<(), Error> {
-        let mut found = None;
-        for first in lines.iter().filter(|other| other.links.len() > 1) {
-            for second in lines.iter().filter(|other| other.links.len() > 1) {
-                let numbers = |other: &Line| -> Vec<usize> {
-                    other.links.iter().filter_map(|(name, _)| self.known(name)).collect()
-                };
-                let [a, b] = [numbers(first), numbers(second)];
-                let carrier = a.iter().copied().find(|link| b.contains(link) && !gears.contains(link));
-                if let Some(carrier) = carrier
-                    && a.contains(&gears[0])
-                    && b.contains(&gears[1])
-                {
-                    found = found.or(Some((first, second, carrier)));
-                }
-            }
-        }
-        let Some((first, second, carrier)) = found else {
-            let help = "join both gears to one link, by pins, or a rack by a slider";
-            return Err(self.source.error(
-                "these teeth have no carrier",
-                line.span.clone(),
-                "no link joins both gears",
-                help,
-            ));
-        };
-        let arm = |other: &Line| [other.place[0] - line.place[0], other.place[1] - line.place[1]];
-        let [a, b] = [arm(first), arm(second)];
-        let name = self.names.unique("teeth", "teeth");
-        if first.kind == "P" || second.kind == "P" {
-            let ([gear, rack], arm, slide) =
-                if first.kind == "P" { ([gears[1], gears[0]], b, first) } else { (gears, a, second) };
-            let [axis, side] = [[1.0, 0.0], [0.0, 1.0]].map(|axis| turned(axis, slide.direction));
-            let [along, radius] = [axis, side].map(|axis| axis[0] * arm[0] + axis[1] * arm[1]);
-            if along.abs() > 1e-6 * radius.abs() {
-                let help = "put the teeth where the perpendicular through the centre of the gear meets the rack";
-                return Err(self.source.error(
-                    "these teeth are not below the centre of their gear",
-                    line.span.clone(),
-                    "",
-                    help,
-                ));
-            }
-            let centre = if first.kind == "P" { second.place } else { first.place };
-            let ends = vec![self.end(gear, centre), self.end(rack, line.place)];
-            let kind = Kind::Rack { radius, direction: slide.direction };
-            self.linkage.joints.push(Joint { title: name.clone(), name, kind, ends, drive: None });
-            return Ok(());
-        }
-        let [r1, r2] = [a, b].map(|[x, y]| x.hypot(y));
-        let (cross, dot) = (a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]);
-        if !(cross.abs() <= 1e-6 * r1 * r2) || r1 == 0.0 || r2 == 0.0 {
-            let help = "put the teeth on the line through both centres";
-            return Err(self.source.error("these teeth are not between the centres", line.span.clone(), "", help));
-        }
-        let ratio = if dot > 0.0 { r2 / r1 } else { -r2 / r1 };
-        let ends = gears.map(|link| End { link, at: [0.0; 2] }).to_vec();
-        self.linkage.joints.push(Joint {
-            title: name.clone(),
-            name,
-            kind: Kind::Gear { ratio, phase: 0.0, carrier },
-            ends,
-            drive: None,
-        });
-        Ok(())
-    }
-
     fn known(&self, name: &str) -> Option<usize> {
         let lower = name.to_ascii_lowercase();
         // PMKS takes these spellings too.
@@ -379,13 +224,6 @@ impl Reader<'_> {
             linkage.remarks.push(format!("The input leaves {freedoms}: give these links masses, or a drive each."));
         }
     }
-}
-
-/// A setting, such as the speed in `set=s20|f5`.
-fn setting(text: &str, letter: char) -> Option<f64> {
-    let rest = &text[text.find("set=")? + "set=".len()..];
-    let end = rest.find(['&', '\n', '\r', ' ']).unwrap_or(rest.len());
-    rest[..end].split('|').find_map(|part| finite(part.strip_prefix(letter)?))
 }
 
 #[cfg(test)]

@@ -211,7 +211,8 @@ mod tests {
     use super::super::imported;
 
     /// A crank of 3 cm and a rod that slides on a line of 90 degrees, with a force on the rod.
-    const LINK: &str = "https://app.pmksplus.com/?01.Ay,1E8.K,0.1011.MA,A,0,0,0.GB,B,ku,0,0.GC,C,ku,ku,0.LP,P,ku,ku,OY..\
+    const LINK: &str = "https://app.pmksplus.com/?01.Ay,1E8.K,0.1011.MA,A,0,0,0.GB,B,ku,0,0.GC,C,ku,ku,0.\
+                        LP,P,ku,ku,OY..\
                         YRAB,Crank,VG,o,NS,0,c5cae9,A,B,,.YRBC,Connecting rod,ku,6G,ku,NS,303e9f,B,C,,.\
                         YPCP,CP,1Tm,0,0,0,,C,P,,..2F1,BC,F1,ku,ku,ku,VG,Fe..N_J";
 

@@ -70,23 +70,14 @@ pub(super) fn add(
                 (Kind::Weld { rotation: joined.rotation(first) }, joined.ends(i == 0))
             }
             // The line is on the ground, if one of the parts is.
-            Flat::Slider(_) | Flat::Slot(_) => {
+            Flat::Slider(turn) => {
                 let is_swapped = j == 0;
-                let line = usize::from(is_swapped);
-                let (Flat::Slider(turn) | Flat::Slot(turn)) = kind else { continue };
-                let direction = joined.direction(line) + turn;
+                let direction = joined.direction(usize::from(is_swapped)) + turn;
                 let rotation = joined.rotation(usize::from(!is_swapped));
-                let is_slot = matches!(kind, Flat::Slot(_));
-                if is_slot && is_swapped {
-                    // The line of a slot stays on its own part.
-                    let direction = joined.direction(0) + turn;
-                    (Kind::Slot { direction }, joined.ends(true))
-                } else if is_slot {
-                    (Kind::Slot { direction }, joined.ends(true))
-                } else {
-                    (Kind::Slider { direction, rotation }, joined.ends(!is_swapped))
-                }
+                (Kind::Slider { direction, rotation }, joined.ends(!is_swapped))
             }
+            // The line of a slot stays on its own part.
+            Flat::Slot(turn) => (Kind::Slot { direction: joined.direction(0) + turn }, joined.ends(true)),
             Flat::Parallel => {
                 parallel.push((item.name(), [i, j], joined.rotation(1)));
                 continue;
