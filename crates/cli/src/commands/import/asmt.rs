@@ -37,6 +37,7 @@ pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
     let plane = joints::plane(source, &parts, &items)?;
     parts.place(&plane, &mut linkage, &mut names);
     joints::add(source, &parts, &plane, &items, &mut linkage, &mut names)?;
+    linkage.with_free_links(&mut names);
     let run = simulation(source, &assembly, &mut linkage)?;
     motion::add(&assembly, &parts, &plane, run, &mut linkage, &mut names);
     gravity(source, &assembly, &plane, &mut linkage)?;
@@ -172,6 +173,23 @@ gravity = { gravity = [0, -9.81] }
         // Without the joint that holds it, the piston may turn.
         let free = imported(&held).expect("a scene");
         assert!(free.contains("pin_in_slot = [") && free.contains("rate = 0"), "{free}");
+    }
+
+    #[test]
+    fn parts_without_joints_move_freely_or_are_fixed() {
+        let part = |mass: &str| {
+            format!(
+                "\t\tPart\n\t\t\tName\n\t\t\t\tblock\n\t\t\tPosition3D\n\t\t\t\t5\t6\t0\n\t\t\tPrincipalMassMarker\n\
+                 \t\t\t\tMass\n\t\t\t\t\t{mass}\n\t\t\t\tMomentOfInertias\n\t\t\t\t\t0\t0\t{mass}\n\tConstraintSets"
+            )
+        };
+        let scene = |mass: &str| imported(&FOUR_BAR.replace("\tConstraintSets", &part(mass))).expect("a scene");
+        let free = scene("2");
+        assert!(free.contains("block_turn = { revolute = [\"block\", \"block_y\"] }"), "{free}");
+        assert!(free.contains("inertia = 2, angle = 0, rate = 0 }"), "{free}");
+        let fixed = scene("0");
+        assert!(fixed.contains("block = { weld = [\"block\", \"ground\"] }"), "{fixed}");
+        assert!(fixed.contains("# - the motion of `block`, which has no mass"), "{fixed}");
     }
 
     #[test]

@@ -19,16 +19,20 @@ pub(super) fn given(linkage: &Linkage) -> Given {
     }
     let size = 3 * (linkage.links.len() - 1);
     let mut span = Span { size, rows: Vec::new() };
-    for row in constraint_rows(linkage) {
+    let rows = constraint_rows(linkage);
+    // Drives may prescribe all motion, also from a position in which their conditions depend on each other.
+    let is_driven = linkage.joints.iter().any(|joint| joint.drive.is_some());
+    let most = if is_driven { size.saturating_sub(rows.len()) } else { size };
+    for row in rows {
         span.add(row);
     }
     for (link, (owner, _)) in linkage.angles().into_iter().enumerate().skip(1) {
-        if span.rows.len() < size && owner == link && span.add(unit(size, 3 * (link - 1) + 2)) {
+        if given.links.len() < most && owner == link && span.add(unit(size, 3 * (link - 1) + 2)) {
             given.links.push(link);
         }
     }
     for (i, joint) in linkage.joints.iter().enumerate() {
-        if span.rows.len() < size
+        if given.links.len() + given.joints.len() < most
             && let Some(row) = displacement_row(linkage, i)
             && matches!(joint.kind, Kind::Slider { .. } | Kind::Slot { .. })
             && span.add(row)

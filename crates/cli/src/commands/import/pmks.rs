@@ -78,7 +78,7 @@ impl Reader<'_> {
             return Err(self.source.whole("no joint is on the ground", "name a link `ground`"));
         }
         self.finish(lines.get(input.unwrap_or(0)));
-        Ok(())
+        self.check_freedom()
     }
 
     /// The number of a link, which is new where its name is.
@@ -190,6 +190,18 @@ impl Reader<'_> {
         }
     }
 
+    /// Refuses links that the input does not lead: without masses, nothing moves them.
+    fn check_freedom(&self) -> Result<(), Error> {
+        let given = super::freedom::given(&self.linkage);
+        let ends = given.joints.iter().map(|joint| self.linkage.joints[*joint].ends[0].link);
+        let free: Vec<&str> = given.links.into_iter().chain(ends).map(|link| self.links[link].as_str()).collect();
+        if free.is_empty() {
+            return Ok(());
+        }
+        let title = format!("its input does not lead all links: `{}` can still move", free.join("`, `"));
+        Err(self.source.whole(&title, "add the joints that are missing: PMKS has one input, and no masses"))
+    }
+
     /// The speed of the input, the time of a turn, and remarks.
     fn finish(&mut self, input: Option<&Line>) {
         let speed = setting(&self.source.text, 's').unwrap_or(DEFAULT_SPEED);
@@ -215,13 +227,6 @@ impl Reader<'_> {
         }
         if self.source.text.contains("ts=") {
             linkage.left_out.push("the target shape".to_owned());
-        }
-        let freedom = super::freedom::given(linkage);
-        let count = freedom.links.len() + freedom.joints.len();
-        if count > 0 {
-            let freedoms =
-                if count == 1 { "1 degree of freedom".to_owned() } else { format!("{count} degrees of freedom") };
-            linkage.remarks.push(format!("The input leaves {freedoms}: give these links masses, or a drive each."));
         }
     }
 }
@@ -295,6 +300,7 @@ D = { revolute = [\"output\", \"ground\"] }
             ("ground a R 1e400 0", "model:1:12"),
             ("ground a R 0", "this joint has no place"),
             ("ground a R 0 0\nx 1 2", "model:2:1"),
+            ("ground a R 0 0\na b R 1 0\nb c R 2 0", "its input does not lead all links: `b`, `c` can still move"),
             ("ground a R 0 0\na b G 1 0", "these teeth have no carrier"),
             ("a b R 0 0", "no joint is on the ground"),
             ("ground a RP 0 0 0 ffft", "cannot be the input"),

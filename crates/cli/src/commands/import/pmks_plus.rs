@@ -46,6 +46,7 @@ impl Reader<'_> {
         if !self.linkage.joints.iter().any(|joint| joint.ends.iter().any(|end| end.link == 0)) {
             return Err(self.source.whole("no joint is on the ground", "ground a joint in PMKS+"));
         }
+        self.linkage.with_free_links(&mut self.names);
         self.forces(payload)?;
         self.finish(payload, &drives);
         Ok(())
