@@ -100,7 +100,11 @@ fn summary(linkage: &Linkage, path: &Path) -> String {
     );
     if !linkage.left_out.is_empty() {
         text.push_str("\nLeft out:\n");
-        linkage.left_out.iter().for_each(|item| text.push_str(&format!("  - {item}\n")));
+        for item in &linkage.left_out {
+            // Names of the model may contain escape sequences of terminals.
+            let shown: String = item.chars().filter(|c| !c.is_control()).collect();
+            text.push_str(&format!("  - {shown}\n"));
+        }
     }
     text + &format!("\nSee it move, and run it:\n\n    qrm live {0}\n    qrm run {0}", path.display())
 }
