@@ -72,4 +72,6 @@ commands! {
     List: list,
     /// Write a scene to begin with: NAME.toml
     New: new,
+    /// Write the scene of a model of another program (PMKS, Ondsel, MJCF): NAME.toml
+    Import: import,
 }

@@ -142,6 +142,13 @@ impl Error {
         self
     }
 
+    /// Puts a message with its remedy before the error.
+    #[must_use]
+    pub(crate) fn behind(mut self, text: impl Into<String>, help: impl Into<String>) -> Self {
+        self.details.insert(0, Detail::Message(Message::new(text).help(help)));
+        self
+    }
+
     /// Turns the error into one of a run in progress.
     #[must_use]
     pub(crate) fn while_running(self) -> Self {

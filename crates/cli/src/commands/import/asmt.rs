@@ -1,0 +1,218 @@
+//! Assemblies of the Ondsel solver: parts with markers, joints between markers, and motions of joints.
+
+mod joints;
+mod motion;
+mod parts;
+mod tree;
+
+use super::linkage::{Linkage, Load};
+use super::names::Names;
+use super::plane::Plane;
+use super::source::Source;
+use crate::error::Error;
+use parts::Parts;
+use tree::{Node, Tree};
+
+/// Whether a text begins as an assembly.
+pub(super) fn is_of(text: &str) -> bool {
+    let first = text.lines().next().unwrap_or_default();
+    first.trim() == "OndselSolver" || first.starts_with("freeCAD: 3D CAD with Motion Simulation")
+}
+
+/// Reads an assembly.
+pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
+    let tree = Tree::read(&source.text);
+    let Some(assembly) = tree.roots().find(|node| node.text() == "Assembly") else {
+        return Err(
+            source.whole("it has no `Assembly`", "export the assembly again, as a file .asmt of the Ondsel solver")
+        );
+    };
+    let mut linkage = Linkage::new("an assembly of the Ondsel solver");
+    let mut names = Names::new();
+    let items = joints::items(&assembly);
+    if !parts::frame(source, &assembly)?.is_world() {
+        linkage.left_out.push("the pose of the assembly: the scene is in its frame".to_owned());
+    }
+    let mut parts = Parts::read(source, &assembly)?;
+    let plane = joints::plane(source, &parts, &items)?;
+    parts.place(&plane, &mut linkage, &mut names);
+    joints::add(source, &parts, &plane, &items, &mut linkage, &mut names)?;
+    linkage.with_free_links(&mut names);
+    let run = simulation(source, &assembly, &mut linkage)?;
+    motion::add(&assembly, &parts, &plane, run, &mut linkage, &mut names);
+    gravity(source, &assembly, &plane, &mut linkage)?;
+    forces(&mut linkage, &mut names);
+    remarks(&tree, &assembly, &plane, &mut linkage);
+    Ok(linkage)
+}
+
+/// The times of the simulation; returns its start.
+fn simulation(source: &Source, assembly: &Node, linkage: &mut Linkage) -> Result<f64, Error> {
+    let Some(settings) = assembly.child("SimulationParameters") else { return Ok(0.0) };
+    let value =
+        |name: &str| settings.child(name).and_then(|node| node.first()).map(|node| node.number(source)).transpose();
+    let [start, end, output] =
+        [value("tstart")?.unwrap_or(0.0), value("tend")?.unwrap_or(0.0), value("hout")?.unwrap_or(0.0)];
+    if end > start {
+        linkage.end_time = end - start;
+    }
+    // The rows of the file are among those of the run, which has at least 1000 steps.
+    let output = if output > 0.0 && output <= linkage.end_time { output } else { linkage.end_time };
+    let parts = (1000.0 * output / linkage.end_time).ceil().max(1.0);
+    linkage.step = output / parts;
+    Ok(start)
+}
+
+fn gravity(source: &Source, assembly: &Node, plane: &Plane, linkage: &mut Linkage) -> Result<(), Error> {
+    let Some(row) = assembly.child("ConstantGravity").and_then(|node| node.first()) else { return Ok(()) };
+    let gravity = row.vector(source)?;
+    let flat = plane.project(gravity);
+    if flat != [0.0; 2] {
+        linkage.loads.push(Load::Gravity(flat));
+    }
+    if !plane.contains(gravity) && gravity != [0.0; 3] {
+        linkage.left_out.push("gravity across the plane, which joints carry".to_owned());
+    }
+    Ok(())
+}
+
+/// Forces in all joints as outputs.
+fn forces(linkage: &mut Linkage, names: &mut Names) {
+    let has_mass = linkage.links.iter().any(|link| link.mass.is_some());
+    for joint in linkage.joints.iter().filter(|joint| joint.has_force() && has_mass) {
+        let name = names.unique(&format!("F_{}", joint.name), "force");
+        linkage.outputs.push((name, format!("{{ joint = \"{}\" }}", joint.name)));
+    }
+}
+
+fn remarks(tree: &Tree, assembly: &Node, plane: &Plane, linkage: &mut Linkage) {
+    let axis = |vector: [f64; 3]| format!("({})", vector.map(super::numbers::shortest).join(", "));
+    linkage.remarks.push(format!("The axes of the plane, in the assembly: x {}, y {}.", axis(plane.x), axis(plane.y)));
+    for (section, what) in
+        [("ForceTorques", "force or torque"), ("Limits", "limit"), ("KinematicIJs", "measured quantity")]
+    {
+        let nodes = [assembly.child(section), assembly.child("ConstraintSets").and_then(|sets| sets.child(section))];
+        for item in nodes.into_iter().flatten().flat_map(|node| node.children()) {
+            linkage.left_out.push(format!("the {what} `{}` ({})", item.name(), item.text()));
+        }
+    }
+    let sets = assembly.child("ConstraintSets").and_then(|sets| sets.child("GeneralConstraintSets"));
+    for item in sets.into_iter().flat_map(|node| node.children()) {
+        linkage.left_out.push(format!("the constraint `{}` ({})", item.name(), item.text()));
+    }
+    if tree.roots().any(|node| node.text().starts_with("TimeSeries")) {
+        linkage.left_out.push("the results that the file holds".to_owned());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::imported;
+
+    const FOUR_BAR: &str = include_str!("../../../../../tests/import/four-bar.asmt");
+    const SLIDER_CRANK: &str = include_str!("../../../../../tests/import/slider-crank.asmt");
+
+    #[test]
+    fn a_four_bar_is_that_of_its_parts() {
+        let shown = "\
+[links]
+ground  = { points = { O = [0, 0], D = [2, 0] } }
+crank   = { points = { O = [0.1, 0.1], A = [0.9, 0.1] }, mass = 0.2, com = [0.5, 0.1], inertia = 0.017333333333333 }
+coupler = { points = { A = [0.1, 0.1], B = [1.9, 0.1] }, mass = 0.4, com = [1, 0.1], inertia = 0.13466666666667, \
+angle = 0.80636087982073 }
+rocker  = { points = { B = [0.1, 0.1], D = [1.4, 0.1] }, mass = 0.3, com = [0.75, 0.1], inertia = 0.05725, \
+angle = -1.6060600451779 }
+[joints]
+O = { revolute = [\"crank\", \"ground\"], drive = '2*pi*t' }
+A = { revolute = [\"crank\", \"coupler\"] }
+B = { revolute = [\"coupler\", \"rocker\"] }
+D = { revolute = [\"rocker\", \"ground\"] }
+[loads]
+gravity = { gravity = [0, -9.81] }
+";
+        let scene = imported(FOUR_BAR).expect("a scene");
+        assert!(scene.contains(shown), "{scene}");
+        assert_eq!(imported(&FOUR_BAR.replace('\n', "\r\n")).expect("a scene"), scene);
+    }
+
+    #[test]
+    fn parts_that_lie_across_the_plane_slide_in_it() {
+        let scene = imported(SLIDER_CRANK).expect("a scene");
+        let piston = "Piston = { points = { B = [0, 0], Guide = [0, 1] }, mass = 7, com = [0, 0.5], inertia = 1.1 }";
+        let guide =
+            "Guide = { prismatic = [\"Piston\", \"ground.Guide_line\"], direction = 1.5707963267948966, start = -1 }";
+        assert!(scene.contains(piston) && scene.contains(guide), "{scene}");
+    }
+
+    #[test]
+    fn markers_that_are_turned_or_reversed_turn_the_motion() {
+        let marker = |rows: &str| {
+            let begin = SLIDER_CRANK.find("\t\t\t\t\tName\n\t\t\t\t\t\tO\n").expect("the marker on the ground");
+            let at = begin + SLIDER_CRANK[begin..].find("RotationMatrix\n").expect("its axes");
+            let end = at + SLIDER_CRANK[at..].find("\tParts").expect("its end");
+            let text = format!("{}RotationMatrix\n{rows}{}", &SLIDER_CRANK[..at], &SLIDER_CRANK[end..]);
+            let scene = imported(&text).expect("a scene");
+            let line = scene.lines().find(|line| line.starts_with("O ")).expect("the pin").to_owned();
+            line[line.find("drive").expect("a drive")..].to_owned()
+        };
+        assert_eq!(
+            marker("\t\t\t\t\t\t0\t-1\t0\n\t\t\t\t\t\t1\t0\t0\n\t\t\t\t\t\t0\t0\t1\n"),
+            "drive = '2*pi*t + 1.5707963267948966' }"
+        );
+        assert_eq!(marker("\t\t\t\t\t\t1\t0\t0\n\t\t\t\t\t\t0\t-1\t0\n\t\t\t\t\t\t0\t0\t-1\n"), "drive = '-2*pi*t' }");
+    }
+
+    #[test]
+    fn points_on_lines_without_rotation_are_sliders() {
+        let held = SLIDER_CRANK.replace("CylindricalJoint", "PointInLineJoint");
+        let joint = "\t\t\tNoRotationJoint\n\t\t\t\tName\n\t\t\t\t\tHeld\n\t\t\t\tMarkerI\n\
+                     \t\t\t\t\t/Assembly1/Piston/Guide\n\
+                     \t\t\t\tMarkerJ\n\t\t\t\t\t/Assembly1/Guide\n\t\tMotions";
+        let scene = imported(&held.replace("\t\tMotions", joint)).expect("a scene");
+        assert!(scene.contains("prismatic = [") && !scene.contains("Held"), "{scene}");
+        // Without the joint that holds it, the piston may turn.
+        let free = imported(&held).expect("a scene");
+        assert!(free.contains("pin_in_slot = [") && free.contains("rate = 0"), "{free}");
+    }
+
+    #[test]
+    fn parts_without_joints_move_freely_or_are_fixed() {
+        let part = |mass: &str| {
+            format!(
+                "\t\tPart\n\t\t\tName\n\t\t\t\tblock\n\t\t\tPosition3D\n\t\t\t\t5\t6\t0\n\t\t\tPrincipalMassMarker\n\
+                 \t\t\t\tMass\n\t\t\t\t\t{mass}\n\t\t\t\tMomentOfInertias\n\t\t\t\t\t0\t0\t{mass}\n\tConstraintSets"
+            )
+        };
+        let scene = |mass: &str| imported(&FOUR_BAR.replace("\tConstraintSets", &part(mass))).expect("a scene");
+        let free = scene("2");
+        assert!(free.contains("block_turn = { revolute = [\"block\", \"block_y\"] }"), "{free}");
+        assert!(free.contains("inertia = 2, angle = 0, rate = 0 }"), "{free}");
+        let fixed = scene("0");
+        assert!(fixed.contains("block = { weld = [\"block\", \"ground\"] }"), "{fixed}");
+        assert!(fixed.contains("# - the motion of `block`, which has no mass"), "{fixed}");
+    }
+
+    #[test]
+    fn what_is_left_out_is_listed() {
+        let text = FOUR_BAR.replace("2.0d*pi*time", "integral(time, 0)") + "TimeSeries\nNumber\tInput\t1\n";
+        let scene = imported(&text).expect("a scene");
+        assert!(scene.contains("# - the motion `Turn`, whose formula is `integral(time, 0)`"), "{scene}");
+        assert!(scene.contains("# - the results that the file holds"), "{scene}");
+    }
+
+    #[test]
+    fn errors_name_their_line() {
+        let error = |from: &str, to: &str| imported(&FOUR_BAR.replacen(from, to, 1)).expect_err("no scene");
+        for (from, to, said) in [
+            ("RevoluteJoint", "UniversalJoint", "is a `UniversalJoint`"),
+            ("/FourBar/crank/A", "/FourBar/crank/X", "is no marker of the assembly"),
+            ("0.2\n", "1e400\n", "should have one finite number"),
+            ("1\t0\t0\n", "1\t1\t0\n", "this matrix is no rotation"),
+            ("0.2\n", "-0.2\n", "the mass of part `crank` is negative"),
+            ("Assembly\n", "Drawing\n", "it has no `Assembly`"),
+            ("Parts\n", "Things\n", "the assembly has no parts"),
+        ] {
+            assert!(error(from, to).contains(said), "{}", error(from, to));
+        }
+    }
+}

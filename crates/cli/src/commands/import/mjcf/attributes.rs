@@ -1,0 +1,204 @@
+//! Attributes of elements, which classes of defaults complete, and their units.
+
+use std::collections::HashMap;
+
+use super::super::numbers::finite;
+use super::super::plane::{Frame, IDENTITY, Matrix, Vector, cross, norm, product, transposed, turn, unit};
+use super::xml::{Element, Xml};
+use crate::error::Error;
+
+/// The defaults of a model, and the settings of its compiler.
+pub(super) struct Attributes<'x> {
+    pub(super) xml: &'x Xml<'x>,
+    classes: HashMap<String, Class>,
+    is_degree: bool,
+    sequence: String,
+}
+
+/// The attributes of elements by their name.
+type Class = HashMap<String, Vec<(String, String)>>;
+
+/// The class of elements that name none.
+pub(super) const MAIN: &str = "main";
+
+impl<'x> Attributes<'x> {
+    pub(super) fn read(xml: &'x Xml<'x>) -> Result<Self, Error> {
+        let mut own = Self { xml, classes: HashMap::new(), is_degree: true, sequence: "xyz".to_owned() };
+        own.classes.insert(MAIN.to_owned(), Class::new());
+        for element in xml.children(xml.root()) {
+            match element.name.as_str() {
+                "compiler" => own.compiler(element)?,
+                "default" => own.class(element, MAIN),
+                _ => {}
+            }
+        }
+        Ok(own)
+    }
+
+    fn compiler(&mut self, element: &Element) -> Result<(), Error> {
+        let xml = self.xml;
+        match element.get("angle") {
+            Some("radian") => self.is_degree = false,
+            Some("degree") => self.is_degree = true,
+            None => {}
+            Some(_) => {
+                return Err(xml.error(
+                    element,
+                    "angle",
+                    "this unit of angles is not known",
+                    "write `degree` or `radian`",
+                ));
+            }
+        }
+        if let Some(sequence) = element.get("eulerseq") {
+            if sequence.len() != 3 || !sequence.chars().all(|c| "xyzXYZ".contains(c)) {
+                return Err(xml.error(
+                    element,
+                    "eulerseq",
+                    "this is no sequence of axes",
+                    "write three of x, y, z, X, Y, Z",
+                ));
+            }
+            self.sequence = sequence.to_owned();
+        }
+        if element.get("coordinate") == Some("global") {
+            let help = "save the model with local coordinates, by a present version of MuJoCo";
+            return Err(xml.error(element, "coordinate", "global coordinates cannot be read", help));
+        }
+        Ok(())
+    }
+
+    /// Reads a class and those in it, which begin with its attributes.
+    fn class(&mut self, element: &Element, above: &str) {
+        let name = element.get("class").unwrap_or(above).to_owned();
+        let mut class = self.classes.get(&name).or_else(|| self.classes.get(above)).cloned().unwrap_or_default();
+        for child in self.xml.children(element).filter(|child| child.name != "default") {
+            let known = class.entry(child.name.clone()).or_default();
+            for (key, value) in &child.attributes {
+                known.retain(|(own, _)| own != key);
+                known.push((key.clone(), value.clone()));
+            }
+        }
+        self.classes.insert(name.clone(), class);
+        for child in self.xml.children(element).filter(|child| child.name == "default") {
+            self.class(child, &name);
+        }
+    }
+
+    /// An attribute of an element, or of its class.
+    pub(super) fn get<'a>(&'a self, element: &'a Element, class: &str, name: &str) -> Option<&'a str> {
+        element.get(name).or_else(|| {
+            let class = element.get("class").unwrap_or(class);
+            let known = self.classes.get(class)?.get(&element.name)?;
+            known.iter().find(|(own, _)| own == name).map(|(_, value)| value.as_str())
+        })
+    }
+
+    /// The numbers of an attribute.
+    pub(super) fn numbers(&self, element: &Element, class: &str, name: &str) -> Result<Option<Vec<f64>>, Error> {
+        let Some(text) = self.get(element, class, name) else { return Ok(None) };
+        let read = |word: &str| finite(word).filter(|value| value.abs() < 1e100);
+        let numbers: Option<Vec<f64>> = text.split_whitespace().map(read).collect();
+        match numbers {
+            Some(numbers) if !numbers.is_empty() => Ok(Some(numbers)),
+            _ => {
+                let title =
+                    format!("`{name}=\"{}\"` is no list of finite numbers", text.chars().take(40).collect::<String>());
+                Err(self.xml.error(element, name, &title, "write numbers with spaces between them"))
+            }
+        }
+    }
+
+    /// One number.
+    pub(super) fn number(&self, element: &Element, class: &str, name: &str) -> Result<Option<f64>, Error> {
+        Ok(self.numbers(element, class, name)?.map(|numbers| numbers[0]))
+    }
+
+    /// Three numbers.
+    pub(super) fn vector(&self, element: &Element, class: &str, name: &str) -> Result<Option<Vector>, Error> {
+        match self.numbers(element, class, name)?.as_deref() {
+            None => Ok(None),
+            Some(&[x, y, z]) => Ok(Some([x, y, z])),
+            Some(_) => Err(self.xml.error(element, name, &format!("`{name}` has three numbers"), "write x, y and z")),
+        }
+    }
+
+    /// An angle in radians.
+    pub(super) fn angle(&self, value: f64) -> f64 {
+        if self.is_degree { value.to_radians() } else { value }
+    }
+
+    /// The frame of an element.
+    pub(super) fn frame(&self, element: &Element, class: &str) -> Result<Frame, Error> {
+        let place = self.vector(element, class, "pos")?.unwrap_or([0.0; 3]);
+        Ok(Frame { place, axes: self.axes(element, class)? })
+    }
+
+    fn axes(&self, element: &Element, class: &str) -> Result<Matrix, Error> {
+        let wrong = |name: &str| {
+            let title = format!("`{name}` gives no orientation");
+            Err(self.xml.error(
+                element,
+                name,
+                &title,
+                "give it its full count of numbers, its axes not zero and not parallel",
+            ))
+        };
+        if let Some(quat) = self.numbers(element, class, "quat")? {
+            let &[w, x, y, z] = &quat[..] else { return wrong("quat") };
+            let length = w.hypot(norm([x, y, z]));
+            return if length > 1e-12 {
+                Ok(from_quaternion(w / length, [x, y, z].map(|part| part / length)))
+            } else {
+                wrong("quat")
+            };
+        }
+        if let Some(turned) = self.numbers(element, class, "axisangle")? {
+            let &[x, y, z, angle] = &turned[..] else { return wrong("axisangle") };
+            return if norm([x, y, z]) > 0.0 { Ok(turn([x, y, z], self.angle(angle))) } else { wrong("axisangle") };
+        }
+        if let Some(angles) = self.vector(element, class, "euler")? {
+            let mut axes = IDENTITY;
+            for (letter, angle) in self.sequence.chars().zip(angles) {
+                let axis = IDENTITY["xyz".find(letter.to_ascii_lowercase()).unwrap_or(0)];
+                let own = turn(axis, self.angle(angle));
+                // Axes in small letters turn with the body.
+                axes = if letter.is_ascii_lowercase() { product(&axes, &own) } else { product(&own, &axes) };
+            }
+            return Ok(axes);
+        }
+        if let Some(both) = self.numbers(element, class, "xyaxes")? {
+            let &[a, b, c, d, e, f] = &both[..] else { return wrong("xyaxes") };
+            let x = unit([a, b, c]);
+            let z = unit(cross(x, [d, e, f]));
+            let y = cross(z, x);
+            return if norm(y) > 0.5 { Ok(transposed(&[x, y, z])) } else { wrong("xyaxes") };
+        }
+        if let Some(z) = self.vector(element, class, "zaxis")? {
+            return if norm(z) > 0.0 { Ok(with_z(z)) } else { wrong("zaxis") };
+        }
+        Ok(IDENTITY)
+    }
+}
+
+/// The axes of a frame whose z axis is given, by the smallest turn.
+pub(super) fn with_z(z: Vector) -> Matrix {
+    let z = unit(z);
+    let axis = cross([0.0, 0.0, 1.0], z);
+    let sine = norm(axis);
+    if sine > 1e-12 {
+        turn(axis, sine.atan2(z[2]))
+    } else if z[2] > 0.0 {
+        IDENTITY
+    } else {
+        turn([1.0, 0.0, 0.0], std::f64::consts::PI)
+    }
+}
+
+fn from_quaternion(w: f64, [x, y, z]: Vector) -> Matrix {
+    [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+}

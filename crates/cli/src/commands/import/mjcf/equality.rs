@@ -1,0 +1,134 @@
+//! Equality constraints: pins, welds and couplings of joints.
+
+use super::super::linkage::{Constraint, End, Joint, Kind, Linkage};
+use super::super::names::Names;
+use super::super::numbers::within_a_turn;
+use super::super::plane::Plane;
+use super::attributes::{Attributes, MAIN};
+use super::bodies::Bodies;
+use super::links::{Links, polynomial};
+use super::xml::Element;
+use crate::error::Error;
+
+/// Adds the equality constraints of a model.
+pub(super) fn add(
+    attributes: &Attributes,
+    bodies: &Bodies,
+    links: &Links,
+    plane: &Plane,
+    linkage: &mut Linkage,
+    names: &mut Names,
+) -> Result<(), Error> {
+    for element in attributes.xml.section("equality") {
+        let name = element.get("name").unwrap_or("equality").to_owned();
+        let get = |attribute: &str| attributes.get(element, MAIN, attribute);
+        if get("active") == Some("false") {
+            linkage.left_out.push(format!("the equality `{name}`, which is not active"));
+            continue;
+        }
+        match element.name.as_str() {
+            "connect" | "weld" => {
+                let joint = pin(attributes, bodies, links, plane, element, linkage)?;
+                let name = names.unique(&name, "joint");
+                linkage.joints.push(Joint { title: name.clone(), name, ..joint });
+            }
+            "joint" => couple(attributes, links, element, linkage, names)?,
+            other => {
+                linkage.left_out.push(format!("the equality `{name}` of a {other}, which lets the linkage move freely"))
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A pin or a weld between two bodies, or two sites.
+fn pin(
+    attributes: &Attributes,
+    bodies: &Bodies,
+    links: &Links,
+    plane: &Plane,
+    element: &Element,
+    linkage: &Linkage,
+) -> Result<Joint, Error> {
+    let xml = attributes.xml;
+    let unknown = |attribute: &str, what: &str| {
+        xml.error(
+            element,
+            attribute,
+            &format!("`{attribute}` is no {what} of the model"),
+            "write the name of one that is there",
+        )
+    };
+    let get = |attribute: &str| attributes.get(element, MAIN, attribute);
+    let places = if let (Some(first), Some(second)) = (get("site1"), get("site2")) {
+        let first = links.of_site(bodies, first).ok_or_else(|| unknown("site1", "site"))?;
+        [first, links.of_site(bodies, second).ok_or_else(|| unknown("site2", "site"))?]
+    } else {
+        let first = get("body1").ok_or_else(|| unknown("body1", "body"))?;
+        let (body, first) = links.of_body(bodies, Some(first)).ok_or_else(|| unknown("body1", "body"))?;
+        let (_, second) = links.of_body(bodies, get("body2")).ok_or_else(|| unknown("body2", "body"))?;
+        let anchor = attributes.vector(element, MAIN, "anchor")?.unwrap_or([0.0; 3]);
+        let place = bodies.all[body].frame.point(anchor);
+        [(first, place), (second, place)]
+    };
+    if places[0].0 == places[1].0 {
+        let title = "this equality joins bodies that do not move against each other";
+        return Err(xml.error(element, "body2", title, "join two bodies that joints let move"));
+    }
+    let relative = attributes.numbers(element, MAIN, "relpose")?;
+    if relative.is_some_and(|pose| pose.iter().skip(3).any(|part| *part != 0.0)) {
+        let help = "leave `relpose` out, and give the bodies the pose in which they are held";
+        return Err(xml.error(element, "relpose", "a pose that differs from that of the bodies cannot be read", help));
+    }
+    let mut ends = places.map(|(link, place)| End { link, at: linkage.local(link, plane.project(place)) });
+    if ends[0].link == 0 {
+        ends.swap(0, 1);
+    }
+    let kind = if element.name == "weld" {
+        let [a, b] = ends.map(|end| linkage.links[end.link].angle);
+        Kind::Weld { rotation: within_a_turn(a - b) }
+    } else {
+        Kind::Pin
+    };
+    Ok(Joint { name: String::new(), title: String::new(), kind, ends: ends.to_vec(), drive: None })
+}
+
+/// A polynomial between the positions of two joints.
+fn couple(
+    attributes: &Attributes,
+    links: &Links,
+    element: &Element,
+    linkage: &mut Linkage,
+    names: &mut Names,
+) -> Result<(), Error> {
+    let xml = attributes.xml;
+    let find = |attribute: &str| {
+        let name = attributes.get(element, MAIN, attribute)?;
+        Some(links.joints.iter().find(|joint| joint.name == name && !name.is_empty()).ok_or_else(|| {
+            xml.error(
+                element,
+                attribute,
+                &format!("`{attribute}` is no joint of the model"),
+                "write the name of one that is there",
+            )
+        }))
+    };
+    let first =
+        find("joint1").unwrap_or_else(|| Err(xml.error(element, "joint1", "`joint1` is missing", "name a joint")))?;
+    let second = find("joint2").transpose()?;
+    let mut coefficients = attributes.numbers(element, MAIN, "polycoef")?.unwrap_or_else(|| vec![0.0, 1.0]);
+    coefficients.resize(5, 0.0);
+    let mut slopes = vec![(first.number, first.slope())];
+    let side = match second {
+        Some(second) => {
+            slopes.push((second.number, -coefficients[1] * second.slope()));
+            polynomial(&coefficients, &second.displacement(linkage))
+        }
+        None => polynomial(&coefficients[..1], ""),
+    };
+    let residual = format!("{} - ({side})", first.displacement(linkage));
+    let unit = if first.is_slide { "m" } else { "rad" };
+    let name = names.unique(element.get("name").unwrap_or("coupling"), "coupling");
+    linkage.constraints.push(Constraint { name, residual, unit, slopes });
+    Ok(())
+}

@@ -1,0 +1,313 @@
+//! Mechanisms of PMKS: one joint a line, as `ground input R 0 0 0 ffft`, or a link with such lines.
+
+mod line;
+mod teeth;
+mod text;
+
+use super::linkage::{End, Joint, Kind, Link, Linkage};
+use super::names::Names;
+use super::source::Source;
+use crate::error::Error;
+use line::{Line, kind_at, words};
+use text::{mechanism, setting};
+
+/// The speed of the input where the model has none, in turns a minute.
+const DEFAULT_SPEED: f64 = 10.0;
+
+/// The largest number of joints of a scene.
+const MOST_JOINTS: usize = 1000;
+
+/// Whether a text looks like a mechanism of PMKS.
+pub(super) fn is_of(text: &str) -> bool {
+    let lines = text.split(['\n', '|']).filter(|line| !line.trim().is_empty());
+    text.contains("mech=") || lines.take(20).any(|line| kind_at(&words(line, 0)).is_some_and(|at| at > 0))
+}
+
+/// Reads the first mechanism of a text.
+pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
+    let (text, offset) = mechanism(&source.text);
+    let mut lines = Vec::new();
+    let mut at = offset;
+    for line in text.split(['\n', '|']) {
+        if !line.trim().is_empty() {
+            lines.push(Line::read(source, line, at)?);
+        }
+        at += line.len() + 1;
+    }
+    if lines.len() > MOST_JOINTS {
+        let title = format!("it has {} joints, and a scene at most {MOST_JOINTS}", lines.len());
+        return Err(source.whole(&title, "split the mechanism"));
+    }
+    if lines.is_empty() {
+        return Err(source.whole("it has no joint", "write one joint a line, as `ground crank R 0 0`"));
+    }
+    let mut reader =
+        Reader { source, linkage: Linkage::new("a mechanism of PMKS"), names: Names::new(), links: vec![] };
+    reader.read(&lines)?;
+    Ok(reader.linkage)
+}
+
+struct Reader<'s> {
+    source: &'s Source,
+    linkage: Linkage,
+    names: Names,
+    /// The names of the links in the file; the ground is the first.
+    links: Vec<String>,
+}
+
+impl Reader<'_> {
+    fn read(&mut self, lines: &[Line]) -> Result<(), Error> {
+        self.links.push("ground".to_owned());
+        self.names.unique("speed", "speed");
+        for line in lines {
+            for (name, _) in &line.links {
+                self.link(name, line.place);
+            }
+        }
+        let joined = |line: &&Line| line.links.len() > 1;
+        let may_be_input = |line: &Line| line.links.len() > 1 && (line.kind == "R" || line.kind == "P");
+        let input = lines.iter().rposition(|line| line.is_input).or_else(|| lines.iter().position(may_be_input));
+        for (i, line) in lines.iter().enumerate() {
+            if joined(&line) {
+                self.joint(lines, line, input == Some(i))?;
+            } else {
+                self.tracer(line);
+            }
+        }
+        if !self.linkage.joints.iter().any(|joint| joint.ends.iter().any(|end| end.link == 0)) {
+            return Err(self.source.whole("no joint is on the ground", "name a link `ground`"));
+        }
+        self.finish(lines.get(input.unwrap_or(0)));
+        self.check_freedom()
+    }
+
+    /// The number of a link, which is new where its name is.
+    fn link(&mut self, name: &str, place: [f64; 2]) -> usize {
+        if let Some(known) = self.known(name) {
+            return known;
+        }
+        self.links.push(name.to_owned());
+        let name = self.names.link(name, "link");
+        self.linkage.links.push(Link { name, place, angle: 0.0, points: Vec::new(), mass: None, rate: 0.0 });
+        self.links.len() - 1
+    }
+
+    fn end(&self, link: usize, place: [f64; 2]) -> End {
+        End { link, at: self.linkage.local(link, place) }
+    }
+
+    /// A joint of two or more links.
+    fn joint(&mut self, lines: &[Line], line: &Line, is_input: bool) -> Result<(), Error> {
+        let links: Vec<usize> = line.links.iter().map(|(name, _)| self.link(name, line.place)).collect();
+        let refuse = |title: &str, label: &str, help: &str| self.source.error(title, line.span.clone(), label, help);
+        if (1..links.len()).any(|i| links[..i].contains(&links[i])) {
+            return Err(refuse("this joint names a link twice", "a joint is between links", "name each link once"));
+        }
+        if is_input && !matches!(line.kind.as_str(), "R" | "P") {
+            return Err(refuse(
+                "this joint cannot be the input",
+                "not a pin or a slider",
+                "drive a joint of type R or P",
+            ));
+        }
+        let mut ends: Vec<End> = links.iter().map(|link| self.end(*link, line.place)).collect();
+        let kind = match line.kind.as_str() {
+            "R" => {
+                // The ground comes last, as in a scene.
+                ends.sort_by_key(|end| end.link == 0);
+                Kind::Pin
+            }
+            _ if links.len() > 2 && line.kind != "RP" => {
+                return Err(refuse(
+                    "this joint has too many links",
+                    "two links at most",
+                    "write a joint for each pair",
+                ));
+            }
+            "P" => {
+                ends.swap(0, 1);
+                ends.sort_by_key(|end| end.link == 0);
+                Kind::Slider { direction: line.direction, rotation: 0.0 }
+            }
+            // The slot is on the first link, the pin on the second one.
+            "RP" => {
+                ends.truncate(2);
+                ends.swap(0, 1);
+                Kind::Slot { direction: line.direction }
+            }
+            _ => return self.teeth(lines, line, [links[0], links[1]]),
+        };
+        let name = self.joint_name();
+        let drive = is_input.then(|| "speed*t".to_owned());
+        self.linkage.joints.push(Joint { title: name.clone(), name, kind, ends, drive });
+        if line.kind == "RP" && links.len() > 2 {
+            let ends = links[1..].iter().map(|link| self.end(*link, line.place)).collect();
+            let name = self.joint_name();
+            self.linkage.joints.push(Joint { title: name.clone(), name, kind: Kind::Pin, ends, drive: None });
+        }
+        if line.is_traced && kind == Kind::Pin && !links.contains(&0) {
+            let point = self.linkage.joints.last().map(|joint| joint.name.clone()).unwrap_or_default();
+            self.trace(&point);
+        }
+        Ok(())
+    }
+
+    /// The name of a joint: a letter for each, as on drawings.
+    fn joint_name(&mut self) -> String {
+        let count = self.linkage.joints.len();
+        let letter = char::from(b'A' + u8::try_from(count % 26).unwrap_or(0));
+        let wanted = if count < 26 { letter.to_string() } else { format!("{letter}{}", count / 26) };
+        self.names.unique(&wanted, "joint")
+    }
+
+    fn known(&self, name: &str) -> Option<usize> {
+        let lower = name.to_ascii_lowercase();
+        // PMKS takes these spellings too.
+        let is_ground = ["0", "gnd", "grnd", "grond", "gound", "groud"].contains(&lower.as_str());
+        if is_ground || lower.starts_with("ground") {
+            Some(0)
+        } else {
+            self.links.iter().position(|other| other == name)
+        }
+    }
+
+    /// A point of one link, whose path is shown.
+    fn tracer(&mut self, line: &Line) {
+        let Some(link) = line.links.first().map(|(name, _)| self.link(name, line.place)) else { return };
+        let name = self.names.unique(&format!("P{}", self.linkage.outputs.len() / 2 + 1), "point");
+        let at = self.linkage.local(link, line.place);
+        self.linkage.links[link].points.push((name.clone(), at));
+        if link > 0 {
+            self.trace(&name);
+        }
+    }
+
+    /// The place of a point as outputs.
+    fn trace(&mut self, point: &str) {
+        for axis in ["x", "y"] {
+            let name = self.names.unique(&format!("{axis}_{point}"), "place");
+            self.linkage.outputs.push((name, format!("{{ value = '{point}.{axis}', unit = \"m\" }}")));
+        }
+    }
+
+    /// Refuses links that the input does not lead: without masses, nothing moves them.
+    fn check_freedom(&self) -> Result<(), Error> {
+        let given = super::freedom::given(&self.linkage);
+        let ends = given.joints.iter().map(|joint| self.linkage.joints[*joint].ends[0].link);
+        let free: Vec<&str> = given.links.into_iter().chain(ends).map(|link| self.links[link].as_str()).collect();
+        if free.is_empty() {
+            return Ok(());
+        }
+        let title = format!("its input does not lead all links: `{}` can still move", free.join("`, `"));
+        Err(self.source.whole(&title, "add the joints that are missing: PMKS has one input, and no masses"))
+    }
+
+    /// The speed of the input, the time of a turn, and remarks.
+    fn finish(&mut self, input: Option<&Line>) {
+        let speed = setting(&self.source.text, 's').unwrap_or(DEFAULT_SPEED);
+        let speed = if speed == 0.0 { DEFAULT_SPEED } else { speed };
+        let linkage = &mut self.linkage;
+        let (value, unit, doc) = match input {
+            Some(line) if line.kind == "P" => {
+                linkage.end_time = 1.0;
+                (speed, "m/s", "speed of the input slider")
+            }
+            _ => {
+                linkage.end_time = 60.0 / speed.abs();
+                (speed, "rpm", "speed of the input")
+            }
+        };
+        linkage.step = linkage.end_time / 1000.0;
+        let name = "speed".to_owned();
+        linkage.parameters.push(super::linkage::Parameter { name, value, unit, doc: doc.to_owned() });
+        linkage.remarks.push("PMKS has lengths without a unit: they are metres here.".to_owned());
+        linkage.remarks.push("It has no masses: forces need `mass`, `com` and `inertia` of the links.".to_owned());
+        if self.source.text.matches("mech=").count() > 1 {
+            linkage.left_out.push("all mechanisms of the file but the first".to_owned());
+        }
+        if self.source.text.contains("ts=") {
+            linkage.left_out.push("the target shape".to_owned());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::imported;
+
+    fn lines(text: &str, begin: &str) -> Vec<String> {
+        let scene = imported(text).expect("a scene");
+        let line = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
+        scene.lines().map(line).filter(|line| line.starts_with(begin)).collect()
+    }
+
+    #[test]
+    fn a_four_bar_is_links_and_pins() {
+        let scene =
+            imported("ground, input,R,0,0\ninput coupler,R,0,8\ncoupler,output ,R,19,22\nground, output,R,21,2\n");
+        let scene = scene.expect("a scene");
+        let shown = "\
+[parameters]
+speed = { value = 10, unit = \"rpm\", doc = \"speed of the input\" }
+[links]
+ground  = { points = { A = [0, 0], D = [21, 2] } }
+input   = { points = { A = [0, 0], B = [0, 8] } }
+coupler = { points = { B = [0, 0], C = [19, 14] }, angle = 0 }
+output  = { points = { C = [0, 0], D = [2, -20] }, angle = 0 }
+[joints]
+A = { revolute = [\"input\", \"ground\"], drive = 'speed*t' }
+B = { revolute = [\"input\", \"coupler\"] }
+C = { revolute = [\"coupler\", \"output\"] }
+D = { revolute = [\"output\", \"ground\"] }
+";
+        assert!(scene.ends_with(shown), "{scene}");
+        assert!(scene.contains("run = { step = 0.006, end_time = 6 }"), "{scene}");
+    }
+
+    #[test]
+    fn a_link_has_its_speed_and_its_input() {
+        let text = "http://x/pmks.html?set=s-20|f5&mech=ground%20crank%20R%200%200%200%20ffff|\
+                    crank,rod,R,1,0,0,ffff|rod ground RP 2 0 45 ffff|crank R 1 1 0 tfff|rod ground2 P 5 5 30 ffft|";
+        assert_eq!(
+            lines(text, "speed"),
+            ["speed = { value = -20, unit = \"m/s\", doc = \"speed of the input slider\" }"]
+        );
+        let joints = ["A = { revolute = [\"crank\", \"ground\"] }", "B = { revolute = [\"crank\", \"rod\"] }"];
+        assert_eq!([lines(text, "A ="), lines(text, "B =")].concat(), joints);
+        // The slot is on the first link, the pin on the second one.
+        let slot = "C = { pin_in_slot = [\"ground\", \"rod.C_line\"], direction = 0.7853981633974483, start = 0 }";
+        assert_eq!(lines(text, "C ="), [slot]);
+        let slider =
+            "D = { prismatic = [\"rod\", \"ground.D_line\"], direction = 0.5235987755982988, drive = 'speed*t' }";
+        assert_eq!(lines(text, "D ="), [slider]);
+        assert_eq!(lines(text, "x_P1"), ["x_P1 = { value = 'P1.x', unit = \"m\" }"]);
+    }
+
+    #[test]
+    fn teeth_become_gears_and_racks() {
+        let outside = "ground a R 0 0\na b G 4 0\nb ground R 10 0";
+        assert_eq!(lines(outside, "teeth"), ["teeth = { gear = [\"a\", \"b\"], ratio = -1.5 }"]);
+        let inside = "ground a R 0 0\na b G 12 0\nb ground R 9 0";
+        assert_eq!(lines(inside, "teeth"), ["teeth = { gear = [\"a\", \"b\"], ratio = 0.25 }"]);
+        let rack = "ground a R 0 2\na b G 0 0\nground b P 5 0 0";
+        assert_eq!(lines(rack, "teeth"), ["teeth = { rack = [\"a\", \"b.teeth_line\"], radius = 2 }"]);
+    }
+
+    #[test]
+    fn errors_name_their_place() {
+        let error = |text: &str| imported(text).expect_err("no scene");
+        for (text, said) in [
+            ("ground a R 1e400 0", "model:1:12"),
+            ("ground a R 0", "this joint has no place"),
+            ("ground a R 0 0\nx 1 2", "model:2:1"),
+            ("ground a R 0 0\na b R 1 0\nb c R 2 0", "its input does not lead all links: `b`, `c` can still move"),
+            ("ground a R 0 0\na b G 1 0", "these teeth have no carrier"),
+            ("a b R 0 0", "no joint is on the ground"),
+            ("ground a RP 0 0 0 ffft", "cannot be the input"),
+            ("ground a b P 0 0 0", "too many links"),
+            ("ground a a R 0 0 0", "names a link twice"),
+        ] {
+            assert!(error(text).contains(said), "{}", error(text));
+        }
+    }
+}
