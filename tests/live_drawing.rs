@@ -147,3 +147,67 @@ fn a_joint_is_dragged_and_the_file_follows() {
     assert_eq!((desk.live.text(), desk.refusal()), (text, String::new()));
     assert!(desk.browser.complaints.is_empty(), "{:?}", desk.browser.complaints);
 }
+
+/// A four-bar that nothing drives, from where it was drawn.
+const FREE: &str = r#"name = "free"
+run = { step = 1e-3, end_time = 1 }
+[links]
+ground = { points = { A = [0, 0], D = [0.2, 0] } }
+bar1 = { bar = ["A", "B"], length = 0.05831, mass = 1, angle = '59.036 deg' }
+bar2 = { bar = ["B", "C"], length = 0.1077, mass = 1, angle = '21.801 deg' }
+bar3 = { bar = ["C", "D"], length = 0.11402, mass = 1, angle = '-52.125 deg' }
+[joints]
+A = { revolute = ["bar1", "ground"] }
+B = { revolute = ["bar1", "bar2"] }
+C = { revolute = ["bar2", "bar3"] }
+D = { revolute = ["bar3", "ground"] }
+[loads]
+weight = { gravity = [0, -9.81] }
+"#;
+
+#[test]
+#[ignore = "full tier: browser"]
+fn other_joints_stay_while_one_is_dragged() {
+    let mut desk = Desk::new(FREE);
+    desk.browser.wait_for("document.querySelector('[data-ready]') !== null");
+    desk.tool("move");
+    desk.browser
+        .wait_for("'qrm_links_bar1_angle' in JSON.parse(document.querySelector('.qrm-animation').dataset.run).values");
+    desk.browser.wait_for(SETTLED);
+    let pin = |bar: &str, place: usize| format!("[data-name={bar}] circle:nth-of-type({place})");
+    let [b, c] = [pin("bar1", 2), pin("bar2", 2)].map(|pin| desk.browser.middle(&pin));
+    let to = [b[0] - 40.0, b[1] - 30.0];
+    let drag = |desk: &mut Desk| {
+        desk.browser.mouse("mouseMoved", b);
+        desk.browser.mouse("mousePressed", b);
+        for part in 1..=10 {
+            let part = f64::from(part) / 10.0;
+            desk.browser.mouse("mouseMoved", [b[0] + part * (to[0] - b[0]), b[1] + part * (to[1] - b[1])]);
+            std::thread::sleep(Duration::from_millis(30));
+        }
+    };
+    drag(&mut desk);
+    desk.browser.mouse("mouseReleased", to);
+    std::thread::sleep(Duration::from_millis(300));
+    desk.browser.wait_for(SETTLED);
+    for (pin, expected) in [(pin("bar1", 2), to), (pin("bar2", 1), to), (pin("bar2", 2), c), (pin("bar3", 1), c)] {
+        let now = desk.browser.middle(&pin);
+        assert!((now[0] - expected[0]).hypot(now[1] - expected[1]) < 3.0, "{pin} {now:?} {expected:?}");
+    }
+    desk.browser.value("document.querySelector('.qrm-undo').click()");
+    desk.wait_for_text("length = 0.05831");
+    assert_eq!(desk.live.text(), FREE);
+    std::thread::sleep(Duration::from_millis(300));
+    desk.browser.wait_for(SETTLED);
+    // Escape leaves the file as it was.
+    drag(&mut desk);
+    desk.browser.value("document.dispatchEvent(new KeyboardEvent('keydown', { key: 'Escape', bubbles: true }))");
+    desk.browser.mouse("mouseReleased", to);
+    desk.wait_for_text("length = 0.05831");
+    std::thread::sleep(Duration::from_millis(300));
+    desk.browser.wait_for(SETTLED);
+    let now = desk.browser.middle(&pin("bar1", 2));
+    assert!((now[0] - b[0]).hypot(now[1] - b[1]) < 3.0, "{now:?} {b:?}");
+    assert_eq!((desk.live.text(), desk.refusal()), (FREE.to_owned(), String::new()));
+    assert!(desk.browser.complaints.is_empty(), "{:?}", desk.browser.complaints);
+}

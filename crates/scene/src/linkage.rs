@@ -67,6 +67,7 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let bodies = (1..graph.links.len())
         .filter_map(|link| bodies::body(&graph, &tree, &angles, &places, link, findings))
         .collect();
+    let driven = start::driven(&graph, &angles);
     let values = StartPositions::new(&graph, &angles, &tree).values();
     let four_bars = four_bars::four_bars(&graph, &angles, &places);
     let constants = Constants::new(document);
@@ -114,7 +115,7 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
         }
     });
     document.point_names = point_names;
-    let unknown = start::write(document, values, freedoms);
+    let unknown = start::write(document, values, freedoms, &driven);
     start::report_unknown(document, &unknown, findings);
     // Consequential errors are not reported.
     if document.is_well_formed && errors(findings) == before {

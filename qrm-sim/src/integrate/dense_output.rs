@@ -67,7 +67,9 @@ impl DenseOutput {
         let (h, n) = (self.to.t - self.from.t, self.from.q.len());
         self.higher.resize(2 * tableau.dense.len() * n, 0.0);
         let (of_q, of_qd) = self.higher.split_at_mut(tableau.dense.len() * n);
-        for (row, (q, qd)) in tableau.dense.iter().zip(of_q.chunks_exact_mut(n).zip(of_qd.chunks_exact_mut(n))) {
+        // A scene may have no coordinates.
+        let size = n.max(1);
+        for (row, (q, qd)) in tableau.dense.iter().zip(of_q.chunks_exact_mut(size).zip(of_qd.chunks_exact_mut(size))) {
             stages.sum(row, q, qd);
         }
         self.higher.iter_mut().for_each(|x| *x *= h);

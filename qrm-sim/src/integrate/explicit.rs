@@ -113,7 +113,7 @@ impl Explicit {
                 *sum += (rate[i] / of_q).powi(2) + (acceleration[i] / of_qd).powi(2);
             }
         }
-        (tableau.error)(sums, h, 2.0 * rate.len() as f64)
+        (tableau.error)(sums, h, 2.0 * rate.len().max(1) as f64)
     }
 
     /// Estimates the fastest rate of the motion times the length of the step: the difference of the derivatives at the

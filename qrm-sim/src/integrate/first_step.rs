@@ -27,7 +27,7 @@ pub(super) fn first_step(
     let norm = |of_q: &[f64], of_qd: &[f64]| {
         let squares =
             scales.iter().zip(of_q.iter().zip(of_qd)).map(|([q, qd], (x, v))| (x / q).powi(2) + (v / qd).powi(2));
-        (squares.sum::<f64>() / (2.0 * n as f64)).sqrt()
+        (squares.sum::<f64>() / (2.0 * n.max(1) as f64)).sqrt()
     };
     let (size, speed) = (norm(&first.q, &first.qd), norm(&first.qd, &first.qdd));
     let guess = if size < 1e-5 || speed < 1e-5 { 1e-6 } else { 0.01 * size / speed };

@@ -77,7 +77,7 @@ impl StepFormula for Implicit {
             let [of_q, of_qd] = task.error_scales(mechanism, i, from, (&q, &qd));
             sum += (u[i] / of_q).powi(2) + (w[i] / of_qd).powi(2);
         }
-        let error = (sum / (2.0 * n as f64)).sqrt();
+        let error = (sum / (2.0 * n.max(1) as f64)).sqrt();
         if !(error <= 1.0) {
             return Ok(error);
         }

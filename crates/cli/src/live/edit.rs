@@ -36,6 +36,18 @@ enum Edit {
     Path { point: String },
 }
 
+impl Edit {
+    /// The places that it names.
+    fn places(&self) -> Vec<[f64; 2]> {
+        let place = |end: &End| if let End::Place(place) = end { Some(*place) } else { None };
+        match self {
+            Self::Move { to, .. } | Self::Point { to, .. } => vec![*to],
+            Self::Bar { from, to } => [from, to].into_iter().filter_map(place).collect(),
+            _ => Vec::new(),
+        }
+    }
+}
+
 /// An end of a new bar.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -64,7 +76,7 @@ impl Request {
     /// The reason why the scene cannot be changed in this way.
     pub(super) fn apply(&self, text: &str) -> Result<(String, String), String> {
         let mut linkage = Linkage::parse(text)?;
-        let places = self.places.checked()?;
+        let places = self.places.checked(&self.edit.places())?;
         let made = match &self.edit {
             Edit::Move { point, to } => move_point::run(&mut linkage, places, point, *to)?,
             Edit::Bar { from, to } => add::bar(&mut linkage, places, from, to)?,

@@ -35,20 +35,22 @@ impl Editor {
         &self.path
     }
 
-    /// Changes the text of the file. The file is unchanged if the new text is no scene.
+    /// Changes the text of the file. Of several changes with one number the last one counts, made in the text before the
+    /// first. The file is unchanged if the new text is no scene.
     pub(super) fn change<T>(
         &mut self,
         gesture: Option<u64>,
         change: impl FnOnce(&str) -> Result<(String, T), String>,
     ) -> Result<T, String> {
-        let before = read_text(&self.path).map_err(|report| report.render(false))?;
-        let name = self.path.display();
-        let (after, made) = change(&before).map_err(|reason| format!("{name}: {reason}"))?;
-        self.write(&before, &after)?;
+        let now = read_text(&self.path).map_err(|report| report.render(false))?;
+        let is_same = |last: &&mut Change| gesture.is_some() && last.gesture == gesture && last.after == now;
+        let last = self.done.last_mut().filter(is_same);
+        let (after, made) = change(last.as_ref().map_or(&now, |last| &last.before))?;
+        write(&self.path, &now, &after)?;
         self.undone.clear();
-        match self.done.last_mut() {
-            Some(last) if gesture.is_some() && last.gesture == gesture && last.after == before => last.after = after,
-            _ => self.done.push(Change { before, after, gesture }),
+        match last {
+            Some(last) => last.after = after,
+            None => self.done.push(Change { before: now, after, gesture }),
         }
         if self.done.len() > MAX_CHANGES {
             self.done.remove(0);
@@ -59,7 +61,7 @@ impl Editor {
     /// Undoes the last change.
     pub(super) fn undo(&mut self) -> Result<String, String> {
         let last = self.done.last().ok_or_else(|| "there is nothing to undo".to_owned())?;
-        self.write(&last.after, &last.before)?;
+        write(&self.path, &last.after, &last.before)?;
         self.undone.extend(self.done.pop());
         Ok(String::new())
     }
@@ -67,28 +69,28 @@ impl Editor {
     /// Redoes the change that was undone last.
     pub(super) fn redo(&mut self) -> Result<String, String> {
         let last = self.undone.last().ok_or_else(|| "there is nothing to redo".to_owned())?;
-        self.write(&last.before, &last.after)?;
+        write(&self.path, &last.before, &last.after)?;
         self.done.extend(self.undone.pop());
         Ok(String::new())
     }
+}
 
-    /// Replaces the text of the file.
-    fn write(&self, before: &str, after: &str) -> Result<(), String> {
-        let name = self.path.display().to_string();
-        let failed = |e: Error| format!("{name} cannot be written: {e}");
-        resolve::read(&name, after).map_err(|report| report.render(false))?;
-        // If the path is a link, its target is written.
-        let file = self.path.canonicalize().map_err(failed)?;
-        let permissions = std::fs::metadata(&file).map_err(failed)?.permissions();
-        if permissions.readonly() {
-            return Err(format!("{name} is write-protected"));
-        }
-        let write = |part: &mut std::fs::File| {
-            part.write_all(after.as_bytes())?;
-            part.set_permissions(permissions)?;
-            let is_same = read_text(&self.path).is_ok_and(|now| now == before);
-            if is_same { Ok(()) } else { Err(Error::other("another program has saved it since; its text stays")) }
-        };
-        write_atomic_with(&file, write).map_err(failed)
+/// Replaces the text of a file.
+fn write(path: &Path, before: &str, after: &str) -> Result<(), String> {
+    let name = path.display().to_string();
+    let failed = |e: Error| format!("{name} cannot be written: {e}");
+    resolve::read(&name, after).map_err(|report| report.render(false))?;
+    // If the path is a link, its target is written.
+    let file = path.canonicalize().map_err(failed)?;
+    let permissions = std::fs::metadata(&file).map_err(failed)?.permissions();
+    if permissions.readonly() {
+        return Err(format!("{name} is write-protected"));
     }
+    let write = |part: &mut std::fs::File| {
+        part.write_all(after.as_bytes())?;
+        part.set_permissions(permissions)?;
+        let is_same = read_text(path).is_ok_and(|now| now == before);
+        if is_same { Ok(()) } else { Err(Error::other("another program has saved it since; its text stays")) }
+    };
+    write_atomic_with(&file, write).map_err(failed)
 }

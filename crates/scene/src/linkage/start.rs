@@ -1,8 +1,10 @@
 //! The start of the coordinates of links.
 
+use std::collections::BTreeSet;
+
 use super::angles::Angles;
-use super::graph::Graph;
-use super::places::origin_names;
+use super::graph::{Graph, Joint};
+use super::places::{origin_names, slide};
 use super::terms::{is_zero, whole};
 use super::tree::{Placement, Tree};
 use crate::diagnostic::{Diagnostic, Span};
@@ -19,8 +21,30 @@ pub(super) struct StartValue {
     pub(super) rate: Option<Formula>,
 }
 
-/// Writes the start of all coordinates to a scene. If the scene does not say which are given, `freedoms` of them are.
-pub(super) fn write(document: &mut Document, values: Vec<StartValue>, freedoms: usize) -> Vec<String> {
+/// The coordinates that a drive prescribes: angles against the ground, and places along sliders.
+pub(super) fn driven(graph: &Graph, angles: &Angles) -> BTreeSet<String> {
+    let driven = graph.joints.iter().enumerate().filter(|(_, joint)| joint.syntax.drive.is_some());
+    let coordinate = |(number, joint): (usize, &Joint)| {
+        if joint.syntax.kind.is_slider() {
+            return Some(slide(graph, number));
+        }
+        let classes: Vec<usize> = joint.ends.iter().map(|end| angles.angle(end.link).class).collect();
+        match classes[..] {
+            [0, class] | [class, 0] if class > 0 => Some(angles.coordinates[class - 1].0.clone()),
+            _ => None,
+        }
+    };
+    driven.filter_map(coordinate).collect()
+}
+
+/// Writes the start of all coordinates to a scene. If the scene does not say which are given, `freedoms` of them are, but
+/// none that a drive prescribes.
+pub(super) fn write(
+    document: &mut Document,
+    values: Vec<StartValue>,
+    freedoms: usize,
+    driven: &BTreeSet<String>,
+) -> Vec<String> {
     let is_open = document.given.is_empty() && values.iter().all(|value| value.rate.is_none());
     let mut left = if is_open { freedoms } else { 0 };
     let mut unknown = Vec::new();
@@ -32,7 +56,7 @@ pub(super) fn write(document: &mut Document, values: Vec<StartValue>, freedoms: 
             unknown.push(name);
             continue;
         };
-        let rate = rate.or_else(|| (left > 0).then(|| whole(0)));
+        let rate = rate.or_else(|| (left > 0 && !driven.contains(&name)).then(|| whole(0)));
         let identifier = |name: String| Identifier { name, span: value.whole_span() };
         match rate {
             Some(rate) => {

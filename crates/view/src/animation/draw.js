@@ -5,7 +5,7 @@ const TOOLS = {
   watch: ["Watch", ""],
   move: ["Move", "Drag a joint: the lengths of its links change, all other joints stay."],
   bar: ["Bar", "Click where a bar begins, and where it ends; the next bar begins there. A bar that begins at an empty place is pinned to the ground."],
-  point: ["Point", "Click on a link: it gets a point with its path."],
+  point: ["Point", "Click on a link, or drag from it: it gets a point there, with its path."],
   pin: ["Pin", "Click on a point: it is pinned to the ground."],
   slider: ["Slider", "Click on a point: it slides along x. Drag from it for another direction."],
   drive: ["Drive", "Click on a pin of the ground: it turns once in a second. A second click removes the drive."],
@@ -21,6 +21,10 @@ let drawn = {};
 /** The end of the last bar, from which the next one begins. */
 let chain = null;
 let gestures = 0;
+/** Parameters that follow the file while a point is moved. */
+const followed = new Set();
+/** Whether the file has a change that the motion does not show yet. */
+let isBehind = false;
 /** The changes that were asked for, one after another. */
 let asking = Promise.resolve();
 
@@ -67,7 +71,9 @@ function choose(next) {
 /** What is new in a scene that is shown. */
 function sceneShown() {
   if (!chain) overlay.replaceChildren();
+  isBehind = false;
   for (const { name } of motion?.nodes ?? []) delete drawn[name];
+  if (tool !== "watch" && !part("problem").hidden) say(part("problem").textContent);
   if (packed.is_writable && !("tool" in root.dataset)) choose(motion?.nodes.length === 0 ? "bar" : "watch");
 }
 
@@ -78,14 +84,14 @@ function places() {
   return { ...Object.fromEntries(named.map(({ name, x, y }) => [name, [valueAt(x, at), valueAt(y, at)]])), ...drawn };
 }
 
-/** Asks for a change; the names of its points, null where it is refused. */
-function ask(path, body = () => "") {
+/** Asks for a change after those before; what `done` makes of the answer, null where it is refused. */
+function ask(path, body = () => "", done = () => true) {
   asking = asking.then(async () => {
     try {
       const answer = await fetch(path, { method: "POST", body: body() });
       const said = await answer.text();
       say(answer.ok ? "" : said);
-      return answer.ok ? said : null;
+      return answer.ok ? done(said) : null;
     } catch (problem) {
       say(`the scene is not changed: ${problem.message}`);
       return null;
@@ -94,8 +100,15 @@ function ask(path, body = () => "") {
   return asking;
 }
 
-/** Asks for a change, which is told when its turn comes. */
-const change = (edit, gesture) => ask("edit", () => JSON.stringify({ edit: edit(), places: places(), gesture }));
+/** Asks for a change, which is told when its turn comes, and follows it; the names of its points. */
+function change(edit, { gesture, at, named = () => {} } = {}) {
+  return ask("edit", () => JSON.stringify({ edit: edit(), places: at ?? places(), gesture }), (said) => {
+    const { points, values } = JSON.parse(said);
+    if (!gesture || !followValues(values)) isBehind = true;
+    named(points.split(" "));
+    return true;
+  });
+}
 
 function step(name) {
   [drawn, chain] = [{}, null];
@@ -106,7 +119,11 @@ function step(name) {
 addEventListener("keydown", (event) => {
   if (!packed.is_writable || (event.target instanceof Element && event.target.matches("input"))) return;
   const key = event.key.toLowerCase();
-  if (key === "escape" && tool !== "watch") choose(chain ? tool : "watch");
+  if (pressed?.move && (key === "escape" || (event.ctrlKey && key === "z"))) {
+    const { move } = pressed;
+    pressed = null;
+    move.cancel();
+  } else if (key === "escape" && tool !== "watch") choose(chain ? tool : "watch");
   else if (event.ctrlKey && (key === "y" || (key === "z" && event.shiftKey))) step("redo");
   else if (event.ctrlKey && key === "z") step("undo");
   else return;
@@ -169,13 +186,12 @@ async function endBar(place) {
   const end = { name: near, end: near ? { point: near } : { place: at }, pixels: near ? pixelsOf(near) : place };
   chain = end;
   if (!begun) return;
-  const made = await change(() => ({ bar: { from: begun.end, to: end.end } }));
-  if (made === null) return choose(tool);
-  JSON.parse(made).points.split(" ").forEach((name, place) => {
+  const named = (names) => names.forEach((name, place) => {
     const each = [begun, end][place];
     if (each.end.place) drawn[name] = each.end.place;
     [each.name, each.end] = [name, { point: name }];
   });
+  if ((await change(() => ({ bar: { from: begun.end, to: end.end } }), { named })) === null) choose(tool);
 }
 
 /** What the tools do with a point. */
@@ -189,27 +205,40 @@ const AT_POINT = {
 /** Shows the motion for new values, if all of them are parameters of the scene that is shown. */
 function followValues(values) {
   const names = Object.keys(values);
-  if (!names.every((name) => about.parameters.some((each) => each.name === name))) return showWaiting();
-  for (const name of names) setValue(name, values[name]);
+  if (isBehind || !names.every((name) => about.parameters.some((each) => each.name === name))) return false;
+  for (const name of names) {
+    setValue(name, values[name]);
+    followed.add(name);
+  }
   recompute(true);
+  return true;
 }
 
 /** Moves a point to where the pointer is; the next place is asked for when the last one is written. */
 function mover(point) {
-  const gesture = ++gestures;
-  let [wanted, isBusy] = [null, false];
-  return async (place) => {
-    wanted = metres(place);
+  const [gesture, at] = [++gestures, places()];
+  let [wanted, isBusy, isCancelled, hasMoved] = [null, false, false, false];
+  const follow = async () => {
     if (isBusy) return;
     isBusy = true;
     while (wanted) {
       const to = wanted;
       wanted = null;
-      const answer = await change(() => ({ move: { point, to } }), gesture);
-      if (answer) followValues(JSON.parse(answer).values);
+      if ((await change(() => ({ move: { point, to } }), { gesture, at })) !== null) hasMoved = true;
     }
+    if (isCancelled && hasMoved) await ask("undo");
     isBusy = false;
     if (!pressed) showWaiting();
+  };
+  return {
+    to(place) {
+      wanted = metres(place);
+      follow();
+    },
+    cancel() {
+      [wanted, isCancelled] = [null, true];
+      follow();
+    },
   };
 }
 
@@ -224,12 +253,11 @@ part("canvas").addEventListener("pointerdown", (event) => {
   part("canvas").setPointerCapture(event.pointerId);
   const place = pixels(event);
   const point = pointNear(place);
-  pressed = { place, point, move: tool === "move" && point ? mover(point) : null };
+  if (tool === "move" && isBehind) return say("The page does not show the last change yet.");
+  pressed = { place, point, link: linkUnder(event), move: tool === "move" && point ? mover(point) : null };
   if (tool === "bar") endBar(place);
   else if (tool === "point") {
-    const link = linkUnder(event);
-    if (link) change(() => ({ point: { link, to: metres(place) } }));
-    else say("There is no link here: click on one.");
+    if (!pressed.link) say("There is no link here: click on one.");
   } else if (!point) say("There is no point here: click on one.");
   else AT_POINT[tool]?.(point);
 }, true);
@@ -237,20 +265,36 @@ part("canvas").addEventListener("pointerdown", (event) => {
 part("canvas").addEventListener("pointermove", (event) => {
   if (tool === "watch" || !drawing) return;
   const place = pixels(event);
-  if (pressed?.move) pressed.move(place);
-  sketch(tool === "bar" ? chain?.pixels : tool === "slider" ? pressed?.point && pressed.place : null, place);
+  pressed?.move?.to(place);
+  const isDrawn = (tool === "slider" && pressed?.point) || (tool === "point" && pressed?.link);
+  sketch(tool === "bar" ? chain?.pixels : isDrawn ? pressed.place : null, place);
 });
 
 part("canvas").addEventListener("pointerup", (event) => {
   if (tool === "watch" || !pressed) return;
-  const [place, { place: from, point, move }] = [pixels(event), pressed];
+  const [place, { place: from, point, link, move }] = [pixels(event), pressed];
   pressed = null;
   const [dx, dy] = [place[0] - from[0], from[1] - place[1]];
   const isDrag = Math.hypot(dx, dy) > REACH;
-  if (move) move(place);
+  if (move) {
+    if (isDrag || place[0] !== from[0] || place[1] !== from[1]) move.to(place);
+  } else if (tool === "point" && link) change(() => ({ point: { link, to: metres(place) } }));
   else if (tool === "bar" && isDrag) endBar(place);
   else if (tool === "slider" && point) {
     const degrees = isDrag ? 5 * Math.round((Math.atan2(dy, dx) * 36) / Math.PI) : 0;
     change(() => ({ slider: { point, direction: (degrees * Math.PI) / 180 } }));
   }
 });
+
+part("canvas").addEventListener("wheel", (event) => {
+  if (tool === "watch" || !drawing) return;
+  event.preventDefault();
+  const factor = 1.0015 ** event.deltaY;
+  const [x, y] = drawing.toMetres(...pixels(event));
+  const { left, right, bottom, top } = planned.box;
+  const scaled = (from, value) => from + factor * (value - from);
+  planned.box = { left: scaled(x, left), right: scaled(x, right), bottom: scaled(y, bottom), top: scaled(y, top) };
+  redraw(part("canvas"));
+  show(time);
+  overlay.replaceChildren();
+}, { passive: false });

@@ -18,7 +18,10 @@ let waiting = null;
 
 /** Shows the scene of the file. While a point is moved, the scene before it follows the values of the file. */
 function showWaiting() {
-  if (waiting) load(waiting).then(sceneShown);
+  if (!waiting) return;
+  for (const name of followed) delete changed[name];
+  followed.clear();
+  load(waiting).then(sceneShown);
   waiting = null;
 }
 

@@ -30,8 +30,8 @@ impl Study {
             curve.points.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
         let units: Vec<&str> = setup.scene.coordinates.iter().map(|c| c.unit.as_str()).collect();
-        let is_same = units.iter().all(|unit| *unit == units[0]);
-        let unit = if is_same { units[0].to_owned() } else { "rad, m".to_owned() };
+        let first = units.first().copied().unwrap_or_default();
+        let unit = if units.iter().all(|unit| *unit == first) { first } else { "rad, m" }.to_owned();
         let floor = Some((floor, "unknown below: the reference is uncertain by this".to_owned()));
         let (quantity, unit) = match &self.of {
             None => ("largest error of a coordinate".to_owned(), unit),

@@ -1,5 +1,7 @@
 //! What is added to a linkage.
 
+use std::f64::consts::TAU;
+
 use toml_edit::{Array, InlineTable, Item, Value};
 
 use super::End;
@@ -59,7 +61,7 @@ impl BarEnd {
         Ok(match end {
             End::Point(node) => {
                 let points = linkage.points_at(node)?;
-                Self { name: points[0].point.clone(), place: places.of(&points[0])?, points }
+                Self { name: points[0].point.clone(), place: places.of(linkage, &points[0])?, points }
             }
             End::Place(place) => Self { name: linkage.point_name(other), place: *place, points: Vec::new() },
         })
@@ -85,7 +87,7 @@ pub(super) fn pin(linkage: &mut Linkage, places: &Places, node: &str) -> Result<
         return Err(format!("`{node}` is on the ground already"));
     }
     let name = points[0].point.clone();
-    let place = places.of(&points[0])?;
+    let place = places.of(linkage, &points[0])?;
     add_ground_point(linkage, &name, place, places.resolution(&[place]))?;
     join(linkage, &points, &point_of(GROUND, &name))?;
     Ok(node.to_owned())
@@ -97,7 +99,7 @@ pub(super) fn slider(linkage: &mut Linkage, places: &Places, node: &str, angle: 
     if points.iter().any(|each| each.link == GROUND) {
         return Err(format!("`{node}` is on the ground already"));
     }
-    let place = places.of(&points[0])?;
+    let place = places.of(linkage, &points[0])?;
     let line = linkage.free_name(&format!("{}0", points[0].point));
     add_ground_point(linkage, &line, place, places.resolution(&[place]))?;
     let name = linkage.free_name(&format!("guide_{}", points[0].point));
@@ -105,7 +107,7 @@ pub(super) fn slider(linkage: &mut Linkage, places: &Places, node: &str, angle: 
     let members = [&points[0], &point_of(GROUND, &line)].map(|each| member(each, &name));
     joint.insert("pin_in_slot", Value::Array(texts(members)));
     if angle != 0.0 {
-        joint.insert("direction", formula(&degrees(angle)));
+        joint.insert("direction", formula(&degrees(angle % TAU)));
     }
     linkage.section("joints")?.insert(&name, Item::Value(joint.into()));
     Ok(node.to_owned())
@@ -114,7 +116,11 @@ pub(super) fn slider(linkage: &mut Linkage, places: &Places, node: &str, angle: 
 /// Drives the link that is pinned to the ground at a point, or removes its drive. A point that is not pinned is pinned
 /// first.
 pub(super) fn drive(linkage: &mut Linkage, places: &Places, node: &str) -> Result<String, String> {
-    if !linkage.points_at(node)?.iter().any(|each| each.link == GROUND) {
+    let points = linkage.points_at(node)?;
+    if !points.iter().any(|each| each.link == GROUND) {
+        if points.len() > 1 {
+            return Err(format!("`{node}` joins moving links: a drive turns a link that is pinned to the ground"));
+        }
         pin(linkage, places, node)?;
     }
     let points = linkage.points_at(node)?;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use qrm_scene::unit::Unit;
 use toml_edit::{InlineTable, Item, TableLike, Value};
 
 use super::angle::constant;
@@ -53,26 +54,32 @@ struct Quantity {
     rest: String,
 }
 
-/// The lengths of bars, triangles and rods, the points of links, and the constants of drives.
+/// The lengths of bars, triangles and rods, the points of links, the constants of drives and cylinders, and the angles and
+/// places at the start.
 fn quantities(linkage: &Linkage) -> Vec<Quantity> {
     let mut found = Vec::new();
     for (link, item) in linkage.entries("links") {
         for key in ["length", "sides"] {
             found.extend(of_item(item.get(key), &["links", link, key]));
         }
+        let angle = item.get("angle").and_then(Item::as_value).and_then(literal);
+        found.extend(angle.and_then(|angle| quantity(&["links", link, "angle"], None, angle, "rad", "")));
         let points = item.get("points").and_then(Item::as_table_like);
         for (point, item) in points.into_iter().flat_map(TableLike::iter) {
             found.extend(of_item(Some(item), &["links", link, "points", point]));
         }
     }
     for (joint, item) in linkage.entries("joints") {
+        found.extend(of_item(item.get("near"), &["joints", joint, "near"]));
         if item.get("rod").is_some() {
             found.extend(of_item(item.get("length"), &["joints", joint, "length"]));
         }
-        let drive = item.get("drive").and_then(Item::as_str).filter(|_| item.get("revolute").is_some());
-        if let Some((number, unit, rest)) = drive.and_then(constant) {
-            let value = if unit == "deg" { number.to_radians() } else { number };
-            found.extend(quantity(&["joints", joint, "drive"], None, value, "rad", rest));
+        for (kind, key, unit) in [("revolute", "drive", "rad"), ("cylinder", "length", "m")] {
+            let sum = item.get(key).and_then(Item::as_str).filter(|_| item.get(kind).is_some());
+            if let Some((number, own, rest)) = sum.and_then(constant) {
+                let factor = Unit::parse(own).map_or(1.0, |own| own.factor());
+                found.extend(quantity(&["joints", joint, key], None, number * factor, unit, rest));
+            }
         }
     }
     found

@@ -3,8 +3,13 @@
 use qrm_scene::unit::Unit;
 use toml_edit::{Array, DocumentMut, Item, RawString, Table, TableLike, Value};
 
+use super::number;
+
 /// The link that does not move.
 pub(super) const GROUND: &str = "ground";
+
+/// The byte-order mark with which some editors begin a file.
+const MARK: char = '\u{feff}';
 
 /// A point of a link.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,17 +31,27 @@ pub(super) struct Joint {
 /// The kinds of joints that hold points of links.
 const KINDS: [&str; 6] = ["revolute", "weld", "prismatic", "pin_in_slot", "rod", "cylinder"];
 
+/// The kinds of joints that tie the angles of their links.
+const TIES: [&str; 7] = ["weld", "prismatic", "pin_in_slot", "gear", "belt", "rack", "cam"];
+
 /// The text of a scene with its links and joints. Comments and formatting stay.
 pub(super) struct Linkage {
     pub(super) document: DocumentMut,
     has_carriage_returns: bool,
+    has_mark: bool,
+    has_last_end: bool,
 }
 
 impl Linkage {
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         let document = text.parse().map_err(|_| "the file holds no scene at present".to_owned())?;
         let ends = text.matches('\n').count();
-        Ok(Self { document, has_carriage_returns: 2 * text.matches("\r\n").count() > ends })
+        Ok(Self {
+            document,
+            has_carriage_returns: 2 * text.matches("\r\n").count() > ends,
+            has_mark: text.starts_with(MARK),
+            has_last_end: text.ends_with('\n'),
+        })
     }
 
     /// The text of the scene, with the line ends of most lines of the file.
@@ -46,7 +61,9 @@ impl Linkage {
             entries.for_each(|(_, entry)| align(entry));
         }
         let text = self.document.to_string().replace("\r\n", "\n");
-        if self.has_carriage_returns { text.replace('\n', "\r\n") } else { text }
+        let text = if self.has_last_end { &text } else { text.trim_end_matches('\n') };
+        let text = if self.has_carriage_returns { text.replace('\n', "\r\n") } else { text.to_owned() };
+        if self.has_mark && !text.starts_with(MARK) { format!("{MARK}{text}") } else { text }
     }
 
     /// The entries of a section.
@@ -80,6 +97,13 @@ impl Linkage {
         corners.chain(own).map(str::to_owned).collect()
     }
 
+    /// The coordinates of a point in the frame of its link; `None` if they are formulae.
+    pub(super) fn own_place(&self, link: &str, point: &str) -> Option<[f64; 2]> {
+        let keys = ["links", link, "points", point];
+        let at = |axis| number::get(&self.document, (&keys, Some(axis)));
+        at(0).zip(at(1)).map(|(x, y)| [x, y])
+    }
+
     /// The joints that hold points of links.
     pub(super) fn joints(&self) -> Vec<Joint> {
         let joint = |(name, item): (&str, &Item)| {
@@ -93,6 +117,20 @@ impl Linkage {
             Some(Joint { name: name.to_owned(), kind, members: members.map(member).collect(), is_driven })
         };
         self.entries("joints").filter_map(joint).collect()
+    }
+
+    /// The joint other than pins and drives that ties the angle of a link to that of another one.
+    pub(super) fn tie_of(&self, link: &str) -> Option<String> {
+        let ties = |(_, item): &(&str, &Item)| {
+            let names = |key: &&str| {
+                let list = item.get(key)?.as_array()?;
+                let link_of = |value: &Value| value.as_str()?.split('.').next().map(str::to_owned);
+                // The first link of a slot may turn.
+                Some(list.iter().filter_map(link_of).skip(usize::from(*key == "pin_in_slot")).collect::<Vec<_>>())
+            };
+            TIES.iter().filter_map(names).flatten().any(|own| own == link)
+        };
+        self.entries("joints").find(ties).map(|(name, _)| name.to_owned())
     }
 
     /// The points of links that are at a point of the drawing, those of pins and welds included.

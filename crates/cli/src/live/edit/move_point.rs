@@ -43,18 +43,14 @@ impl Frame {
     /// The position of the frame of a link.
     pub(super) fn of(linkage: &Linkage, places: &Places, link: &str) -> Result<Self, String> {
         let points: Vec<LinkPoint> = linkage.points_of(link).iter().map(|point| point_of(link, point)).collect();
-        let place = |index: usize| places.of(&points[index]);
+        let place = |index: usize| places.of(linkage, &points[index]);
         if is_shape(linkage, link) {
             let [origin, end] = [place(0)?, place(1)?];
             return Ok(Self { origin, angle: direction(origin, end) });
         }
         let own = |index: usize| {
-            let at = |axis| {
-                let keys = ["links", link, "points", points[index].point.as_str()];
-                number::get(&linkage.document, (&keys, Some(axis)))
-            };
-            let place = at(0).zip(at(1)).map(|(x, y)| [x, y]);
-            place.ok_or_else(|| format!("point `{}` of link `{link}` is a formula", points[index].point))
+            let LinkPoint { link, point } = &points[index];
+            linkage.own_place(link, point).ok_or_else(|| format!("point `{point}` of link `{link}` is a formula"))
         };
         if points.len() < 2 {
             return Err(format!("link `{link}` has one point, so its angle is not seen in the drawing"));
@@ -90,7 +86,7 @@ fn on_lines(linkage: &Linkage, places: &Places, points: &[LinkPoint], to: [f64; 
         let has_direction = linkage.key("joints", &joint.name, "direction").is_some();
         let angle = if has_direction { number::get(&linkage.document, (&keys, None)) } else { Some(0.0) };
         let angle = angle.ok_or_else(|| format!("the `direction` of joint `{}` is a formula", joint.name))?;
-        let [x, y] = places.of(line)?;
+        let [x, y] = places.of(linkage, line)?;
         let (sin, cos) = angle.sin_cos();
         let along = (to[0] - x) * cos + (to[1] - y) * sin;
         return Ok([x + along * cos, y + along * sin]);
@@ -128,7 +124,17 @@ fn move_in_link(
         return Ok(());
     }
     let before = Frame::of(linkage, places, link)?.angle;
-    let mut at = points[..corners].iter().map(|own| places.of(&point_of(link, own))).collect::<Result<Vec<_>, _>>()?;
+    let mut at =
+        points[..corners].iter().map(|own| places.of(linkage, &point_of(link, own))).collect::<Result<Vec<_>, _>>()?;
+    let key = if corners == 2 { "length" } else { "sides" };
+    for side in 0..if corners == 2 { 1 } else { 3 } {
+        let index = (corners == 3).then_some(side);
+        let known = number::get(&linkage.document, (&["links", link, key], index));
+        let shown = distance(at[side], at[(side + 1) % corners]);
+        if known.is_some_and(|known| (known - shown).abs() > 0.01 * shown + 2.0 * resolution) {
+            return Err("the page does not show the file as it is: wait for it, or undo the last change".to_owned());
+        }
+    }
     at[corner] = to;
     let sides: Vec<f64> = (0..corners).map(|side| distance(at[side], at[(side + 1) % corners])).collect();
     if sides.iter().any(|side| *side <= resolution) {
@@ -154,24 +160,42 @@ fn turn(linkage: &mut Linkage, link: &str, angle: f64, before: f64) -> Result<()
         number::set(&mut linkage.document, (&["links", link, "angle"], None), angle, 1e-4)?;
     }
     let change = (angle - before + PI).rem_euclid(2.0 * PI) - PI;
+    if change.abs() > 1e-6
+        && let Some(joint) = linkage.tie_of(link)
+    {
+        return Err(format!("joint `{joint}` ties the angle of link `{link}`: it cannot be turned alone"));
+    }
     for joint in linkage.joints().iter().filter(|joint| joint.kind == "revolute") {
-        let drive = linkage.key("joints", &joint.name, "drive").and_then(Item::as_str).map(str::to_owned);
-        let Some((drive, place)) = drive.zip(joint.members.iter().position(|each| each.link == link)) else { continue };
-        let change = if place == 0 { change } else { -change };
-        let reads = with_change(&drive, change).into_iter().any(|new| {
-            let entry = linkage.entry("joints", &joint.name);
-            let drive = entry.ok().and_then(|entry| entry.get_mut("drive")).and_then(Item::as_value_mut);
-            let is_set = drive.map(|drive| replace(drive, formula(&new))).is_some();
-            is_set && resolve::read("", &linkage.text()).is_ok()
-        });
-        if !reads {
-            return Err(format!("a constant cannot be added to the drive of joint `{}`", joint.name));
+        if let Some(place) = joint.members.iter().position(|each| each.link == link) {
+            let change = if place == 0 { change } else { -change };
+            change_sum(linkage, &joint.name, "drive", change, ["deg", ""], 1e-4)?;
         }
     }
     Ok(())
 }
 
-/// Sets the lengths of rods that end at a point.
+/// Changes the constant in a formula of a joint, if it has this key.
+fn change_sum(
+    linkage: &mut Linkage,
+    joint: &str,
+    key: &str,
+    change: f64,
+    units: [&str; 2],
+    resolution: f64,
+) -> Result<(), String> {
+    let Some(formula_now) = linkage.key("joints", joint, key).and_then(Item::as_str).map(str::to_owned) else {
+        return Ok(());
+    };
+    let reads = with_change(&formula_now, change, units, resolution).into_iter().any(|new| {
+        let entry = linkage.entry("joints", joint);
+        let value = entry.ok().and_then(|entry| entry.get_mut(key)).and_then(Item::as_value_mut);
+        let is_set = value.map(|value| replace(value, formula(&new))).is_some();
+        is_set && resolve::read("", &linkage.text()).is_ok()
+    });
+    if reads { Ok(()) } else { Err(format!("a constant cannot be added to the `{key}` of joint `{joint}`")) }
+}
+
+/// Sets the lengths of rods and cylinders that end at a point.
 fn move_rods(
     linkage: &mut Linkage,
     places: &Places,
@@ -179,15 +203,22 @@ fn move_rods(
     to: [f64; 2],
     resolution: f64,
 ) -> Result<(), String> {
-    for joint in linkage.joints().iter().filter(|joint| joint.kind == "rod") {
+    for joint in linkage.joints().iter().filter(|joint| ["rod", "cylinder"].contains(&joint.kind)) {
         let [a, b] = joint.members.as_slice() else { continue };
-        let other = match (points.contains(a), points.contains(b)) {
-            (true, false) => b,
-            (false, true) => a,
+        let (own, other) = match (points.contains(a), points.contains(b)) {
+            (true, false) => (a, b),
+            (false, true) => (b, a),
             _ => continue,
         };
-        let length = distance(places.of(other)?, to);
-        number::set(&mut linkage.document, (&["joints", &joint.name, "length"], None), length, resolution)?;
+        let other = places.of(linkage, other)?;
+        let length = distance(other, to);
+        let place: Place = (&["joints", &joint.name, "length"], None);
+        if joint.kind == "rod" || number::get(&linkage.document, place).is_some() {
+            number::set(&mut linkage.document, place, length, resolution)?;
+        } else {
+            let change = length - distance(other, places.of(linkage, own)?);
+            change_sum(linkage, &joint.name, "length", change, ["m", ""], resolution)?;
+        }
     }
     Ok(())
 }

@@ -29,11 +29,13 @@ fn set_scaled(
     };
     let text = value.as_str().unwrap_or_default().trim().to_owned();
     if let Some((keys, unit)) = parameter(document, &text).filter(|_| factor == 1.0) {
+        if uses(document.as_item(), &text) > 1 {
+            return Err(format!("parameter `{text}` has other uses too: change it by its slider, or in the file"));
+        }
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
         return set_scaled(document, (&keys, None), number, unit, resolution);
     }
-    let mut names = text.split(|c: char| !c.is_alphanumeric() && c != '_');
-    if names.any(|name| parameter(document, name).is_some()) {
+    if names(&text).any(|name| parameter(document, name).is_some()) {
         let name = place.0.join(".");
         return Err(format!("`{name}` is the formula `{text}`: change it, or its parameters, in the file"));
     }
@@ -111,6 +113,24 @@ fn parameter(document: &DocumentMut, name: &str) -> Option<(Vec<String>, f64)> {
     let Some(table) = item.as_table_like() else { return Some((keys(&[]), 1.0)) };
     let unit = table.get("unit").and_then(Item::as_str).and_then(Unit::parse);
     Some((keys(&["value"]), unit.map_or(1.0, |unit| unit.factor())))
+}
+
+/// The names in a formula.
+fn names(formula: &str) -> impl Iterator<Item = &str> {
+    formula.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|name| !name.is_empty())
+}
+
+/// The number of texts that contain a name.
+fn uses(item: &Item, name: &str) -> usize {
+    let in_value = |value: &Value| uses(&Item::Value(value.clone()), name);
+    if let Some(table) = item.as_table_like() {
+        return table.iter().map(|(_, item)| uses(item, name)).sum();
+    }
+    match item.as_value() {
+        Some(Value::Array(array)) => array.iter().map(in_value).sum(),
+        Some(Value::String(text)) => usize::from(names(text.value()).any(|own| own == name)),
+        _ => 0,
+    }
 }
 
 /// The value at a place.

@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::linkage::LinkPoint;
+use super::linkage::{GROUND, LinkPoint, Linkage};
+
+/// The largest coordinate of a place, in m.
+const MAX_SIZE: f64 = 1e6;
 
 /// Where points are at the start, by their names in the drawing.
 #[derive(Debug, Deserialize)]
@@ -12,16 +15,19 @@ use super::linkage::LinkPoint;
 pub(super) struct Places(BTreeMap<String, [f64; 2]>);
 
 impl Places {
-    /// The places, if all of them are finite.
-    pub(super) fn checked(&self) -> Result<&Self, String> {
-        let is_finite = |[x, y]: &[f64; 2]| x.is_finite() && y.is_finite();
-        self.0.values().all(is_finite).then_some(self).ok_or_else(|| "a place has no finite numbers".to_owned())
+    /// The places, if a drawing can show them and these further ones.
+    pub(super) fn checked(&self, further: &[[f64; 2]]) -> Result<&Self, String> {
+        let is_shown = |[x, y]: &[f64; 2]| x.abs() <= MAX_SIZE && y.abs() <= MAX_SIZE;
+        let are_shown = self.0.values().chain(further).all(is_shown);
+        are_shown.then_some(self).ok_or_else(|| format!("places lie within {MAX_SIZE} m of the origin"))
     }
 
     /// The place of a point of a link.
-    pub(super) fn of(&self, LinkPoint { link, point }: &LinkPoint) -> Result<[f64; 2], String> {
-        let place = self.0.get(&format!("{link}_{point}")).or_else(|| self.0.get(point));
-        place.copied().ok_or_else(|| format!("the page does not show where point `{point}` of link `{link}` is"))
+    pub(super) fn of(&self, linkage: &Linkage, LinkPoint { link, point }: &LinkPoint) -> Result<[f64; 2], String> {
+        let place = self.0.get(&format!("{link}_{point}")).or_else(|| self.0.get(point)).copied();
+        // The drawing leaves out points of the ground that are on no bearing.
+        let place = place.or_else(|| if link == GROUND { linkage.own_place(link, point) } else { None });
+        place.ok_or_else(|| format!("the page does not show where point `{point}` of link `{link}` is"))
     }
 
     /// The length of which a drawing with these further places shows no smaller part.

@@ -84,7 +84,8 @@ name = "crank"
 run = { step = 1e-3, end_time = 1 }
 [parameters]
 r = { value = 80, unit = "mm" } # crank
-l = '3*r'
+k = 0.08
+l = '3*k'
 [links.crank]
 bar = ["O", "A"]
 length = 'r' # by the parameter
@@ -112,9 +113,23 @@ fn moved_points_set_lengths_in_their_units() {
     let (moved, _) = changed(&text, r#"{"move": {"point": "B", "to": [0.4, 0.1]}}"#, places);
     assert_eq!(moved, text.replace("'240 mm'", "'320 mm'"));
     // A length that is a formula is left to the file.
-    let formula = text.replace("'240 mm'", "'l'").replace("l = '3*r'", "l = '3*r' # rod");
+    let formula = text.replace("'240 mm'", "'l'");
     let said = refused(&formula, r#"{"move": {"point": "A", "to": [0.05, 0.1]}}"#, places);
-    assert!(said.contains("`parameters.l` is the formula `3*r`"), "{said}");
+    assert!(said.contains("`parameters.l` is the formula `3*k`"), "{said}");
+    // So is a parameter that also sets something else.
+    let said = refused(&text.replace("3*k", "3*r"), r#"{"move": {"point": "A", "to": [0, 0.1]}}"#, places);
+    assert!(said.contains("parameter `r` has other uses too"), "{said}");
+    // Places of another state of the file are refused.
+    let said = refused(
+        &text,
+        r#"{"move": {"point": "A", "to": [0, 0.1]}}"#,
+        r#"{"O": [0, 0], "A": [0.08, 0], "B": [0.4, 0]}"#,
+    );
+    assert!(said.contains("does not show the file as it is"), "{said}");
+    // A mark at the beginning and a last line without an end stay.
+    let marked = format!("\u{feff}{}", text.trim_end());
+    let (moved, _) = changed(&marked, r#"{"move": {"point": "B", "to": [0.4, 0]}}"#, places);
+    assert_eq!(moved, marked.replace("'240 mm'", "'320 mm'"));
 }
 
 #[test]
@@ -193,4 +208,48 @@ fn lengths_become_parameters_with_the_values_of_the_file() {
     let text = geometry::with_parameters(&driven).expect("lengths");
     assert!(text.contains("drive = 'qrm_joints_O_drive - 100*t'"), "{text}");
     assert_eq!(geometry::with_parameters("name = \"none\""), None);
+}
+
+#[test]
+fn what_ties_a_link_follows_or_refuses() {
+    let text = r#"
+name = "tied"
+run = { step = 1e-3, end_time = 1 }
+[links]
+ground = { points = { O = [0, 0], E = [1, 0], G = [0, 2] } }
+boom = { bar = ["O", "M"], length = 1, mass = 1, angle = '90 deg' }
+wheel = { bar = ["E", "W"], length = 0.5, mass = 1, angle = 0 }
+piece = { bar = ["M", "Q"], length = 1, mass = 1 }
+[joints]
+O = { revolute = ["boom", "ground"] }
+E = { revolute = ["wheel", "ground"] }
+M = { weld = ["piece", "boom"] }
+mesh = { gear = ["wheel", "boom"], ratio = -2 }
+lift = { cylinder = ["ground.E", "boom.M"], length = '1.41421 m + 0.1 m/s*(1 s)*sin(t/(1 s))' }
+"#;
+    let places = r#"{"O": [0, 0], "E": [1, 0], "M": [0, 1], "W": [1.5, 0], "Q": [0, 2]}"#;
+    let free =
+        text.lines().filter(|line| !line.starts_with("mesh") && !line.starts_with("M =") && !line.starts_with("piece"));
+    let free: String = free.map(|line| format!("{line}\n")).collect();
+    let (moved, _) = changed(&free, r#"{"move": {"point": "M", "to": [1, 1]}}"#, places);
+    let expected = free
+        .replace("length = 1, mass = 1, angle = '90 deg'", "length = 1.4142, mass = 1, angle = '45 deg'")
+        .replace("'1.41421 m + ", "'1 m + ");
+    assert_eq!(moved, expected);
+    for (point, joint) in [("M", "M"), ("W", "mesh")] {
+        let said = refused(text, &format!(r#"{{"move": {{"point": "{point}", "to": [0.9, 0.7]}}}}"#), places);
+        assert!(said.contains(&format!("joint `{joint}` ties the angle of link")), "{said}");
+    }
+    // A point on a line of the ground that no bearing shows.
+    let slider =
+        text.replace("lift = {", "line = { pin_in_slot = [\"boom.M\", \"ground.G\"], direction = '90 deg' }\nlift = {");
+    let slider: String = slider
+        .lines()
+        .filter(|line| !line.starts_with("mesh") && !line.starts_with("M =") && !line.starts_with("piece"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let (moved, _) = changed(&slider, r#"{"move": {"point": "M", "to": [0.3, 0.5]}}"#, places);
+    assert!(moved.contains("length = 0.5, mass = 1, angle = '90 deg'"), "{moved}");
+    let said = refused(&slider, r#"{"drive": {"point": "M"}}"#, r#"{"M": [1e300, 0]}"#);
+    assert!(said.contains("places lie within 1000000 m"), "{said}");
 }
