@@ -94,3 +94,52 @@ fn write(path: &Path, before: &str, after: &str) -> Result<(), String> {
     };
     write_atomic_with(&file, write).map_err(failed)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    /// A scene with a number in its name.
+    fn scene(number: u32) -> String {
+        format!(
+            "name = \"scene-{number}\"\nrun = {{ step = 1e-3, end_time = 1 }}\n[links]\nground = {{ points = {{}} }}\n"
+        )
+    }
+
+    #[test]
+    fn changes_are_undone_and_redone_unless_another_program_has_saved() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("scene.toml");
+        let text = || fs::read_to_string(&path).expect("a file");
+        fs::write(&path, scene(0)).expect("written");
+        let mut editor = Editor::new(path.clone());
+        // Each change of a gesture is made in the text before the first.
+        for number in [1, 2, 3] {
+            let change = |before: &str| {
+                assert_eq!(before, scene(0));
+                Ok((scene(number), number))
+            };
+            assert_eq!(editor.change(Some(7), change), Ok(number));
+        }
+        assert_eq!(editor.change(None, |before| Ok((before.replace("scene-3", "scene-4"), ()))), Ok(()));
+        assert_eq!(text(), scene(4));
+        for expected in [3, 0] {
+            assert!(editor.undo().is_ok());
+            assert_eq!(text(), scene(expected));
+        }
+        assert_eq!(editor.undo(), Err("there is nothing to undo".to_owned()));
+        for expected in [3, 4] {
+            assert!(editor.redo().is_ok());
+            assert_eq!(text(), scene(expected));
+        }
+        assert_eq!(editor.redo(), Err("there is nothing to redo".to_owned()));
+        // What is no scene is not written, and what another program has saved stays.
+        let refused = editor.change(None, |_| Ok(("name = 1".to_owned(), ())));
+        assert!(refused.is_err() && text() == scene(4));
+        fs::write(&path, scene(9)).expect("written");
+        assert!(editor.undo().expect_err("refused").contains("another program has saved it"));
+        assert_eq!(text(), scene(9));
+    }
+}

@@ -44,7 +44,7 @@ impl Frame {
     pub(super) fn of(linkage: &Linkage, places: &Places, link: &str) -> Result<Self, String> {
         let points: Vec<LinkPoint> = linkage.points_of(link).iter().map(|point| point_of(link, point)).collect();
         let place = |index: usize| places.of(linkage, &points[index]);
-        if is_shape(linkage, link) {
+        if corner_count(linkage, link) > 0 {
             let [origin, end] = [place(0)?, place(1)?];
             return Ok(Self { origin, angle: direction(origin, end) });
         }
@@ -70,9 +70,16 @@ impl Frame {
     }
 }
 
-/// Whether a link is a bar or a triangle.
-fn is_shape(linkage: &Linkage, link: &str) -> bool {
-    ["bar", "triangle"].into_iter().any(|key| linkage.key("links", link, key).is_some())
+/// The number of corners of a bar or a triangle; 0 for another link.
+fn corner_count(linkage: &Linkage, link: &str) -> usize {
+    let has = |key| linkage.key("links", link, key).is_some();
+    if has("bar") {
+        2
+    } else if has("triangle") {
+        3
+    } else {
+        0
+    }
 }
 
 /// The place next to one that is wanted on the line of the ground that holds the point.
@@ -104,52 +111,60 @@ fn move_in_link(
 ) -> Result<(), String> {
     let LinkPoint { link, point } = moved;
     let points = linkage.points_of(link);
-    let corner = points.iter().position(|own| own == point).unwrap_or(points.len());
-    let shape = ["bar", "triangle"].into_iter().find(|key| linkage.key("links", link, key).is_some());
-    let corners = match shape {
-        Some("bar") => 2,
-        Some(_) => 3,
-        None => 0,
-    };
-    if corner >= corners {
-        if link != GROUND && points.len() == 1 {
-            // The link moves with its point.
-            return Ok(());
-        }
-        let place = if link == GROUND { to } else { Frame::of(linkage, places, link)?.local(to) };
-        for axis in [0, 1] {
-            let keys = ["links", link.as_str(), "points", point.as_str()];
-            number::set(&mut linkage.document, (&keys, Some(axis)), place[axis], resolution)?;
-        }
+    let corners = &points[..corner_count(linkage, link)];
+    if let Some(corner) = corners.iter().position(|own| own == point) {
+        return move_corner(linkage, places, link, corners, (corner, to), resolution);
+    }
+    if link != GROUND && points.len() == 1 {
+        // The link moves with its point.
         return Ok(());
     }
+    let place = if link == GROUND { to } else { Frame::of(linkage, places, link)?.local(to) };
+    for axis in [0, 1] {
+        let keys = ["links", link.as_str(), "points", point.as_str()];
+        number::set(&mut linkage.document, (&keys, Some(axis)), place[axis], resolution)?;
+    }
+    Ok(())
+}
+
+/// Moves an end of a bar or a corner of a triangle: sides, and the angle of the link, follow.
+fn move_corner(
+    linkage: &mut Linkage,
+    places: &Places,
+    link: &str,
+    corners: &[String],
+    (corner, to): (usize, [f64; 2]),
+    resolution: f64,
+) -> Result<(), String> {
     let before = Frame::of(linkage, places, link)?.angle;
     let mut at =
-        points[..corners].iter().map(|own| places.of(linkage, &point_of(link, own))).collect::<Result<Vec<_>, _>>()?;
-    let key = if corners == 2 { "length" } else { "sides" };
-    for side in 0..if corners == 2 { 1 } else { 3 } {
-        let index = (corners == 3).then_some(side);
-        let known = number::get(&linkage.document, (&["links", link, key], index));
-        let shown = distance(at[side], at[(side + 1) % corners]);
+        corners.iter().map(|own| places.of(linkage, &point_of(link, own))).collect::<Result<Vec<_>, String>>()?;
+    let length = ["links", link, "length"];
+    let sides = ["links", link, "sides"];
+    let written: Vec<Place> = match corners.len() {
+        2 => vec![(&length, None)],
+        _ => (0..3).map(|side| (&sides[..], Some(side))).collect(),
+    };
+    let side = |at: &[[f64; 2]], side: usize| distance(at[side], at[(side + 1) % at.len()]);
+    for (number, place) in written.iter().enumerate() {
+        let shown = side(&at, number);
+        let known = number::get(&linkage.document, *place);
         if known.is_some_and(|known| (known - shown).abs() > 0.01 * shown + 2.0 * resolution) {
             return Err("the page does not show the file as it is: wait for it, or undo the last change".to_owned());
         }
     }
     at[corner] = to;
-    let sides: Vec<f64> = (0..corners).map(|side| distance(at[side], at[(side + 1) % corners])).collect();
-    if sides.iter().any(|side| *side <= resolution) {
-        return Err(format!("link `{link}` would have no length"));
+    if let [a, b, c] = at.as_slice()
+        && (b[0] - a[0]) * (c[1] - a[1]) <= (b[1] - a[1]) * (c[0] - a[0])
+    {
+        return Err(format!("triangle `{link}` would turn over: list its corners in the other order"));
     }
-    if let [a, b, c] = at.as_slice() {
-        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        if area <= 0.0 {
-            return Err(format!("triangle `{link}` would turn over: list its corners in the other order"));
+    for (number, place) in written.into_iter().enumerate() {
+        let length = side(&at, number);
+        if length <= resolution {
+            return Err(format!("link `{link}` would have no length"));
         }
-        for (side, length) in sides.iter().enumerate() {
-            number::set(&mut linkage.document, (&["links", link, "sides"], Some(side)), *length, resolution)?;
-        }
-    } else {
-        number::set(&mut linkage.document, (&["links", link, "length"], None), sides[0], resolution)?;
+        number::set(&mut linkage.document, place, length, resolution)?;
     }
     turn(linkage, link, direction(at[0], at[1]), before)
 }
