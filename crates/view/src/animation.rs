@@ -34,8 +34,8 @@ pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<St
     let (source, tools) = match page.scene {
         Some(_) => (include_str!("animation/embedded.js"), ""),
         None => {
-            let scripts = concat!(include_str!("animation/draw.js"), include_str!("animation/live.js"));
-            (scripts, include_str!("animation/draw.css"))
+            let scripts = concat!(include_str!("animation/edit_tools.js"), include_str!("animation/live.js"));
+            (scripts, include_str!("animation/edit_tools.css"))
         }
     };
     let script =

@@ -1,17 +1,21 @@
 //! Changes that are drawn with the mouse, made in the text of a scene.
 
 mod add;
-mod angle;
-pub(super) mod geometry;
+mod constant_term;
+mod frame;
+pub(super) mod length_parameters;
 mod linkage;
-mod mark;
 mod move_point;
 mod number;
 mod places;
+mod toggle;
+mod toml_text;
 
+use qrm_scene::resolve;
 use serde::Deserialize;
 
 use linkage::Linkage;
+use move_point::move_point;
 use places::Places;
 
 /// A change of a scene in links and joints.
@@ -65,29 +69,31 @@ pub(super) struct Request {
     edit: Edit,
     /// Where the points are at the start, by their names in the drawing.
     places: Places,
-    /// Changes with the same number are one step of the history.
-    pub(super) gesture: Option<u64>,
+    /// Changes with the same name are one step of the history.
+    pub(super) gesture: Option<String>,
 }
 
 impl Request {
-    /// The text of the scene after the change, and the names of its points.
+    /// The text of the scene after the change, and the names of the points of a new bar.
     ///
     /// # Errors
     /// The reason why the scene cannot be changed in this way.
-    pub(super) fn apply(&self, text: &str) -> Result<(String, String), String> {
+    pub(super) fn apply(&self, text: &str) -> Result<(String, Vec<String>), String> {
+        resolve::read("", text).map_err(|_| "the file has an error: mend it first".to_owned())?;
         let mut linkage = Linkage::parse(text)?;
         let places = self.places.checked(&self.edit.places())?;
-        let made = match &self.edit {
-            Edit::Move { point, to } => move_point::run(&mut linkage, places, point, *to)?,
-            Edit::Bar { from, to } => add::bar(&mut linkage, places, from, to)?,
+        let mut ends = Vec::new();
+        match &self.edit {
+            Edit::Move { point, to } => move_point(&mut linkage, places, point, *to)?,
+            Edit::Bar { from, to } => ends.extend(add::bar(&mut linkage, places, from, to)?),
             Edit::Point { link, to } => add::point(&mut linkage, places, link, *to)?,
             Edit::Pin { point } => add::pin(&mut linkage, places, point)?,
             Edit::Slider { point, direction } => add::slider(&mut linkage, places, point, *direction)?,
             Edit::Drive { point } => add::drive(&mut linkage, places, point)?,
-            Edit::Force { point } => mark::force(&mut linkage, point)?,
-            Edit::Path { point } => mark::path(&mut linkage, point)?,
-        };
-        Ok((linkage.text(), made))
+            Edit::Force { point } => toggle::force(&mut linkage, point)?,
+            Edit::Path { point } => toggle::path(&mut linkage, point)?,
+        }
+        Ok((linkage.text(), ends))
     }
 }
 

@@ -22,8 +22,8 @@ pub(super) struct Editor {
 struct Change {
     before: String,
     after: String,
-    /// Changes with the same number are one.
-    gesture: Option<u64>,
+    /// Changes with the same name are one.
+    gesture: Option<String>,
 }
 
 impl Editor {
@@ -35,22 +35,24 @@ impl Editor {
         &self.path
     }
 
-    /// Changes the text of the file. Of several changes with one number the last one counts, made in the text before the
-    /// first. The file is unchanged if the new text is no scene.
+    /// Changes the text of the file. Changes of one gesture replace each other: each is made in the text before the first. The file is unchanged if the new text is no scene.
     pub(super) fn change<T>(
         &mut self,
-        gesture: Option<u64>,
+        gesture: Option<&str>,
         change: impl FnOnce(&str) -> Result<(String, T), String>,
     ) -> Result<T, String> {
         let now = read_text(&self.path).map_err(|report| report.render(false))?;
-        let is_same = |last: &&mut Change| gesture.is_some() && last.gesture == gesture && last.after == now;
+        let is_same = |last: &&mut Change| gesture.is_some() && last.gesture.as_deref() == gesture && last.after == now;
         let last = self.done.last_mut().filter(is_same);
         let (after, made) = change(last.as_ref().map_or(&now, |last| &last.before))?;
+        if after == now {
+            return Ok(made);
+        }
         write(&self.path, &now, &after)?;
         self.undone.clear();
         match last {
             Some(last) => last.after = after,
-            None => self.done.push(Change { before: now, after, gesture }),
+            None => self.done.push(Change { before: now, after, gesture: gesture.map(str::to_owned) }),
         }
         if self.done.len() > MAX_CHANGES {
             self.done.remove(0);
@@ -59,19 +61,19 @@ impl Editor {
     }
 
     /// Undoes the last change.
-    pub(super) fn undo(&mut self) -> Result<String, String> {
+    pub(super) fn undo(&mut self) -> Result<(), String> {
         let last = self.done.last().ok_or_else(|| "there is nothing to undo".to_owned())?;
         write(&self.path, &last.after, &last.before)?;
         self.undone.extend(self.done.pop());
-        Ok(String::new())
+        Ok(())
     }
 
     /// Redoes the change that was undone last.
-    pub(super) fn redo(&mut self) -> Result<String, String> {
+    pub(super) fn redo(&mut self) -> Result<(), String> {
         let last = self.undone.last().ok_or_else(|| "there is nothing to redo".to_owned())?;
         write(&self.path, &last.before, &last.after)?;
         self.done.extend(self.undone.pop());
-        Ok(String::new())
+        Ok(())
     }
 }
 
@@ -121,7 +123,7 @@ mod tests {
                 assert_eq!(before, scene(0));
                 Ok((scene(number), number))
             };
-            assert_eq!(editor.change(Some(7), change), Ok(number));
+            assert_eq!(editor.change(Some("drag"), change), Ok(number));
         }
         assert_eq!(editor.change(None, |before| Ok((before.replace("scene-3", "scene-4"), ()))), Ok(()));
         assert_eq!(text(), scene(4));

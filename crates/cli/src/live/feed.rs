@@ -11,8 +11,8 @@ use serde::Serialize;
 pub(crate) struct Feed {
     latest: Mutex<Latest>,
     is_new: Condvar,
-    /// Whether a page draws.
-    is_drawn: AtomicBool,
+    /// Whether a page edits the scene.
+    is_edited: AtomicBool,
 }
 
 #[derive(Default)]
@@ -46,14 +46,14 @@ struct News<'a> {
 }
 
 impl Feed {
-    /// Notes that a page draws.
-    pub(super) fn begin_drawing(&self) {
-        self.is_drawn.store(true, Ordering::Relaxed);
+    /// Notes that a page edits the scene.
+    pub(super) fn begin_editing(&self) {
+        self.is_edited.store(true, Ordering::Relaxed);
     }
 
-    /// Whether a page draws.
-    pub(super) fn is_drawn(&self) -> bool {
-        self.is_drawn.load(Ordering::Relaxed)
+    /// Whether a page edits the scene.
+    pub(super) fn is_edited(&self) -> bool {
+        self.is_edited.load(Ordering::Relaxed)
     }
 
     /// Replaces the scene.

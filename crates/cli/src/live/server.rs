@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 
-use super::edit::{self, geometry};
+use super::edit::{self, length_parameters};
 use super::editor::Editor;
 use super::feed::Feed;
 use super::http::{Answer, Connection, Request, Timeouts};
@@ -117,12 +117,16 @@ impl Server {
             ("GET", "/news") => Ok(self.news(query, connection)),
             ("POST", "/values") => connection.body(request).map(|body| self.write(body)),
             ("POST", "/edit") => connection.body(request).map(|body| self.edit(&body)),
-            ("POST", "/draw") => connection.body(request).map(|_| {
-                self.feed.begin_drawing();
+            ("POST", "/tools") => connection.body(request).map(|_| {
+                self.feed.begin_editing();
                 Answer::text(200, "")
             }),
-            ("POST", "/undo") => connection.body(request).map(|_| self.change(Editor::undo)),
-            ("POST", "/redo") => connection.body(request).map(|_| self.change(Editor::redo)),
+            ("POST", "/undo") => {
+                connection.body(request).map(|_| self.change(|editor| editor.undo().map(|()| String::new())))
+            }
+            ("POST", "/redo") => {
+                connection.body(request).map(|_| self.change(|editor| editor.redo().map(|()| String::new())))
+            }
             _ => Err(Answer::text(404, "there is nothing here")),
         }
     }
@@ -177,16 +181,16 @@ impl Server {
         })
     }
 
-    /// Changes the scene as it was drawn with the mouse. Answers the names of its points, and the values that are new.
+    /// Changes the scene as it was drawn with the mouse. Answers the names of the points of a new bar, and the values that are new.
     fn edit(&self, body: &[u8]) -> Answer {
         let request = match serde_json::from_slice::<edit::Request>(body) {
             Ok(request) => request,
             Err(reason) => return Answer::text(400, &format!("this is no change of a scene: {reason}")),
         };
         self.change(|editor| {
-            editor.change(request.gesture, |before| {
+            editor.change(request.gesture.as_deref(), |before| {
                 let (after, points) = request.apply(before)?;
-                let (known, mut values) = (geometry::values(before), geometry::values(&after));
+                let (known, mut values) = (length_parameters::values(before), length_parameters::values(&after));
                 values.retain(|name, value| known.get(name) != Some(value));
                 Ok((after, json!({ "points": points, "values": values }).to_string()))
             })

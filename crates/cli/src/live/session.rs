@@ -11,7 +11,7 @@ use qrm_scene::scene::Scene;
 use qrm_scene::source::read_text;
 
 use super::derivation_key::DerivationKey;
-use super::edit::geometry::with_parameters;
+use super::edit::length_parameters::with_length_parameters;
 use super::feed::Feed;
 use super::file_watcher::FileWatcher;
 use crate::packing::packed;
@@ -35,7 +35,7 @@ pub(crate) struct Session {
     /// The text of the file at the last reading, or the error of that.
     text: Result<String, String>,
     /// Whether lengths and angles of links are parameters.
-    is_drawn: bool,
+    has_length_parameters: bool,
     /// The last derived scene.
     derived: Option<(DerivationKey, DerivedScene)>,
     /// An engine started in advance.
@@ -66,8 +66,8 @@ impl Session {
     pub(crate) fn new(models: &'static [Model], path: PathBuf, feed: Arc<Feed>) -> Self {
         let text = Err(String::new());
         let (derived, engine, pending, mistake, note) = (None, None, None, None, None);
-        let (is_drawn, stored) = (false, VecDeque::new());
-        Self { models, path, feed, text, is_drawn, derived, engine, pending, mistake, note, stored }
+        let (has_length_parameters, stored) = (false, VecDeque::new());
+        Self { models, path, feed, text, has_length_parameters, derived, engine, pending, mistake, note, stored }
     }
 
     /// Shows a text that is not in a file.
@@ -84,7 +84,7 @@ impl Session {
             if watch.wait(self.max_wait()) {
                 self.read();
             }
-            self.begin_drawing();
+            self.begin_editing();
             self.show_mistake();
             self.poll_derivation();
         }
@@ -114,10 +114,10 @@ impl Session {
         self.text = text;
     }
 
-    /// Derives the scene with its lengths as parameters when a page begins to draw.
-    fn begin_drawing(&mut self) {
-        if !self.is_drawn && self.feed.is_drawn() {
-            self.is_drawn = true;
+    /// Derives the scene with its lengths as parameters when a page begins to edit it.
+    fn begin_editing(&mut self) {
+        if !self.has_length_parameters && self.feed.is_edited() {
+            self.has_length_parameters = true;
             if let Ok(text) = self.text.clone() {
                 self.show_or_derive(&text);
             }
@@ -135,7 +135,7 @@ impl Session {
                 return;
             }
         };
-        let (text, scene) = self.drawn(text, scene);
+        let (text, scene) = self.parametrized(text, scene);
         let text = text.as_str();
         let key = DerivationKey::new(text, &scene);
         if let Some(pending) = self.pending.as_mut().filter(|pending| pending.key == key) {
@@ -178,9 +178,9 @@ impl Session {
         }
     }
 
-    /// The text and the scene with lengths and angles of links as parameters, if a page draws.
-    fn drawn(&self, text: &str, scene: Scene) -> (String, Scene) {
-        let text_with_parameters = if self.is_drawn { with_parameters(text) } else { None };
+    /// The text and the scene with lengths and angles of links as parameters, if a page edits it.
+    fn parametrized(&self, text: &str, scene: Scene) -> (String, Scene) {
+        let text_with_parameters = if self.has_length_parameters { with_length_parameters(text) } else { None };
         let resolved = text_with_parameters.and_then(|text| {
             let (scene, _) = resolve::read(&self.path.display().to_string(), &text).ok()?;
             Some((text, scene))

@@ -428,7 +428,7 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
     for (const work of moving) work(at, time);
   };
   const toMetres = (x, y) => [(x - middleX) / scale, (middleY - y) / scale];
-  return { update, pixelPerNewton: planned.metrePerNewton * scale, points, toMetres };
+  return { update, pixelPerNewton: planned.metrePerNewton * scale, points, toMetres, scale };
 }
 
 /** From 0 to 1: how deep a segment lies in the ellipse of half axes `wide` and `high` around a point. */

@@ -24,7 +24,7 @@ function setText(name, text) {
 /** As many digits as a slider can set. */
 const short = (value) => Number(value.toPrecision(5));
 
-/** Whether a parameter is of the scene: lengths are parameters too while a mechanism is drawn. */
+/** Whether a parameter is of the scene: while it is edited, `length_parameters.rs` makes lengths parameters too. */
 const isListed = ({ name }) => !name.startsWith("qrm_");
 const settable = (of) => [...of.parameters, ...of.start];
 const ownValue = (of, name) => settable(of).find((each) => each.name === name)?.value;

@@ -131,12 +131,12 @@ function listAxes() {
   axes = [timeAxis, ...turning.map(angleAxis)];
   const names = axes.map(({ name }) => name);
   const over = part("over");
+  over.parentElement.hidden = names.length < 2 || plots.length === 0;
   if (String([...over.options].map((option) => option.value)) === String(names)) return;
   const chosen = over.value;
   over.replaceChildren();
   for (const name of names) html(over, "option", "", name);
   if (names.includes(chosen)) over.value = chosen;
-  over.parentElement.hidden = names.length < 2 || plots.length === 0;
 }
 
 /** Gives the curves what they are drawn over. */

@@ -1,4 +1,4 @@
-// Curves over time, each plot with a cursor at the time shown.
+// Curves over time or over the angle of a link, each plot with a cursor at the time shown.
 
 /** Units that take a prefix. */
 const PREFIXED = ["N", "N m", "W", "J", "Pa"];

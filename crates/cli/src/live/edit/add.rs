@@ -5,12 +5,12 @@ use std::f64::consts::TAU;
 use toml_edit::{Array, InlineTable, Item, Value};
 
 use super::End;
-use super::angle::degrees;
-use super::linkage::{GROUND, Joint, LinkPoint, Linkage, align, formula, member, point_of, texts};
-use super::mark;
-use super::move_point::Frame;
-use super::number::rounded;
+use super::frame::Frame;
+use super::linkage::{GROUND, Joint, LinkPoint, Linkage, member, point_of};
+use super::number::{degrees, rounded};
 use super::places::{Places, direction, distance};
+use super::toggle;
+use super::toml_text::{change_table, formula, texts};
 
 /// The rate of a new drive: a turn in a second.
 const RATE: &str = "60rpm*t";
@@ -18,7 +18,7 @@ const RATE: &str = "60rpm*t";
 const MASS: i64 = 1;
 
 /// Adds a bar; a start without a point is pinned to the ground. Returns the points at its ends.
-pub(super) fn bar(linkage: &mut Linkage, places: &Places, from: &End, to: &End) -> Result<String, String> {
+pub(super) fn bar(linkage: &mut Linkage, places: &Places, from: &End, to: &End) -> Result<[String; 2], String> {
     let own = (1..).map(|number| format!("bar{number}")).find(|name| !linkage.is_used(name)).unwrap_or_default();
     let start = BarEnd::new(linkage, places, from, "")?;
     let end = BarEnd::new(linkage, places, to, &start.name)?;
@@ -45,7 +45,7 @@ pub(super) fn bar(linkage: &mut Linkage, places: &Places, from: &End, to: &End) 
     if !end.points.is_empty() {
         join(linkage, &end.points, &point_of(&own, &end.name))?;
     }
-    Ok(format!("{} {}", start.name, end.name))
+    Ok([start.name, end.name])
 }
 
 /// An end of a new bar: the name of its point, its place, and the points of links that are there.
@@ -69,19 +69,19 @@ impl BarEnd {
 }
 
 /// Adds a point to a link, with its path.
-pub(super) fn point(linkage: &mut Linkage, places: &Places, link: &str, to: [f64; 2]) -> Result<String, String> {
-    linkage.entry("links", link)?;
+pub(super) fn point(linkage: &mut Linkage, places: &Places, link: &str, to: [f64; 2]) -> Result<(), String> {
+    linkage.change_entry("links", link, |_| ())?;
     let name = linkage.point_name("");
     let place = if link == GROUND { to } else { Frame::of(linkage, places, link)?.local(to) };
     add_point(linkage, link, &name, place, places.resolution(&[to]))?;
     if link != GROUND {
-        mark::path(linkage, &name)?;
+        toggle::path(linkage, &name)?;
     }
-    Ok(name)
+    Ok(())
 }
 
 /// Pins a point to the ground.
-pub(super) fn pin(linkage: &mut Linkage, places: &Places, node: &str) -> Result<String, String> {
+pub(super) fn pin(linkage: &mut Linkage, places: &Places, node: &str) -> Result<(), String> {
     let points = linkage.points_at(node)?;
     if points.iter().any(|each| each.link == GROUND) {
         return Err(format!("`{node}` is on the ground already"));
@@ -90,11 +90,11 @@ pub(super) fn pin(linkage: &mut Linkage, places: &Places, node: &str) -> Result<
     let place = places.of(linkage, &points[0])?;
     add_ground_point(linkage, &name, place, places.resolution(&[place]))?;
     join(linkage, &points, &point_of(GROUND, &name))?;
-    Ok(node.to_owned())
+    Ok(())
 }
 
 /// Holds a point on a line of the ground.
-pub(super) fn slider(linkage: &mut Linkage, places: &Places, node: &str, angle: f64) -> Result<String, String> {
+pub(super) fn slider(linkage: &mut Linkage, places: &Places, node: &str, angle: f64) -> Result<(), String> {
     let points = linkage.points_at(node)?;
     if points.iter().any(|each| each.link == GROUND) {
         return Err(format!("`{node}` is on the ground already"));
@@ -110,12 +110,12 @@ pub(super) fn slider(linkage: &mut Linkage, places: &Places, node: &str, angle: 
         joint.insert("direction", formula(&degrees(angle % TAU)));
     }
     linkage.section("joints")?.insert(&name, Item::Value(joint.into()));
-    Ok(node.to_owned())
+    Ok(())
 }
 
 /// Drives the link that is pinned to the ground at a point, or removes its drive. A point that is not pinned is pinned
 /// first.
-pub(super) fn drive(linkage: &mut Linkage, places: &Places, node: &str) -> Result<String, String> {
+pub(super) fn drive(linkage: &mut Linkage, places: &Places, node: &str) -> Result<(), String> {
     let points = linkage.points_at(node)?;
     if !points.iter().any(|each| each.link == GROUND) {
         if points.len() > 1 {
@@ -137,27 +137,30 @@ pub(super) fn drive(linkage: &mut Linkage, places: &Places, node: &str) -> Resul
     };
     let (link, sign) = if first.link == GROUND { (&second.link, -1.0) } else { (&first.link, 1.0) };
     let angle = Frame::of(linkage, places, link)?.angle;
-    let entry = linkage.entry("joints", &joint.name)?;
-    let is_new = entry.remove("drive").is_none();
-    if is_new {
-        entry.insert("drive", Item::Value(formula(&format!("{} + {RATE}", degrees(sign * angle)))));
-    }
+    let is_new = linkage.change_entry("joints", &joint.name, |entry| {
+        let is_new = entry.remove("drive").is_none();
+        if is_new {
+            entry.insert("drive", Item::Value(formula(&format!("{} + {RATE}", degrees(sign * angle)))));
+        }
+        is_new
+    })?;
     // The drive says where the link is at the start.
-    let link = linkage.entry("links", link)?;
-    link.remove("angle");
-    if !is_new {
-        link.insert("angle", Item::Value(formula(&degrees(angle))));
-    }
-    Ok(node.to_owned())
+    linkage.change_entry("links", link, |entry| {
+        entry.remove("angle");
+        if !is_new {
+            entry.insert("angle", Item::Value(formula(&degrees(angle))));
+        }
+    })
 }
 
 /// Pins a point of a link to others in the same place: by a pin that is there, or by a new one.
 fn join(linkage: &mut Linkage, points: &[LinkPoint], new: &LinkPoint) -> Result<(), String> {
     let pins = linkage.pins_at(points);
     if let Some(pin) = pins.iter().find(|pin| !pin.is_driven) {
-        let list = linkage.entry("joints", &pin.name)?.get_mut("revolute").and_then(Item::as_array_mut);
-        list.ok_or_else(|| format!("joint `{}` has no list of links", pin.name))?.push(member(new, &pin.name));
-        return Ok(());
+        return linkage.change_entry("joints", &pin.name, |entry| {
+            let list = entry.get_mut("revolute").and_then(Item::as_array_mut);
+            list.into_iter().for_each(|list| list.push(member(new, &pin.name)));
+        });
     }
     let has_joint = linkage.entries("joints").any(|(name, _)| name == new.point);
     let name = if has_joint { linkage.free_name(&format!("pin_{}", new.point)) } else { new.point.clone() };
@@ -176,11 +179,10 @@ fn add_ground_point(linkage: &mut Linkage, name: &str, place: [f64; 2], resoluti
 
 /// Adds a point in the frame of a link.
 fn add_point(linkage: &mut Linkage, link: &str, name: &str, place: [f64; 2], resolution: f64) -> Result<(), String> {
-    let points = linkage.entry("links", link)?.entry("points");
-    let points = points.or_insert_with(|| Item::Value(InlineTable::new().into()));
     let place: Array = place.into_iter().map(|x| rounded(x, resolution)).collect();
-    let entry = points.as_table_like_mut().ok_or_else(|| format!("the points of link `{link}` are no table"))?;
-    entry.insert(name, Item::Value(place.into()));
-    align(points);
-    Ok(())
+    let is_added = linkage.change_entry("links", link, |entry| {
+        let points = entry.entry("points").or_insert_with(|| Item::Value(InlineTable::new().into()));
+        change_table(points, |points| drop(points.insert(name, Item::Value(place.into()))))
+    })?;
+    is_added.ok_or_else(|| format!("the points of link `{link}` are no table"))
 }

@@ -1,9 +1,10 @@
 //! The links and joints in the text of a scene.
 
 use qrm_scene::unit::Unit;
-use toml_edit::{Array, DocumentMut, Item, RawString, Table, TableLike, Value};
+use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 
 use super::number;
+use super::toml_text::change_table;
 
 /// The link that does not move.
 pub(super) const GROUND: &str = "ground";
@@ -31,8 +32,8 @@ pub(super) struct Joint {
 /// The kinds of joints that hold points of links.
 const KINDS: [&str; 6] = ["revolute", "weld", "prismatic", "pin_in_slot", "rod", "cylinder"];
 
-/// The kinds of joints that tie the angles of their links.
-const TIES: [&str; 7] = ["weld", "prismatic", "pin_in_slot", "gear", "belt", "rack", "cam"];
+/// The keys of joints with links whose angles the joint ties.
+const TIES: [&str; 8] = ["weld", "prismatic", "pin_in_slot", "gear", "belt", "rack", "cam", "carrier"];
 
 /// The text of a scene with its links and joints. Comments and formatting stay.
 pub(super) struct Linkage {
@@ -44,7 +45,7 @@ pub(super) struct Linkage {
 
 impl Linkage {
     pub(super) fn parse(text: &str) -> Result<Self, String> {
-        let document = text.parse().map_err(|_| "the file holds no scene at present".to_owned())?;
+        let document = text.parse().map_err(|_| "the file is not valid TOML at present".to_owned())?;
         let ends = text.matches('\n').count();
         Ok(Self {
             document,
@@ -55,11 +56,7 @@ impl Linkage {
     }
 
     /// The text of the scene, with the line ends of most lines of the file.
-    pub(super) fn text(&mut self) -> String {
-        for (_, section) in self.document.iter_mut() {
-            let entries = section.as_table_like_mut().into_iter().flat_map(TableLike::iter_mut);
-            entries.for_each(|(_, entry)| align(entry));
-        }
+    pub(super) fn text(&self) -> String {
         let text = self.document.to_string().replace("\r\n", "\n");
         let text = if self.has_last_end { &text } else { text.trim_end_matches('\n') };
         let text = if self.has_carriage_returns { text.replace('\n', "\r\n") } else { text.to_owned() };
@@ -71,10 +68,15 @@ impl Linkage {
         self.document.get(section).and_then(Item::as_table_like).into_iter().flat_map(TableLike::iter)
     }
 
-    /// An entry of a section.
-    pub(super) fn entry(&mut self, section: &str, name: &str) -> Result<&mut dyn TableLike, String> {
+    /// Changes an entry of a section.
+    pub(super) fn change_entry<T>(
+        &mut self,
+        section: &str,
+        name: &str,
+        change: impl FnOnce(&mut dyn TableLike) -> T,
+    ) -> Result<T, String> {
         let entry = self.document.get_mut(section).and_then(|section| section.get_mut(name));
-        entry.and_then(Item::as_table_like_mut).ok_or_else(|| format!("[{section}] has no table `{name}`"))
+        entry.and_then(|entry| change_table(entry, change)).ok_or_else(|| format!("[{section}] has no table `{name}`"))
     }
 
     /// A section, which is made where there is none.
@@ -86,6 +88,18 @@ impl Linkage {
     /// A key of an entry.
     pub(super) fn key(&self, section: &str, entry: &str, key: &str) -> Option<&Item> {
         self.document.get(section)?.get(entry)?.get(key)
+    }
+
+    /// The number of corners of a bar or a triangle; 0 for another link.
+    pub(super) fn corner_count(&self, link: &str) -> usize {
+        let has = |key| self.key("links", link, key).is_some();
+        if has("bar") {
+            2
+        } else if has("triangle") {
+            3
+        } else {
+            0
+        }
     }
 
     /// The names of the points of a link, those of its bar or triangle first.
@@ -111,7 +125,7 @@ impl Linkage {
             let members = item.get(kind)?.as_array()?.iter().filter_map(Value::as_str);
             let member = |text: &str| {
                 let (link, point) = text.split_once('.').unwrap_or((text, name));
-                LinkPoint { link: link.to_owned(), point: point.to_owned() }
+                point_of(link, point)
             };
             let is_driven = item.get("drive").is_some();
             Some(Joint { name: name.to_owned(), kind, members: members.map(member).collect(), is_driven })
@@ -123,8 +137,9 @@ impl Linkage {
     pub(super) fn tie_of(&self, link: &str) -> Option<String> {
         let ties = |(_, item): &(&str, &Item)| {
             let names = |key: &&str| {
-                let list = item.get(key)?.as_array()?;
                 let link_of = |value: &Value| value.as_str()?.split('.').next().map(str::to_owned);
+                let value = item.get(key)?.as_value()?;
+                let Some(list) = value.as_array() else { return Some(link_of(value).into_iter().collect()) };
                 // The first link of a slot may turn.
                 Some(list.iter().filter_map(link_of).skip(usize::from(*key == "pin_in_slot")).collect::<Vec<_>>())
             };
@@ -171,8 +186,18 @@ impl Linkage {
 
     /// Whether a name has a meaning in the scene.
     pub(super) fn is_used(&self, name: &str) -> bool {
-        const SECTIONS: [&str; 9] =
-            ["parameters", "tables", "links", "joints", "points", "bodies", "constraints", "loads", "outputs"];
+        const SECTIONS: [&str; 10] = [
+            "parameters",
+            "tables",
+            "links",
+            "joints",
+            "points",
+            "bodies",
+            "constraints",
+            "loads",
+            "outputs",
+            "drawing",
+        ];
         let is_point = || {
             let mut links = self.entries("links").map(|(link, _)| link);
             links.any(|link| self.points_of(link).iter().any(|point| point == name))
@@ -182,7 +207,7 @@ impl Linkage {
             || Unit::parse(name).is_some()
     }
 
-    /// A name for a point: the first free letter other than that.
+    /// A name for a point: the first free letter that is not `other`.
     pub(super) fn point_name(&self, other: &str) -> String {
         let letters = ('A'..='Z').map(String::from);
         let numbered = (1..).flat_map(|number| ('A'..='Z').map(move |letter| format!("{letter}{number}")));
@@ -196,34 +221,9 @@ impl Linkage {
     }
 }
 
-/// Moves the space before the brace of a table in one line behind its last value, where values were added or removed.
-pub(super) fn align(item: &mut Item) {
-    let Some(table) = item.as_inline_table_mut() else { return };
-    let last = table.len().saturating_sub(1);
-    for (place, (_, value)) in table.iter_mut().enumerate() {
-        let suffix = value.decor().suffix().and_then(RawString::as_str).unwrap_or_default();
-        let is_blank = suffix.chars().all(|c| c == ' ');
-        match place == last {
-            true if suffix.is_empty() => value.decor_mut().set_suffix(" "),
-            false if is_blank => value.decor_mut().set_suffix(""),
-            _ => {}
-        }
-    }
-}
-
 /// The point of a link.
 pub(super) fn point_of(link: &str, point: &str) -> LinkPoint {
     LinkPoint { link: link.to_owned(), point: point.to_owned() }
-}
-
-/// A formula as a value.
-pub(super) fn formula(text: &str) -> Value {
-    format!("'{text}'").parse().unwrap_or_else(|_| text.into())
-}
-
-/// A list of texts in one line.
-pub(super) fn texts(values: impl IntoIterator<Item = impl Into<String>>) -> Array {
-    values.into_iter().map(Into::into).collect()
 }
 
 /// A point of a link in the list of a joint.

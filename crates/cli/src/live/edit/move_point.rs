@@ -3,15 +3,17 @@
 use std::f64::consts::PI;
 
 use qrm_scene::resolve;
-use toml_edit::Item;
+use toml_edit::{Item, TableLike};
 
-use super::angle::with_change;
-use super::linkage::{GROUND, LinkPoint, Linkage, formula, point_of};
-use super::number::{self, Place, replace};
+use super::constant_term::with_change;
+use super::frame::Frame;
+use super::linkage::{GROUND, LinkPoint, Linkage, point_of};
+use super::number;
 use super::places::{Places, direction, distance};
+use super::toml_text::{Place, formula, replace};
 
 /// Moves a point of all links that have it; all other points stay where they are.
-pub(super) fn run(linkage: &mut Linkage, places: &Places, node: &str, to: [f64; 2]) -> Result<String, String> {
+pub(super) fn move_point(linkage: &mut Linkage, places: &Places, node: &str, to: [f64; 2]) -> Result<(), String> {
     let points = linkage.points_at(node)?;
     let resolution = places.resolution(&[to]);
     let to = on_lines(linkage, places, &points, to)?;
@@ -21,8 +23,9 @@ pub(super) fn run(linkage: &mut Linkage, places: &Places, node: &str, to: [f64; 
     move_rods(linkage, places, &points, to, resolution)?;
     for joint in linkage.joints() {
         let is_near = linkage.key("joints", &joint.name, "near").is_some();
-        let is_here =
-            joint.members.iter().take(if joint.kind == "revolute" { 9 } else { 1 }).any(|each| points.contains(each));
+        // Of a slider, `near` is the place of the point of the first link.
+        let count = if joint.kind == "revolute" { joint.members.len() } else { 1 };
+        let is_here = joint.members.iter().take(count).any(|each| points.contains(each));
         if is_near && is_here {
             for axis in [0, 1] {
                 let place: Place = (&["joints", &joint.name, "near"], Some(axis));
@@ -30,59 +33,10 @@ pub(super) fn run(linkage: &mut Linkage, places: &Places, node: &str, to: [f64; 
             }
         }
     }
-    Ok(node.to_owned())
+    Ok(())
 }
 
-/// The position of a link.
-pub(super) struct Frame {
-    origin: [f64; 2],
-    pub(super) angle: f64,
-}
-
-impl Frame {
-    /// The position of the frame of a link.
-    pub(super) fn of(linkage: &Linkage, places: &Places, link: &str) -> Result<Self, String> {
-        let points: Vec<LinkPoint> = linkage.points_of(link).iter().map(|point| point_of(link, point)).collect();
-        let place = |index: usize| places.of(linkage, &points[index]);
-        if corner_count(linkage, link) > 0 {
-            let [origin, end] = [place(0)?, place(1)?];
-            return Ok(Self { origin, angle: direction(origin, end) });
-        }
-        let own = |index: usize| {
-            let LinkPoint { link, point } = &points[index];
-            linkage.own_place(link, point).ok_or_else(|| format!("point `{point}` of link `{link}` is a formula"))
-        };
-        if points.len() < 2 {
-            return Err(format!("link `{link}` has one point, so its angle is not seen in the drawing"));
-        }
-        let [a, b] = [own(0)?, own(1)?];
-        let angle = direction(place(0)?, place(1)?) - direction(a, b);
-        let [x, y] = place(0)?;
-        let (sin, cos) = angle.sin_cos();
-        Ok(Self { origin: [x - (a[0] * cos - a[1] * sin), y - (a[0] * sin + a[1] * cos)], angle })
-    }
-
-    /// A place in the frame of the link.
-    pub(super) fn local(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = self.angle.sin_cos();
-        let [x, y] = [x - self.origin[0], y - self.origin[1]];
-        [x * cos + y * sin, y * cos - x * sin]
-    }
-}
-
-/// The number of corners of a bar or a triangle; 0 for another link.
-fn corner_count(linkage: &Linkage, link: &str) -> usize {
-    let has = |key| linkage.key("links", link, key).is_some();
-    if has("bar") {
-        2
-    } else if has("triangle") {
-        3
-    } else {
-        0
-    }
-}
-
-/// The place next to one that is wanted on the line of the ground that holds the point.
+/// Projects the target onto the line of the ground that guides the point, if there is one.
 fn on_lines(linkage: &Linkage, places: &Places, points: &[LinkPoint], to: [f64; 2]) -> Result<[f64; 2], String> {
     for joint in linkage.joints().iter().filter(|joint| ["pin_in_slot", "prismatic"].contains(&joint.kind)) {
         let [moving, line] = joint.members.as_slice() else { continue };
@@ -111,7 +65,7 @@ fn move_in_link(
 ) -> Result<(), String> {
     let LinkPoint { link, point } = moved;
     let points = linkage.points_of(link);
-    let corners = &points[..corner_count(linkage, link)];
+    let corners = &points[..linkage.corner_count(link)];
     if let Some(corner) = corners.iter().position(|own| own == point) {
         return move_corner(linkage, places, link, corners, (corner, to), resolution);
     }
@@ -166,7 +120,20 @@ fn move_corner(
         }
         number::set(&mut linkage.document, place, length, resolution)?;
     }
-    turn(linkage, link, direction(at[0], at[1]), before)
+    let frame = Frame { origin: at[0], angle: direction(at[0], at[1]) };
+    // The other points of the link stay where they are.
+    for point in &linkage.points_of(link)[corners.len()..] {
+        let place = frame.local(places.of(linkage, &point_of(link, point))?);
+        for axis in [0, 1] {
+            number::set(
+                &mut linkage.document,
+                (&["links", link, "points", point], Some(axis)),
+                place[axis],
+                resolution,
+            )?;
+        }
+    }
+    turn(linkage, link, frame.angle, before)
 }
 
 /// Writes the angle of a link at the start, where the file has it: as its `angle`, or in the `drive` of a joint.
@@ -198,14 +165,13 @@ fn change_sum(
     units: [&str; 2],
     resolution: f64,
 ) -> Result<(), String> {
-    let Some(formula_now) = linkage.key("joints", joint, key).and_then(Item::as_str).map(str::to_owned) else {
-        return Ok(());
-    };
-    let reads = with_change(&formula_now, change, units, resolution).into_iter().any(|new| {
-        let entry = linkage.entry("joints", joint);
-        let value = entry.ok().and_then(|entry| entry.get_mut(key)).and_then(Item::as_value_mut);
-        let is_set = value.map(|value| replace(value, formula(&new))).is_some();
-        is_set && resolve::read("", &linkage.text()).is_ok()
+    let now = linkage.key("joints", joint, key).and_then(Item::as_str).map(str::to_owned);
+    let Some(now) = now.filter(|_| change.abs() > 0.5 * resolution) else { return Ok(()) };
+    let reads = with_change(&now, change, units, resolution).into_iter().any(|new| {
+        let set = |entry: &mut dyn TableLike| {
+            entry.get_mut(key).and_then(Item::as_value_mut).map(|value| replace(value, formula(&new)))
+        };
+        linkage.change_entry("joints", joint, set).is_ok() && resolve::read("", &linkage.text()).is_ok()
     });
     if reads { Ok(()) } else { Err(format!("a constant cannot be added to the `{key}` of joint `{joint}`")) }
 }

@@ -3,10 +3,7 @@
 use qrm_scene::unit::Unit;
 use toml_edit::{DocumentMut, Item, Value};
 
-use super::linkage::formula;
-
-/// A number of a scene: its keys, and its place in a list.
-pub(super) type Place<'a> = (&'a [&'a str], Option<usize>);
+use super::toml_text::{Place, formula, replace, value_mut};
 
 /// Writes a number in SI units, in the unit of the file. A formula of one parameter sets this parameter.
 ///
@@ -57,12 +54,6 @@ fn set_scaled(
     Ok(())
 }
 
-/// Replaces a value; the space around it stays.
-pub(super) fn replace(value: &mut Value, mut new: Value) {
-    *new.decor_mut() = value.decor().clone();
-    *value = new;
-}
-
 /// The number at a place in SI units; `None` if it is a formula.
 pub(super) fn get(document: &DocumentMut, (keys, index): Place) -> Option<f64> {
     let item = keys.iter().try_fold(document.as_item(), |item, key| item.as_table_like()?.get(key))?;
@@ -90,6 +81,11 @@ pub(super) fn literal(value: &Value) -> Option<f64> {
     }
 }
 
+/// An angle as text in degrees.
+pub(super) fn degrees(angle: f64) -> String {
+    format!("{} deg", rounded(angle.to_degrees(), 0.01))
+}
+
 /// The number that is nearest to a value among the multiples of a power of ten.
 pub(super) fn rounded(value: f64, resolution: f64) -> f64 {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 17")]
@@ -101,13 +97,18 @@ pub(super) fn rounded(value: f64, resolution: f64) -> f64 {
 
 /// A number with a unit: both, and the size of the unit in SI units.
 fn quantity(text: &str) -> Option<(f64, &str, f64)> {
-    let end = text.find(|c: char| !matches!(c, '0'..='9' | '.' | '-' | '+')).filter(|end| *end > 0)?;
+    let is_exponent = |rest: &str| {
+        let digits = rest.strip_prefix(['e', 'E']).map(|rest| rest.strip_prefix(['+', '-']).unwrap_or(rest));
+        digits.is_some_and(|digits| digits.starts_with(|c: char| c.is_ascii_digit()))
+    };
+    let is_end = |(i, c): &(usize, char)| !matches!(c, '0'..='9' | '.' | '-' | '+') && !is_exponent(&text[*i..]);
+    let end = text.char_indices().find(is_end).map(|(end, _)| end).filter(|end| *end > 0)?;
     let (number, unit) = (text[..end].parse().ok()?, text[end..].trim());
     Some((number, unit, Unit::parse(unit)?.factor()))
 }
 
 /// The keys of the value of a parameter, and the size of its unit.
-fn parameter(document: &DocumentMut, name: &str) -> Option<(Vec<String>, f64)> {
+pub(super) fn parameter(document: &DocumentMut, name: &str) -> Option<(Vec<String>, f64)> {
     let item = document.get("parameters")?.as_table_like()?.get(name)?;
     let keys = |more: &[&str]| ["parameters", name].iter().chain(more).map(|key| (*key).to_owned()).collect();
     let Some(table) = item.as_table_like() else { return Some((keys(&[]), 1.0)) };
@@ -130,18 +131,5 @@ fn uses(item: &Item, name: &str) -> usize {
         Some(Value::Array(array)) => array.iter().map(in_value).sum(),
         Some(Value::String(text)) => usize::from(names(text.value()).any(|own| own == name)),
         _ => 0,
-    }
-}
-
-/// The value at a place.
-pub(super) fn value_mut<'d>(document: &'d mut DocumentMut, (keys, index): Place) -> Option<&'d mut Value> {
-    let mut item = document.as_item_mut();
-    for key in keys {
-        item = item.as_table_like_mut()?.get_mut(key)?;
-    }
-    let value = item.as_value_mut()?;
-    match index {
-        None => Some(value),
-        Some(index) => value.as_array_mut()?.get_mut(index),
     }
 }

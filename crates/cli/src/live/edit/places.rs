@@ -30,7 +30,7 @@ impl Places {
         place.ok_or_else(|| format!("the page does not show where point `{point}` of link `{link}` is"))
     }
 
-    /// The length of which a drawing with these further places shows no smaller part.
+    /// The unit to which lengths are rounded: about 1/10000 of the size of the drawing with these further places.
     pub(super) fn resolution(&self, further: &[[f64; 2]]) -> f64 {
         let spread = |axis: usize| {
             let values = self.0.values().chain(further).map(|place| place[axis]);

@@ -2,7 +2,7 @@
 
 use qrm_scene::resolve;
 
-use super::{Request, geometry};
+use super::{Request, length_parameters};
 
 /// The text after a change, which is a scene, and the point that was made.
 fn changed(text: &str, edit: &str, places: &str) -> (String, String) {
@@ -10,7 +10,7 @@ fn changed(text: &str, edit: &str, places: &str) -> (String, String) {
     let request: Request = serde_json::from_str(&request).expect("a request");
     let (text, made) = request.apply(text).expect("a change");
     resolve::read("drawn.toml", &text).map_err(|report| report.render(false)).expect("a scene");
-    (text, made)
+    (text, made.join(" "))
 }
 
 fn refused(text: &str, edit: &str, places: &str) -> String {
@@ -157,8 +157,8 @@ rope = { rod = ["arm.C", "ground.Q"], length = 'sqrt(2)' }
     assert!(said.contains("triangle `plate` would turn over"), "{said}");
     // A point in the frame of a link that is turned.
     let places = r#"{"O": [0, 0], "A": [0, 1], "P": [-1, 1], "C": [0, 2], "Q": [2, 0]}"#;
-    let (added, name) = changed(text, r#"{"point": {"link": "plate", "to": [-2, 3]}}"#, places);
-    assert!(added.contains("points = { B = [3.0, 2.0] } }") && name == "B", "{added}");
+    let (added, _) = changed(text, r#"{"point": {"link": "plate", "to": [-2, 3]}}"#, places);
+    assert!(added.contains("points = { B = [3.0, 2.0] } }"), "{added}");
     assert!(added.contains("path_B = { path = \"B\" }"), "{added}");
 }
 
@@ -192,7 +192,7 @@ A = { revolute = ["a", "b"] }
 
 #[test]
 fn lengths_become_parameters_with_the_values_of_the_file() {
-    let text = geometry::with_parameters(CRANK).expect("lengths");
+    let text = length_parameters::with_length_parameters(CRANK).expect("lengths");
     resolve::read("drawn.toml", &text).map_err(|report| report.render(false)).expect("a scene");
     for part in [
         "O = ['qrm_links_ground_points_O_0', 'qrm_links_ground_points_O_1']",
@@ -202,12 +202,12 @@ fn lengths_become_parameters_with_the_values_of_the_file() {
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
-    let values = geometry::values(CRANK);
+    let values = length_parameters::values(CRANK);
     assert_eq!((values["r"], values["qrm_links_rod_length"]), (80.0, 0.24));
     let driven = CRANK.replace("'-100*t'", "'30 deg - 100*t'");
-    let text = geometry::with_parameters(&driven).expect("lengths");
+    let text = length_parameters::with_length_parameters(&driven).expect("lengths");
     assert!(text.contains("drive = 'qrm_joints_O_drive - 100*t'"), "{text}");
-    assert_eq!(geometry::with_parameters("name = \"none\""), None);
+    assert_eq!(length_parameters::with_length_parameters("name = \"none\""), None);
 }
 
 #[test]
@@ -252,4 +252,42 @@ lift = { cylinder = ["ground.E", "boom.M"], length = '1.41421 m + 0.1 m/s*(1 s)*
     assert!(moved.contains("length = 0.5, mass = 1, angle = '90 deg'"), "{moved}");
     let said = refused(&slider, r#"{"drive": {"point": "M"}}"#, r#"{"M": [1e300, 0]}"#);
     assert!(said.contains("places lie within 1000000 m"), "{said}");
+}
+
+#[test]
+fn what_is_not_changed_keeps_its_form() {
+    let text = r#"
+name="tight"
+run={step=1e-3,end_time=1}
+[links]
+ground={points={O=[0,0]}}
+a={bar=["O","A"],length='1e3 mm',mass=1,angle=0,points={P=[0.5,0.5],Q=[0.25,0]}}
+[joints]
+O={revolute=["a","ground"],drive='2*pi*t'}
+[drawing]
+path_A={path="P"}
+"#;
+    let places = r#"{"O": [0, 0], "A": [1, 0], "P": [0.5, 0.5], "Q": [0.25, 0]}"#;
+    let (added, _) = changed(text, r#"{"path": {"point": "A"}}"#, places);
+    assert_eq!(added, text.to_owned() + "path_A2 = { path = \"A\" }\n");
+    let (pinned, _) = changed(text, r#"{"drive": {"point": "O"}}"#, places);
+    assert_eq!(
+        pinned,
+        text.replace(",drive='2*pi*t'", "")
+            .replace("length='1e3 mm',mass=1,angle=0,", "length='1e3 mm',mass=1,")
+            .replace("Q=[0.25,0]}}", "Q=[0.25,0]}, angle = '0 deg'}")
+    );
+    // Other points of a bar stay in place when it turns.
+    let (moved, _) = changed(text, r#"{"move": {"point": "A", "to": [0, 2]}}"#, places);
+    let expected = text
+        .replace("'1e3 mm'", "'2000 mm'")
+        .replace("angle=0", "angle=1.57080")
+        .replace("P=[0.5,0.5],Q=[0.25,0]", "P=[0.5,-0.5],Q=[0.0,-0.25]")
+        .replace("'2*pi*t'", "'90 deg + 2*pi*t'");
+    assert_eq!(moved.replace("1.5708", "1.57080"), expected);
+    // A move along the bar turns nothing.
+    let (moved, _) = changed(text, r#"{"move": {"point": "A", "to": [2, 0]}}"#, places);
+    assert_eq!(moved, text.replace("'1e3 mm'", "'2000 mm'"));
+    let said = refused("r = 'r'\n", r#"{"path": {"point": "A"}}"#, places);
+    assert!(said.contains("the file has an error"), "{said}");
 }

@@ -20,7 +20,6 @@ let tool = "watch";
 let drawn = {};
 /** The end of the last bar, from which the next one begins. */
 let chain = null;
-let gestures = 0;
 /** Parameters that follow the file while a point is moved. */
 const followed = new Set();
 /** Whether the file has a change that the motion does not show yet. */
@@ -62,7 +61,7 @@ function choose(next) {
   for (const [name, button] of toolButtons) button.setAttribute("aria-pressed", name === tool);
   say();
   isScaleKept = tool !== "watch";
-  if (isScaleKept) fetch("draw", { method: "POST" }).catch(() => {});
+  if (isScaleKept) fetch("tools", { method: "POST" }).catch(() => {});
   if (!motion) return;
   if (isScaleKept) seek(begin);
   else recompute();
@@ -84,48 +83,47 @@ function places() {
   return { ...Object.fromEntries(named.map(({ name, x, y }) => [name, [valueAt(x, at), valueAt(y, at)]])), ...drawn };
 }
 
-/** Asks for a change after those before; what `done` makes of the answer, null where it is refused. */
-function ask(path, body = () => "", done = () => true) {
+/** Queues a request; resolves to whether it was granted, after `done` has taken the answer. */
+function ask(path, body = () => "", done = () => {}) {
   asking = asking.then(async () => {
+    let answer, said;
     try {
-      const answer = await fetch(path, { method: "POST", body: body() });
-      const said = await answer.text();
-      say(answer.ok ? "" : said);
-      return answer.ok ? done(said) : null;
+      answer = await fetch(path, { method: "POST", body: body() });
+      said = await answer.text();
     } catch (problem) {
-      say(`the scene is not changed: ${problem.message}`);
-      return null;
+      say(`The scene is not changed: ${problem.message}.`);
+      return false;
     }
+    say(answer.ok ? "" : said);
+    if (answer.ok) done(said);
+    return answer.ok;
   });
   return asking;
 }
 
-/** Asks for a change, which is told when its turn comes, and follows it; the names of its points. */
+/** Queues a change of the scene. `edit` says what, when its turn comes; `named` takes the names of the ends of a bar. */
 function change(edit, { gesture, at, named = () => {} } = {}) {
   return ask("edit", () => JSON.stringify({ edit: edit(), places: at ?? places(), gesture }), (said) => {
     const { points, values } = JSON.parse(said);
     if (!gesture || !followValues(values)) isBehind = true;
-    named(points.split(" "));
-    return true;
+    named(points);
   });
 }
 
 function step(name) {
   [drawn, chain] = [{}, null];
   overlay.replaceChildren();
-  ask(name);
+  ask(name, undefined, () => (isBehind = true));
 }
 
 addEventListener("keydown", (event) => {
   if (!packed.is_writable || (event.target instanceof Element && event.target.matches("input"))) return;
   const key = event.key.toLowerCase();
-  if (pressed?.move && (key === "escape" || (event.ctrlKey && key === "z"))) {
-    const { move } = pressed;
-    pressed = null;
-    move.cancel();
-  } else if (key === "escape" && tool !== "watch") choose(chain ? tool : "watch");
-  else if (event.ctrlKey && (key === "y" || (key === "z" && event.shiftKey))) step("redo");
-  else if (event.ctrlKey && key === "z") step("undo");
+  const isControl = event.ctrlKey || event.metaKey;
+  if (pressed?.move && (key === "escape" || (isControl && key === "z"))) cancelMove();
+  else if (key === "escape" && tool !== "watch") choose(chain ? tool : "watch");
+  else if (isControl && (key === "y" || (key === "z" && event.shiftKey))) step("redo");
+  else if (isControl && key === "z") step("undo");
   else return;
   event.preventDefault();
 });
@@ -135,26 +133,24 @@ const pixels = ({ clientX, clientY }) => {
   return [clientX - bounds.left, clientY - bounds.top];
 };
 
-/** A place in pixels in round numbers of metres. */
-function metres(place) {
-  const [[left, top], [right]] = [drawing.toMetres(0, 0), drawing.toMetres(1, 0)];
-  const grid = nice(right - left);
+/** A place in pixels in metres, on a grid of about a pixel. */
+function snapped(place) {
+  const grid = nice(1 / drawing.scale);
   const decimals = clamp(decimalsOf(grid), 0, 12);
   return drawing.toMetres(...place).map((value) => Number((Math.round(value / grid) * grid).toFixed(decimals)));
 }
 
 /** Where a point is in pixels. */
-function pixelsOf(name) {
-  const place = places()[name];
-  const [[left, top], [right]] = [drawing.toMetres(0, 0), drawing.toMetres(1, 0)];
-  return [(place[0] - left) / (right - left), (top - place[1]) / (right - left)];
+function pixelsOf(name, [x, y] = places()[name]) {
+  const [left, top] = drawing.toMetres(0, 0);
+  return [(x - left) * drawing.scale, (top - y) * drawing.scale];
 }
 
 /** The point next to a place, null where none is near. */
 function pointNear([x, y]) {
   let best = { distance: REACH, name: null };
-  for (const name in places()) {
-    const [px, py] = pixelsOf(name);
+  for (const [name, place] of Object.entries(places())) {
+    const [px, py] = pixelsOf(name, place);
     const distance = Math.hypot(px - x, py - y);
     if (distance < best.distance) best = { distance, name };
   }
@@ -181,7 +177,7 @@ async function endBar(place) {
   const near = pointNear(place);
   const begun = chain;
   if (near && near === begun?.name) return choose(tool);
-  const at = metres(place);
+  const at = snapped(place);
   // The name of a new point is known when its bar is written.
   const end = { name: near, end: near ? { point: near } : { place: at }, pixels: near ? pixelsOf(near) : place };
   chain = end;
@@ -191,7 +187,7 @@ async function endBar(place) {
     if (each.end.place) drawn[name] = each.end.place;
     [each.name, each.end] = [name, { point: name }];
   });
-  if ((await change(() => ({ bar: { from: begun.end, to: end.end } }), { named })) === null) choose(tool);
+  if (!(await change(() => ({ bar: { from: begun.end, to: end.end } }), { named }))) choose(tool);
 }
 
 /** What the tools do with a point. */
@@ -216,7 +212,7 @@ function followValues(values) {
 
 /** Moves a point to where the pointer is; the next place is asked for when the last one is written. */
 function mover(point) {
-  const [gesture, at] = [++gestures, places()];
+  const [gesture, at] = [crypto.randomUUID(), places()];
   let [wanted, isBusy, isCancelled, hasMoved] = [null, false, false, false];
   const follow = async () => {
     if (isBusy) return;
@@ -224,15 +220,15 @@ function mover(point) {
     while (wanted) {
       const to = wanted;
       wanted = null;
-      if ((await change(() => ({ move: { point, to } }), { gesture, at })) !== null) hasMoved = true;
+      if (await change(() => ({ move: { point, to } }), { gesture, at })) hasMoved = true;
     }
-    if (isCancelled && hasMoved) await ask("undo");
+    if (isCancelled && hasMoved) await ask("undo", undefined, () => (isBehind = true));
     isBusy = false;
     if (!pressed) showWaiting();
   };
   return {
     to(place) {
-      wanted = metres(place);
+      wanted = snapped(place);
       follow();
     },
     cancel() {
@@ -244,6 +240,13 @@ function mover(point) {
 
 let pressed = null;
 
+/** Ends the move of a point, and undoes it. */
+function cancelMove() {
+  const move = pressed?.move;
+  pressed = null;
+  move?.cancel();
+}
+
 part("canvas").addEventListener("pointerdown", (event) => {
   if (tool === "watch" || event.button !== 0 || !drawing) return;
   event.stopImmediatePropagation();
@@ -254,7 +257,7 @@ part("canvas").addEventListener("pointerdown", (event) => {
   const place = pixels(event);
   const point = pointNear(place);
   if (tool === "move" && isBehind) return say("The page does not show the last change yet.");
-  pressed = { place, point, link: linkUnder(event), move: tool === "move" && point ? mover(point) : null };
+  pressed = { id: event.pointerId, place, point, link: linkUnder(event), move: tool === "move" && point ? mover(point) : null };
   if (tool === "bar") endBar(place);
   else if (tool === "point") {
     if (!pressed.link) say("There is no link here: click on one.");
@@ -271,20 +274,23 @@ part("canvas").addEventListener("pointermove", (event) => {
 });
 
 part("canvas").addEventListener("pointerup", (event) => {
-  if (tool === "watch" || !pressed) return;
+  if (tool === "watch" || event.pointerId !== pressed?.id) return;
   const [place, { place: from, point, link, move }] = [pixels(event), pressed];
   pressed = null;
   const [dx, dy] = [place[0] - from[0], from[1] - place[1]];
   const isDrag = Math.hypot(dx, dy) > REACH;
   if (move) {
-    if (isDrag || place[0] !== from[0] || place[1] !== from[1]) move.to(place);
-  } else if (tool === "point" && link) change(() => ({ point: { link, to: metres(place) } }));
+    if (place[0] !== from[0] || place[1] !== from[1]) move.to(place);
+    else showWaiting();
+  } else if (tool === "point" && link) change(() => ({ point: { link, to: snapped(place) } }));
   else if (tool === "bar" && isDrag) endBar(place);
   else if (tool === "slider" && point) {
     const degrees = isDrag ? 5 * Math.round((Math.atan2(dy, dx) * 36) / Math.PI) : 0;
     change(() => ({ slider: { point, direction: (degrees * Math.PI) / 180 } }));
   }
 });
+
+part("canvas").addEventListener("pointercancel", cancelMove);
 
 part("canvas").addEventListener("wheel", (event) => {
   if (tool === "watch" || !drawing) return;

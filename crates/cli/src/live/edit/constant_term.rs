@@ -1,15 +1,10 @@
-//! Angles, and sums with a constant, in the text of a scene.
+//! The constant at the beginning of a formula.
 
 use qrm_scene::unit::Unit;
 
 use super::number::rounded;
 
-/// An angle as text in degrees.
-pub(super) fn degrees(angle: f64) -> String {
-    format!("{} deg", rounded(angle.to_degrees(), 0.01))
-}
-
-/// A formula of time with its constant changed. Where it has none, one in each of these units is offered.
+/// Adds to the constant term of a formula. Without one, the formulae with a new term in each of these units are offered.
 pub(super) fn with_change(formula: &str, change: f64, units: [&str; 2], resolution: f64) -> Vec<String> {
     let written = |unit: &str, number: f64| {
         let factor = Unit::parse(unit).map_or(1.0, |unit| unit.factor());

@@ -5,15 +5,16 @@ use std::collections::BTreeMap;
 use qrm_scene::unit::Unit;
 use toml_edit::{InlineTable, Item, TableLike, Value};
 
-use super::angle::constant;
-use super::linkage::{Linkage, formula};
-use super::number::{Place, literal, replace, value_mut};
+use super::constant_term::constant;
+use super::linkage::Linkage;
+use super::number::{literal, parameter};
+use super::toml_text::{Place, formula, replace, value_mut};
 
-/// The beginning of the names of these parameters. Pages do not list them.
+/// The beginning of the names of these parameters. Pages do not list them: `isListed` of `panel.js` has the same text.
 const PREFIX: &str = "qrm_";
 
 /// The text of a scene whose lengths and angles of links are parameters; `None` if it has no links.
-pub(in crate::live) fn with_parameters(text: &str) -> Option<String> {
+pub(in crate::live) fn with_length_parameters(text: &str) -> Option<String> {
     let mut linkage = Linkage::parse(text).ok()?;
     let quantities = quantities(&linkage);
     if quantities.is_empty() {
@@ -36,11 +37,14 @@ pub(in crate::live) fn with_parameters(text: &str) -> Option<String> {
 pub(in crate::live) fn values(text: &str) -> BTreeMap<String, f64> {
     let Ok(linkage) = Linkage::parse(text) else { return BTreeMap::new() };
     let own = quantities(&linkage).into_iter().map(|quantity| (quantity.name, quantity.value));
-    let parameter = |(name, item): (&str, &Item)| {
+    let of_scene = |(name, item): (&str, &Item)| {
         let value = item.as_table_like().map_or(Some(item), |table| table.get("value"))?.as_value()?;
-        (!value.is_str()).then(|| Some((name.to_owned(), literal(value)?))).flatten()
+        let number = literal(value)?;
+        // Bare numbers have the unit of the parameter.
+        let factor = if value.is_str() { parameter(&linkage.document, name)?.1 } else { 1.0 };
+        Some((name.to_owned(), number / factor))
     };
-    own.chain(linkage.entries("parameters").filter_map(parameter)).collect()
+    own.chain(linkage.entries("parameters").filter_map(of_scene)).collect()
 }
 
 /// A length or an angle that is written as a number.
