@@ -61,8 +61,8 @@ fn wrong_names_and_files_are_refused() {
     refuse(b"", &[], "model.txt is empty");
     refuse(b"\xff\xfe<\0", &[], "UTF-16");
     refuse(b"<mujoco>\xff</mujoco>", &[], "is not UTF-8 text: line 1");
-    refuse(b"hello", &[], "this is no model that can be imported");
-    refuse("9 ".repeat(1_000_000).as_bytes(), &[], "this is no model that can be imported");
+    refuse(b"hello", &[], "this is not a model that can be imported");
+    refuse("9 ".repeat(1_000_000).as_bytes(), &[], "this is not a model that can be imported");
     refuse(b"ground a R 0 0\na b R 0 0\nb c R 0 0\nc ground R 0 0", &[], "the scene of this model has an error");
     let output = qrm(&["import", "missing.txt"]).current_dir(folder.path()).output().expect("starts");
     assert!(said(&output).contains("cannot read missing.txt"), "{}", said(&output));

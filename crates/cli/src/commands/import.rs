@@ -1,7 +1,7 @@
 //! `qrm import`
 
 mod asmt;
-mod freedom;
+mod independent_coordinates;
 mod linkage;
 mod mjcf;
 mod names;
@@ -20,7 +20,7 @@ use qrm_scene::resolve;
 
 use crate::error::Error;
 use crate::output::{print, protect, save};
-use linkage::Linkage;
+use linkage::ImportedLinkage;
 use scene_text::scene_text;
 use source::Source;
 
@@ -37,7 +37,7 @@ pub(crate) struct Options {
     name: Option<String>,
 }
 
-/// Writes the scene of a model of another program.
+/// Imports a model of another program: writes its scene.
 pub(crate) fn run(_models: &'static [Model], options: &Options) -> Result<(), Error> {
     let Options { file, out, name } = options;
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
@@ -70,26 +70,26 @@ pub(crate) fn run(_models: &'static [Model], options: &Options) -> Result<(), Er
 }
 
 /// Reads a model in the format that its text shows.
-fn read(source: &Source) -> Result<Linkage, Error> {
+fn read(source: &Source) -> Result<ImportedLinkage, Error> {
     let text = &source.text;
-    if asmt::is_of(text) {
+    if asmt::recognizes(text) {
         asmt::read(source)
-    } else if mjcf::is_of(text) {
+    } else if mjcf::recognizes(text) {
         mjcf::read(source)
-    } else if pmks_plus::is_of(text) {
+    } else if pmks_plus::recognizes(text) {
         pmks_plus::read(source)
-    } else if pmks::is_of(text) {
+    } else if pmks::recognizes(text) {
         pmks::read(source)
     } else {
         Err(source.whole(
-            "this is no model that can be imported",
+            "this is not a model that can be imported",
             "import a mechanism of PMKS or PMKS+, an assembly of the Ondsel solver (.asmt), or MJCF (.xml)",
         ))
     }
 }
 
-/// What was written, and what was left out.
-fn summary(linkage: &Linkage, path: &Path) -> String {
+/// The text that tells what was written and what was left out.
+fn summary(linkage: &ImportedLinkage, path: &Path) -> String {
     let count = |number: usize, what: &str| format!("{number} {what}{}", if number == 1 { "" } else { "s" });
     let mut text = format!(
         "wrote {0}, {1} and {2} of {3}\n",
@@ -109,7 +109,7 @@ fn summary(linkage: &Linkage, path: &Path) -> String {
     text + &format!("\nSee it move, and run it:\n\n    qrm live {0}\n    qrm run {0}", path.display())
 }
 
-/// The scene of a text, or its error.
+/// Imports a text, and returns the text of the scene or of the error.
 #[cfg(test)]
 fn imported(text: &str) -> Result<String, String> {
     let source = Source { path: "model".to_owned(), text: text.to_owned() };

@@ -68,6 +68,8 @@ part("save-curves").addEventListener("click", () => {
 part("save-table").addEventListener("click", () => {
   removeFrame();
   const curves = motion.plots.flatMap(({ unit, curves }) => curves.map(({ name, values }) => [`${name}${unit && ` [${unit}]`}`, values]));
+  const axis = chosenAxis();
+  if (axis !== axes[0]) curves.unshift([`${axis.name} [${axis.unit}]`, times.map((time, frame) => axis.at({ frame, part: 0 }, time))]);
   const row = (time, frame) => [time, ...curves.map(([, values]) => values[values.length === 1 ? 0 : frame])].map((value) => (Number.isFinite(value) ? value : ""));
   const lines = [["t [s]", ...curves.map(([name]) => name)], ...times.map(row)];
   download(`${about.name}-curves.csv`, `${lines.join("\n")}\n`, "text/csv");

@@ -139,9 +139,11 @@ function listAxes() {
   if (names.includes(chosen)) over.value = chosen;
 }
 
+const chosenAxis = () => axes.find(({ name }) => name === part("over").value) ?? axes[0];
+
 /** Gives the curves what they are drawn over. */
 function setAxis() {
-  const axis = axes.find(({ name }) => name === part("over").value) ?? axes[0];
+  const axis = chosenAxis();
   plots.forEach((each, place) => each.setData(motion.plots[place], times, axis));
 }
 part("over").addEventListener("change", () => {

@@ -5,7 +5,8 @@ mod motion;
 mod parts;
 mod tree;
 
-use super::linkage::{Linkage, Load};
+use super::independent_coordinates::has_possible_velocities;
+use super::linkage::ImportedLinkage;
 use super::names::Names;
 use super::plane::Plane;
 use super::source::Source;
@@ -14,20 +15,20 @@ use parts::Parts;
 use tree::{Node, Tree};
 
 /// Whether a text begins as an assembly.
-pub(super) fn is_of(text: &str) -> bool {
+pub(super) fn recognizes(text: &str) -> bool {
     let first = text.lines().next().unwrap_or_default();
     first.trim() == "OndselSolver" || first.starts_with("freeCAD: 3D CAD with Motion Simulation")
 }
 
 /// Reads an assembly.
-pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
+pub(super) fn read(source: &Source) -> Result<ImportedLinkage, Error> {
     let tree = Tree::read(&source.text);
     let Some(assembly) = tree.roots().find(|node| node.text() == "Assembly") else {
         return Err(
             source.whole("it has no `Assembly`", "export the assembly again, as a file .asmt of the Ondsel solver")
         );
     };
-    let mut linkage = Linkage::new("an assembly of the Ondsel solver");
+    let mut linkage = ImportedLinkage::new("an assembly of the Ondsel solver");
     let mut names = Names::new();
     let items = joints::items(&assembly);
     if !parts::frame(source, &assembly)?.is_world() {
@@ -37,17 +38,22 @@ pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
     let plane = joints::plane(source, &parts, &items)?;
     parts.place(&plane, &mut linkage, &mut names);
     joints::add(source, &parts, &plane, &items, &mut linkage, &mut names)?;
-    linkage.with_free_links(&mut names);
+    linkage.connect_free_links(&mut names);
+    if !has_possible_velocities(&linkage) {
+        linkage.left_out.push("velocities of parts that contradict the joints".to_owned());
+    }
     let run = simulation(source, &assembly, &mut linkage)?;
     motion::add(&assembly, &parts, &plane, run, &mut linkage, &mut names);
-    gravity(source, &assembly, &plane, &mut linkage)?;
-    forces(&mut linkage, &mut names);
+    if let Some(row) = assembly.child("ConstantGravity").and_then(|node| node.first()) {
+        linkage.add_gravity(row.vector(source)?, &plane);
+    }
+    linkage.add_joint_forces(&mut names);
     remarks(&tree, &assembly, &plane, &mut linkage);
     Ok(linkage)
 }
 
-/// The times of the simulation; returns its start.
-fn simulation(source: &Source, assembly: &Node, linkage: &mut Linkage) -> Result<f64, Error> {
+/// Reads the step and the end of the simulation, and returns its start.
+fn simulation(source: &Source, assembly: &Node, linkage: &mut ImportedLinkage) -> Result<f64, Error> {
     let Some(settings) = assembly.child("SimulationParameters") else { return Ok(0.0) };
     let value =
         |name: &str| settings.child(name).and_then(|node| node.first()).map(|node| node.number(source)).transpose();
@@ -63,31 +69,9 @@ fn simulation(source: &Source, assembly: &Node, linkage: &mut Linkage) -> Result
     Ok(start)
 }
 
-fn gravity(source: &Source, assembly: &Node, plane: &Plane, linkage: &mut Linkage) -> Result<(), Error> {
-    let Some(row) = assembly.child("ConstantGravity").and_then(|node| node.first()) else { return Ok(()) };
-    let gravity = row.vector(source)?;
-    let flat = plane.project(gravity);
-    if flat != [0.0; 2] {
-        linkage.loads.push(Load::Gravity(flat));
-    }
-    if !plane.contains(gravity) && gravity != [0.0; 3] {
-        linkage.left_out.push("gravity across the plane, which joints carry".to_owned());
-    }
-    Ok(())
-}
-
-/// Forces in all joints as outputs.
-fn forces(linkage: &mut Linkage, names: &mut Names) {
-    let has_mass = linkage.links.iter().any(|link| link.mass.is_some());
-    for joint in linkage.joints.iter().filter(|joint| joint.has_force() && has_mass) {
-        let name = names.unique(&format!("F_{}", joint.name), "force");
-        linkage.outputs.push((name, format!("{{ joint = \"{}\" }}", joint.name)));
-    }
-}
-
-fn remarks(tree: &Tree, assembly: &Node, plane: &Plane, linkage: &mut Linkage) {
-    let axis = |vector: [f64; 3]| format!("({})", vector.map(super::numbers::shortest).join(", "));
-    linkage.remarks.push(format!("The axes of the plane, in the assembly: x {}, y {}.", axis(plane.x), axis(plane.y)));
+/// Adds a remark, and notes what the importer does not read.
+fn remarks(tree: &Tree, assembly: &Node, plane: &Plane, linkage: &mut ImportedLinkage) {
+    linkage.remarks.push(format!("The axes of the plane, in the assembly: {}.", plane.axes_text()));
     for (section, what) in
         [("ForceTorques", "force or torque"), ("Limits", "limit"), ("KinematicIJs", "measured quantity")]
     {
@@ -163,6 +147,28 @@ gravity = { gravity = [0, -9.81] }
     }
 
     #[test]
+    fn translations_are_along_the_axis_of_the_first_marker() {
+        let driven = |formula: &str| {
+            let text =
+                SLIDER_CRANK.replace("RotationalMotion", "TranslationalMotion").replace("RotationZ", "TranslationZ");
+            let text = text.replace("MotionJoint\n\t\t\t\t\t/Assembly1/O", "MotionJoint\n\t\t\t\t\t/Assembly1/Guide");
+            text.replace("2.0d*pi*time", formula)
+        };
+        let drive = |text: &str| {
+            let scene = imported(text).expect("a scene");
+            let line = scene.lines().find(|line| line.starts_with("Guide ")).expect("the slider").to_owned();
+            line[line.find("drive").expect("a drive")..].to_owned()
+        };
+        // The marker on the ground is 1 m in front of that of the piston, or behind it where its axis is reversed.
+        assert_eq!(drive(&driven("1 + 0.1*time")), "drive = '-(1 + 0.1*t)' }");
+        let reversed = driven("-1 - 0.1*time");
+        let begin = reversed.find("0\t0\t1\n\t\t\t\t\t\t\tRotationMatrix\n").expect("the marker of the piston");
+        let (front, back) = reversed.split_at(begin);
+        let back = back.replacen("0\t1\t0\n\t\t\t\t\t\t\t\t0\t0\t1", "0\t-1\t0\n\t\t\t\t\t\t\t\t0\t0\t-1", 1);
+        assert_eq!(drive(&format!("{front}{back}")), "drive = '-1 - 0.1*t' }");
+    }
+
+    #[test]
     fn points_on_lines_without_rotation_are_sliders() {
         let held = SLIDER_CRANK.replace("CylindricalJoint", "PointInLineJoint");
         let joint = "\t\t\tNoRotationJoint\n\t\t\t\tName\n\t\t\t\t\tHeld\n\t\t\t\tMarkerI\n\
@@ -179,17 +185,32 @@ gravity = { gravity = [0, -9.81] }
     fn parts_without_joints_move_freely_or_are_fixed() {
         let part = |mass: &str| {
             format!(
-                "\t\tPart\n\t\t\tName\n\t\t\t\tblock\n\t\t\tPosition3D\n\t\t\t\t5\t6\t0\n\t\t\tPrincipalMassMarker\n\
+                "\t\tPart\n\t\t\tName\n\t\t\t\tblock\n\t\t\tPosition3D\n\t\t\t\t5\t6\t0\n\
+                 \t\t\tVelocity3D\n\t\t\t\t3\t4\t1\n\t\t\tOmega3D\n\t\t\t\t0\t0\t2\n\t\t\tPrincipalMassMarker\n\
                  \t\t\t\tMass\n\t\t\t\t\t{mass}\n\t\t\t\tMomentOfInertias\n\t\t\t\t\t0\t0\t{mass}\n\tConstraintSets"
             )
         };
         let scene = |mass: &str| imported(&FOUR_BAR.replace("\tConstraintSets", &part(mass))).expect("a scene");
         let free = scene("2");
         assert!(free.contains("block_turn = { revolute = [\"block\", \"block_y\"] }"), "{free}");
-        assert!(free.contains("inertia = 2, angle = 0, rate = 0 }"), "{free}");
+        assert!(free.contains("inertia = 2, angle = 0, rate = 2 }"), "{free}");
+        assert!(free.contains("start = 0, rate = 3 }") && free.contains("start = 0, rate = 4 }"), "{free}");
+        assert!(free.contains("# - the velocity of part `block` out of the plane"), "{free}");
         let fixed = scene("0");
         assert!(fixed.contains("block = { weld = [\"block\", \"ground\"] }"), "{fixed}");
         assert!(fixed.contains("# - the motion of `block`, which has no mass"), "{fixed}");
+    }
+
+    #[test]
+    fn velocities_that_contradict_the_joints_are_listed() {
+        let crank = |rates: &str| {
+            let begin = FOUR_BAR.find("\t\t\t\tcrank\n").expect("the crank") + "\t\t\t\tcrank\n".len();
+            let (front, back) = FOUR_BAR.split_at(begin);
+            imported(&format!("{front}{rates}{back}")).expect("a scene")
+        };
+        let note = "# - velocities of parts that contradict the joints";
+        assert!(crank("\t\t\tVelocity3D\n\t\t\t\t0\t1\t0\n").contains(note));
+        assert!(!crank("\t\t\tVelocity3D\n\t\t\t\t0\t0\t0\n").contains(note));
     }
 
     #[test]
@@ -205,9 +226,10 @@ gravity = { gravity = [0, -9.81] }
         let error = |from: &str, to: &str| imported(&FOUR_BAR.replacen(from, to, 1)).expect_err("no scene");
         for (from, to, said) in [
             ("RevoluteJoint", "UniversalJoint", "is a `UniversalJoint`"),
-            ("/FourBar/crank/A", "/FourBar/crank/X", "is no marker of the assembly"),
+            ("/FourBar/crank/A", "/FourBar/crank/X", "is not a marker of the assembly"),
             ("0.2\n", "1e400\n", "should have one finite number"),
-            ("1\t0\t0\n", "1\t1\t0\n", "this matrix is no rotation"),
+            ("1\t0\t0\n", "1\t1\t0\n", "this matrix is not a rotation"),
+            ("1\t0\t0\n", "-1\t0\t0\n", "this matrix is not a rotation"),
             ("0.2\n", "-0.2\n", "the mass of part `crank` is negative"),
             ("Assembly\n", "Drawing\n", "it has no `Assembly`"),
             ("Parts\n", "Things\n", "the assembly has no parts"),

@@ -1,15 +1,17 @@
-//! A plane linkage as a model describes it: what the readers of all formats give, and the writer takes.
+//! A plane linkage that was read from a model. The readers of all formats return it, the writer makes a scene of it.
 
-use super::names::Names;
-use super::numbers::{factor, further, tidy_at, within_a_turn};
+mod free_links;
+mod outputs;
 
-/// A linkage; its first link is the ground.
-pub(super) struct Linkage {
+use super::numbers::{factor, signed_term, snap_rounding, wrap_angle};
+
+/// A linkage that was read from a model. Its first link is the ground.
+pub(super) struct ImportedLinkage {
     /// The name of the format.
     pub(super) format: &'static str,
-    /// What the numbers of the scene mean, a comment at its head.
+    /// Comments at the head of the scene: what its numbers mean.
     pub(super) remarks: Vec<String>,
-    /// What could not be carried over.
+    /// What could not be carried over, an item each.
     pub(super) left_out: Vec<String>,
     pub(super) step: f64,
     pub(super) end_time: f64,
@@ -18,7 +20,7 @@ pub(super) struct Linkage {
     pub(super) joints: Vec<Joint>,
     pub(super) constraints: Vec<Constraint>,
     pub(super) loads: Vec<Load>,
-    /// Outputs: the names and what stands behind them.
+    /// Outputs: their names and their entries in the scene.
     pub(super) outputs: Vec<(String, String)>,
 }
 
@@ -30,16 +32,25 @@ pub(super) struct Parameter {
     pub(super) doc: String,
 }
 
-/// A link, with the pose of its frame at the start.
+/// A link, with the place and the angle of its frame at the start.
 pub(super) struct Link {
     pub(super) name: String,
     pub(super) place: [f64; 2],
     pub(super) angle: f64,
-    /// Points besides those of joints, in its frame.
+    /// Points in its frame, besides those of joints.
     pub(super) points: Vec<(String, [f64; 2])>,
     pub(super) mass: Option<Mass>,
+    /// The velocity of its place at the start.
+    pub(super) velocity: [f64; 2],
     /// The angular velocity at the start.
     pub(super) rate: f64,
+}
+
+impl Link {
+    /// A link without points, without mass and at rest.
+    pub(super) fn new(name: String, place: [f64; 2], angle: f64) -> Self {
+        Self { name, place, angle, points: Vec::new(), mass: None, velocity: [0.0; 2], rate: 0.0 }
+    }
 }
 
 /// The mass of a link, its centre and its moment of inertia about it.
@@ -50,14 +61,14 @@ pub(super) struct Mass {
     pub(super) inertia: f64,
 }
 
-/// A joint between places of links.
+/// A joint that connects places of links.
 pub(super) struct Joint {
     pub(super) name: String,
-    /// Its name in the model.
-    pub(super) title: String,
+    /// Its name in the model; empty, where the model does not have this joint.
+    pub(super) model_name: String,
     pub(super) kind: Kind,
     pub(super) ends: Vec<End>,
-    /// Angle or place as a formula of time.
+    /// The angle or the place of the joint as a formula of time, if a drive prescribes it.
     pub(super) drive: Option<String>,
 }
 
@@ -104,37 +115,37 @@ pub(super) struct End {
     pub(super) at: [f64; 2],
 }
 
-/// A condition on the displacements of joints: the sum of the factors times powers of them is zero.
+/// A constraint between joint displacements: `residual` is zero.
 pub(super) struct Constraint {
     pub(super) name: String,
     pub(super) residual: String,
     pub(super) unit: &'static str,
-    /// The joints, and the derivatives of the residual by their displacements at the start.
-    pub(super) slopes: Vec<(usize, f64)>,
+    /// The joints, with the derivatives of the residual by their displacements at the start.
+    pub(super) gradient: Vec<(usize, f64)>,
 }
 
 /// A load.
 pub(super) enum Load {
     Gravity([f64; 2]),
-    /// Spring, damper and force along the displacement of a joint: keys behind `along`.
+    /// A spring, a damper or a force along the displacement of a joint, as the keys that follow `along`.
     Along {
         name: String,
         along: String,
         keys: String,
     },
-    /// A force at a point of a link.
+    /// A force at a point of a link. Its components are in the frame of a link, or of the ground.
     Force {
         name: String,
-        force: String,
+        force: [f64; 2],
         at: String,
+        frame: Option<String>,
     },
 }
 
-impl Linkage {
+impl ImportedLinkage {
     /// An empty linkage with its ground.
     pub(super) fn new(format: &'static str) -> Self {
-        let ground =
-            Link { name: "ground".to_owned(), place: [0.0; 2], angle: 0.0, points: Vec::new(), mass: None, rate: 0.0 };
+        let ground = Link::new("ground".to_owned(), [0.0; 2], 0.0);
         Self {
             format,
             remarks: Vec::new(),
@@ -150,74 +161,12 @@ impl Linkage {
         }
     }
 
-    /// Lets links move freely that joints do not lead to from the ground. Those without mass are fixed.
-    pub(super) fn with_free_links(&mut self, names: &mut Names) {
-        let count = self.links.len();
-        let mut is_led = vec![false; count];
-        for link in 0..count {
-            if is_led[link] {
-                continue;
-            }
-            let component = self.component(link);
-            component.iter().for_each(|other| is_led[*other] = true);
-            if link == 0 {
-                continue;
-            }
-            if component.iter().any(|other| self.links[*other].mass.is_some()) {
-                self.free(link, names);
-                continue;
-            }
-            let Link { name, place, angle, .. } = &self.links[link];
-            self.left_out.push(format!("the motion of `{name}`, which has no mass and no joint with the rest"));
-            let ends = vec![End { link, at: [0.0; 2] }, End { link: 0, at: *place }];
-            let (name, kind) = (names.unique(name, "part"), Kind::Weld { rotation: *angle });
-            self.joints.push(Joint { title: String::new(), name, kind, ends, drive: None });
-        }
-    }
-
-    /// The links that joints connect with a link.
-    fn component(&self, link: usize) -> Vec<usize> {
-        let mut found = vec![link];
-        let mut at = 0;
-        while let Some(&own) = found.get(at) {
-            for joint in self.joints.iter().filter(|joint| joint.ends.iter().any(|end| end.link == own)) {
-                for end in &joint.ends {
-                    if !found.contains(&end.link) {
-                        found.push(end.link);
-                    }
-                }
-            }
-            at += 1;
-        }
-        found
-    }
-
-    /// Joins a link to the ground by two sliders and a pin.
-    fn free(&mut self, link: usize, names: &mut Names) {
-        let Link { name, place, .. } = &self.links[link];
-        let (name, place) = (name.clone(), *place);
-        let mut below = End { link: 0, at: place };
-        for (axis, direction) in [("x", 0.0), ("y", std::f64::consts::FRAC_PI_2)] {
-            let number = self.links.len();
-            let own = names.link(&format!("{name}_{axis}"), "part");
-            self.links.push(Link { name: own, place, angle: 0.0, points: Vec::new(), mass: None, rate: 0.0 });
-            let end = End { link: number, at: [0.0; 2] };
-            let own = names.unique(&format!("{name}_{axis}"), "slide");
-            let kind = Kind::Slider { direction, rotation: 0.0 };
-            self.joints.push(Joint { title: String::new(), name: own, kind, ends: vec![end, below], drive: None });
-            below = end;
-        }
-        let own = names.unique(&format!("{name}_turn"), "turn");
-        let ends = vec![End { link, at: [0.0; 2] }, below];
-        self.joints.push(Joint { title: String::new(), name: own, kind: Kind::Pin, ends, drive: None });
-    }
-
     /// Removes the rounding of differences from all places.
     pub(super) fn tidied(mut self) -> Self {
         let ends = self.joints.iter().flat_map(|joint| &joint.ends).map(|end| end.at);
         let places = self.links.iter().map(|link| link.place).chain(ends);
         let size = places.flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
-        let tidy = |at: &mut [f64; 2]| at.iter_mut().for_each(|value| *value = tidy_at(*value, size));
+        let tidy = |at: &mut [f64; 2]| at.iter_mut().for_each(|value| *value = snap_rounding(*value, size));
         self.joints.iter_mut().flat_map(|joint| &mut joint.ends).for_each(|end| tidy(&mut end.at));
         for link in &mut self.links {
             link.points.iter_mut().for_each(|(_, at)| tidy(at));
@@ -229,17 +178,17 @@ impl Linkage {
     /// The place of a point of a link at the start.
     pub(super) fn place(&self, end: End) -> [f64; 2] {
         let link = &self.links[end.link];
-        let [x, y] = turned(end.at, link.angle);
+        let [x, y] = rotated(end.at, link.angle);
         [link.place[0] + x, link.place[1] + y]
     }
 
-    /// A place at the start, in the frame of a link.
+    /// Converts a place at the start into the frame of a link.
     pub(super) fn local(&self, link: usize, place: [f64; 2]) -> [f64; 2] {
         let link = &self.links[link];
-        turned([place[0] - link.place[0], place[1] - link.place[1]], -link.angle)
+        rotated([place[0] - link.place[0], place[1] - link.place[1]], -link.angle)
     }
 
-    /// The names of the two points of a joint. Only links of pins and welds have them in one place.
+    /// The names of the points of a joint on its first and its second link. Those of pins and welds are the same.
     pub(super) fn points(joint: &Joint) -> [String; 2] {
         let second = match joint.kind {
             Kind::Pin | Kind::Weld { .. } => joint.name.clone(),
@@ -248,7 +197,7 @@ impl Linkage {
         [joint.name.clone(), second]
     }
 
-    /// The link whose angle coordinate a link shares, and its own angle less that.
+    /// For each link: the link whose angle is its coordinate, and the constant angle between both.
     pub(super) fn angles(&self) -> Vec<(usize, f64)> {
         let mut found: Vec<Option<(usize, f64)>> = vec![None; self.links.len()];
         let mut neighbours: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.links.len()];
@@ -277,7 +226,7 @@ impl Linkage {
         found.into_iter().map(|angle| angle.unwrap_or((0, 0.0))).collect()
     }
 
-    /// The angle of a link less that of another one, and an offset, as a formula.
+    /// The formula of the angle of a link minus that of another one, plus an offset.
     pub(super) fn turn(&self, first: usize, second: usize, offset: f64) -> String {
         let angles = self.angles();
         let [(a, a_offset), (b, b_offset)] = [angles[first], angles[second]];
@@ -287,30 +236,30 @@ impl Linkage {
             (_, 0) => format!("phi_{}", self.links[a].name),
             _ => format!("phi_{} - phi_{}", self.links[a].name, self.links[b].name),
         };
-        text + &further(within_a_turn(a_offset - b_offset + offset))
+        text + &signed_term(wrap_angle(a_offset - b_offset + offset))
     }
 
-    /// The place of the point of a slider along its line, and an offset, as a formula.
+    /// The formula of the place of a slider along its line, plus an offset.
     pub(super) fn slide(&self, joint: &Joint, direction: f64, offset: f64) -> String {
         let [point, line] = Self::points(joint);
         let (owner, turn) = self.angles()[joint.ends[1].link];
-        let sum = within_a_turn(turn + direction);
+        let sum = wrap_angle(turn + direction);
         let along = |axis: &str, function: &str, number: f64| {
             let difference = format!("({point}.{axis} - {line}.{axis})");
             match owner {
                 0 if number.abs() < 1e-15 => None,
                 0 if (number - 1.0).abs() < 1e-15 => Some(difference),
                 0 => Some(format!("{difference}*{}", factor(number))),
-                _ => Some(format!("{difference}*{function}(phi_{}{})", self.links[owner].name, further(sum))),
+                _ => Some(format!("{difference}*{function}(phi_{}{})", self.links[owner].name, signed_term(sum))),
             }
         };
         let parts = [along("x", "cos", sum.cos()), along("y", "sin", sum.sin())];
-        parts.into_iter().flatten().collect::<Vec<_>>().join(" + ") + &further(offset)
+        parts.into_iter().flatten().collect::<Vec<_>>().join(" + ") + &signed_term(offset)
     }
 }
 
-/// A vector that is turned.
-pub(super) fn turned([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
+/// Rotates a vector by an angle.
+pub(super) fn rotated([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
     if angle == 0.0 {
         return [x, y];
     }

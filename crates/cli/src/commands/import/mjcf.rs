@@ -8,9 +8,8 @@ mod links;
 mod shape;
 mod xml;
 
-use super::linkage::{Linkage, Load};
+use super::linkage::ImportedLinkage;
 use super::names::Names;
-use super::numbers::shortest;
 use super::plane::{Plane, Vector};
 use super::source::Source;
 use crate::error::Error;
@@ -19,20 +18,20 @@ use bodies::Bodies;
 use links::Links;
 use xml::Xml;
 
-/// The end of the run, which models do not have.
+/// The end time of the run. Models do not have one.
 const END_TIME: f64 = 2.0;
 
 /// Whether a text is XML.
-pub(super) fn is_of(text: &str) -> bool {
+pub(super) fn recognizes(text: &str) -> bool {
     text.trim_start().starts_with('<')
 }
 
 /// Reads a model.
-pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
+pub(super) fn read(source: &Source) -> Result<ImportedLinkage, Error> {
     let xml = Xml::read(source)?;
     let root = xml.root();
     if root.name != "mujoco" {
-        let title = format!("`<{}>` is no model of MuJoCo", root.name);
+        let title = format!("`<{}>` is not a model of MuJoCo", root.name);
         let help = "import a file with the element `<mujoco>`; MuJoCo saves other models, as URDF, in this form";
         return Err(xml.error(root, "", &title, help));
     }
@@ -42,10 +41,10 @@ pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
     }
     let attributes = Attributes::read(&xml)?;
     let bodies = Bodies::read(&attributes, &xml)?;
-    let mut linkage = Linkage::new("a model of MuJoCo");
+    let mut linkage = ImportedLinkage::new("a model of MuJoCo");
     let mut names = Names::new();
     let plane = plane(&bodies);
-    linkage.left_out.clone_from(&bodies.left_out);
+    linkage.left_out = bodies.left_out();
     let links = Links::add(&attributes, &bodies, &plane, &mut linkage, &mut names)?;
     if linkage.links.len() == 1 {
         return Err(source.whole("no body of the model moves", "import a model with joints"));
@@ -53,12 +52,12 @@ pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
     equality::add(&attributes, &bodies, &links, &plane, &mut linkage, &mut names)?;
     actuators::add(&attributes, &links, &mut linkage, &mut names)?;
     options(&attributes, &xml, &plane, &mut linkage)?;
-    forces(&mut linkage, &mut names);
+    linkage.add_joint_forces(&mut names);
     remarks(&xml, &bodies, &plane, &mut linkage);
     Ok(linkage)
 }
 
-/// The plane across the first hinge; without one, that of the slides.
+/// The plane in which the model moves: across the first hinge, or that of the slides.
 fn plane(bodies: &Bodies) -> Plane {
     let joints = || bodies.all.iter().flat_map(|body| &body.joints);
     let hinge = joints().find(|joint| !joint.is_slide).map(|joint| joint.axis);
@@ -76,8 +75,8 @@ fn plane(bodies: &Bodies) -> Plane {
     Plane::across(hinge.or_else(|| across(&slides)).unwrap_or([0.0, 0.0, 1.0]))
 }
 
-/// Time step and gravity.
-fn options(attributes: &Attributes, xml: &Xml, plane: &Plane, linkage: &mut Linkage) -> Result<(), Error> {
+/// Reads the time step and gravity.
+fn options(attributes: &Attributes, xml: &Xml, plane: &Plane, linkage: &mut ImportedLinkage) -> Result<(), Error> {
     let mut gravity = [0.0, 0.0, -9.81];
     linkage.step = 0.002;
     linkage.end_time = END_TIME;
@@ -88,7 +87,7 @@ fn options(attributes: &Attributes, xml: &Xml, plane: &Plane, linkage: &mut Link
                 return Err(xml.error(
                     option,
                     "timestep",
-                    "this is no time step",
+                    "this is not a time step",
                     "write a positive time of less than 2 s",
                 ));
             }
@@ -113,27 +112,13 @@ fn options(attributes: &Attributes, xml: &Xml, plane: &Plane, linkage: &mut Link
             }
         }
     }
-    let flat = plane.project(gravity);
-    if flat != [0.0; 2] {
-        linkage.loads.insert(0, Load::Gravity(flat));
-    }
-    if !plane.contains(gravity) && gravity != [0.0; 3] {
-        linkage.left_out.push("gravity across the plane, which joints carry".to_owned());
-    }
+    linkage.add_gravity(gravity, plane);
     Ok(())
 }
 
-/// Forces in pins and slides as outputs.
-fn forces(linkage: &mut Linkage, names: &mut Names) {
-    for joint in linkage.joints.iter().filter(|joint| joint.has_force()) {
-        let name = names.unique(&format!("F_{}", joint.name), "force");
-        linkage.outputs.push((name, format!("{{ joint = \"{}\" }}", joint.name)));
-    }
-}
-
-fn remarks(xml: &Xml, bodies: &Bodies, plane: &Plane, linkage: &mut Linkage) {
-    let axis = |vector: Vector| format!("({})", vector.map(shortest).join(", "));
-    linkage.remarks.push(format!("The axes of the plane, in the world: x {}, y {}.", axis(plane.x), axis(plane.y)));
+/// Adds remarks, and notes what the importer does not read.
+fn remarks(xml: &Xml, bodies: &Bodies, plane: &Plane, linkage: &mut ImportedLinkage) {
+    linkage.remarks.push(format!("The axes of the plane, in the world: {}.", plane.axes_text()));
     linkage.remarks.push("Joints and equality constraints are exact here; those of MuJoCo yield.".to_owned());
     linkage.remarks.push("MJCF has no end of the run: 2 s are a choice.".to_owned());
     let flags = xml.section("option").filter(|element| element.name == "flag");
@@ -251,17 +236,17 @@ mod tests {
             (body("<joint type=\"slide\" axis=\"0 1 0\"/>"), "this slide leaves the plane"),
             (body("<joint type=\"ball\"/>"), "a ball joint leaves the plane"),
             (body("<freejoint/>"), "a free joint leaves the plane"),
-            (body("<geom size=\"1e400\"/>"), "no list of finite numbers"),
+            (body("<geom size=\"1e400\"/>"), "not a list of finite numbers"),
             (body("<geom/>"), "this sphere has no size"),
             (body("<inertial mass=\"-1\" pos=\"0 0 0\"/>"), "this mass is negative"),
             (body("<joint axis=\"0 0 0\"/>"), "this axis is zero"),
             (body("<site pos=\"1 2\"/>"), "`pos` has three numbers"),
             (body("<replicate count=\"3\"/>"), "`<replicate>` cannot be read"),
             (model("<body><geom size=\"1\"/></body>", ""), "no body of the model moves"),
-            ("<robot/>".to_owned(), "is no model of MuJoCo"),
+            ("<robot/>".to_owned(), "is not a model of MuJoCo"),
             ("<mujoco><worldbody>".to_owned(), "`<worldbody>` is not closed"),
-            ("<mujoco><a></b></mujoco>".to_owned(), "this is no XML"),
-            (format!("<mujoco>{}", "<body>".repeat(100_000)), "too deep"),
+            ("<mujoco><a></b></mujoco>".to_owned(), "this is not valid XML"),
+            (format!("<mujoco>{}", "<body>".repeat(100_000)), "nested too deeply"),
         ] {
             let error = imported(&text).expect_err("no scene");
             assert!(error.contains(said), "{error}");

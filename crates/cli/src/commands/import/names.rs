@@ -20,12 +20,12 @@ impl Names {
         Self { links: taken.clone(), others: taken }
     }
 
-    /// A new name of a link that is like that of the model.
+    /// Makes a new name of a link from that of the model.
     pub(super) fn link(&mut self, wanted: &str, otherwise: &str) -> String {
         unique(&mut self.links, wanted, otherwise)
     }
 
-    /// A new name of a point, a joint, a load or an output that is like that of the model.
+    /// Makes a new name of a point, a joint, a load or an output from that of the model.
     pub(super) fn unique(&mut self, wanted: &str, otherwise: &str) -> String {
         unique(&mut self.others, wanted, otherwise)
     }
@@ -68,7 +68,7 @@ fn valid(wanted: &str, otherwise: &str) -> String {
     }
 }
 
-/// The name of a scene, from that of a file.
+/// Makes the name of a scene from that of a file.
 pub(super) fn of_scene(stem: &str) -> String {
     let mut name = String::new();
     for c in stem.chars().take(60) {

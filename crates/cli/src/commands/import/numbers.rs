@@ -30,8 +30,8 @@ pub(super) fn factor(value: f64) -> String {
     if text.starts_with('-') { format!("({text})") } else { text }
 }
 
-/// Writes a number with its sign, as a further term of a formula; nothing for zero.
-pub(super) fn further(value: f64) -> String {
+/// Writes a number as a further term of a formula, with its sign. Zero is left out.
+pub(super) fn signed_term(value: f64) -> String {
     match shortest(value).strip_prefix('-') {
         Some(positive) => format!(" - {positive}"),
         None if tidy(value) == 0.0 => String::new(),
@@ -39,14 +39,14 @@ pub(super) fn further(value: f64) -> String {
     }
 }
 
-/// An angle between -pi and pi.
-pub(super) fn within_a_turn(angle: f64) -> f64 {
+/// Removes whole turns: the angle is between -pi and pi.
+pub(super) fn wrap_angle(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     if angle.abs() <= turn / 2.0 { angle } else { angle - turn * (angle / turn).round() }
 }
 
-/// Removes the rounding of a difference of numbers of a size, where at most 10 digits remain.
-pub(super) fn tidy_at(value: f64, size: f64) -> f64 {
+/// Removes the rounding of a difference. `size` is that of its numbers, and at most 10 digits remain.
+pub(super) fn snap_rounding(value: f64, size: f64) -> f64 {
     let rest = 4.0 * f64::EPSILON * size;
     if value.abs() <= rest {
         return 0.0;
@@ -96,17 +96,17 @@ mod tests {
 
     #[test]
     fn differences_lose_their_rounding() {
-        assert_eq!(tidy_at(14.8 - 13.7, 14.8), 1.1);
-        assert_eq!(tidy_at(2.7e-17, 0.4), 0.0);
-        assert_eq!(tidy_at(1.0 / 3.0, 1.0), 1.0 / 3.0);
-        assert_eq!(tidy_at(-0.25, 1.0), -0.25);
+        assert_eq!(snap_rounding(14.8 - 13.7, 14.8), 1.1);
+        assert_eq!(snap_rounding(2.7e-17, 0.4), 0.0);
+        assert_eq!(snap_rounding(1.0 / 3.0, 1.0), 1.0 / 3.0);
+        assert_eq!(snap_rounding(-0.25, 1.0), -0.25);
     }
 
     #[test]
     fn terms_carry_their_sign() {
-        assert_eq!(further(-0.5), " - 0.5");
-        assert_eq!(further(0.0), "");
+        assert_eq!(signed_term(-0.5), " - 0.5");
+        assert_eq!(signed_term(0.0), "");
         assert_eq!(factor(-2.0), "(-2)");
-        assert!((within_a_turn(7.0) - (7.0 - std::f64::consts::TAU)).abs() < 1e-15);
+        assert!((wrap_angle(7.0) - (7.0 - std::f64::consts::TAU)).abs() < 1e-15);
     }
 }

@@ -1,15 +1,17 @@
 //! Vectors in space, and the plane in which a linkage moves.
 
+use super::numbers::shortest;
+
 pub(super) type Vector = [f64; 3];
 /// A matrix by rows: the axes of a frame are its columns.
 pub(super) type Matrix = [[f64; 3]; 3];
 
 pub(super) const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// Axes are parallel or perpendicular within this angle.
+/// Axes count as parallel or perpendicular within this angle.
 const SAME: f64 = 1e-6;
 
-/// A frame: where it is, and its axes.
+/// A frame: its place and its axes.
 #[derive(Clone, Copy)]
 pub(super) struct Frame {
     pub(super) place: Vector,
@@ -20,27 +22,27 @@ impl Frame {
     pub(super) const WORLD: Self = Self { place: [0.0; 3], axes: IDENTITY };
 
     pub(super) fn is_world(&self) -> bool {
-        self.place == [0.0; 3] && (0..3).all(|i| norm(less(self.axes[i], IDENTITY[i])) < SAME)
+        self.place == [0.0; 3] && (0..3).all(|i| norm(subtract(self.axes[i], IDENTITY[i])) < SAME)
     }
 
-    /// A frame that is given in this one.
+    /// Converts a frame that is given in this one into the world.
     pub(super) fn then(&self, inner: &Self) -> Self {
         Self { place: self.point(inner.place), axes: product(&self.axes, &inner.axes) }
     }
 
-    /// A point of this frame.
+    /// Converts a point of this frame into the world.
     pub(super) fn point(&self, at: Vector) -> Vector {
-        add(self.place, times(&self.axes, at))
+        add(self.place, apply(&self.axes, at))
     }
 
-    /// A direction in this frame.
+    /// Converts a direction of this frame into the world.
     pub(super) fn direction(&self, of: Vector) -> Vector {
-        times(&self.axes, of)
+        apply(&self.axes, of)
     }
 
-    /// A direction of the world, in this frame.
+    /// Converts a direction of the world into this frame.
     pub(super) fn back(&self, of: Vector) -> Vector {
-        times(&transposed(&self.axes), of)
+        apply(&transposed(&self.axes), of)
     }
 
     /// One of the axes.
@@ -79,15 +81,21 @@ impl Plane {
         Self { x, y: cross(normal, x), normal }
     }
 
-    /// A vector in the plane.
+    /// The components of a vector along the axes of the plane.
     pub(super) fn project(&self, vector: Vector) -> [f64; 2] {
         [dot(vector, self.x), dot(vector, self.y)]
     }
 
-    /// Whether an axis is perpendicular to the plane: 1 or -1 by its side, or `None`.
-    pub(super) fn side(&self, axis: Vector) -> Option<f64> {
+    /// 1 for an axis along the normal of the plane, -1 for one against it, `None` for one that is not perpendicular.
+    pub(super) fn normal_sign(&self, axis: Vector) -> Option<f64> {
         let along = dot(unit(axis), self.normal);
         (norm(cross(unit(axis), self.normal)) < SAME).then_some(along.signum())
+    }
+
+    /// The axes in space, for a remark.
+    pub(super) fn axes_text(&self) -> String {
+        let [x, y] = [self.x, self.y].map(|axis| axis.map(shortest).join(", "));
+        format!("x ({x}), y ({y})")
     }
 
     /// Whether a direction is in the plane.
@@ -106,7 +114,7 @@ impl Plane {
 }
 
 impl BodyFrame {
-    /// A vector of the body in its frame in the plane.
+    /// The components of a vector of the body along its axes in the plane.
     pub(super) fn project(&self, vector: Vector) -> [f64; 2] {
         [dot(vector, self.x), dot(vector, self.y)]
     }
@@ -118,7 +126,7 @@ impl BodyFrame {
     }
 }
 
-/// Sets components to 0 and 1 that differ from them by rounding.
+/// Sets components to 0 or 1 where they differ only by rounding.
 fn snapped(vector: Vector) -> Vector {
     vector.map(|value| if (value - value.round()).abs() < 1e-12 { value.round() + 0.0 } else { value })
 }
@@ -127,7 +135,7 @@ pub(super) fn add(a: Vector, b: Vector) -> Vector {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-pub(super) fn less(a: Vector, b: Vector) -> Vector {
+pub(super) fn subtract(a: Vector, b: Vector) -> Vector {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
@@ -157,7 +165,7 @@ pub(super) fn unit(a: Vector) -> Vector {
     scaled(a, 1.0 / norm(a))
 }
 
-pub(super) fn times(matrix: &Matrix, vector: Vector) -> Vector {
+pub(super) fn apply(matrix: &Matrix, vector: Vector) -> Vector {
     [dot(matrix[0], vector), dot(matrix[1], vector), dot(matrix[2], vector)]
 }
 

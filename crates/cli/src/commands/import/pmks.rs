@@ -4,7 +4,8 @@ mod line;
 mod teeth;
 mod text;
 
-use super::linkage::{End, Joint, Kind, Link, Linkage};
+use super::independent_coordinates::IndependentCoordinates;
+use super::linkage::{End, ImportedLinkage, Joint, Kind, Link};
 use super::names::Names;
 use super::source::Source;
 use crate::error::Error;
@@ -15,16 +16,16 @@ use text::{mechanism, setting};
 const DEFAULT_SPEED: f64 = 10.0;
 
 /// The largest number of joints of a scene.
-const MOST_JOINTS: usize = 1000;
+const MAX_JOINTS: usize = 1000;
 
 /// Whether a text looks like a mechanism of PMKS.
-pub(super) fn is_of(text: &str) -> bool {
+pub(super) fn recognizes(text: &str) -> bool {
     let lines = text.split(['\n', '|']).filter(|line| !line.trim().is_empty());
     text.contains("mech=") || lines.take(20).any(|line| kind_at(&words(line, 0)).is_some_and(|at| at > 0))
 }
 
 /// Reads the first mechanism of a text.
-pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
+pub(super) fn read(source: &Source) -> Result<ImportedLinkage, Error> {
     let (text, offset) = mechanism(&source.text);
     let mut lines = Vec::new();
     let mut at = offset;
@@ -34,22 +35,22 @@ pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
         }
         at += line.len() + 1;
     }
-    if lines.len() > MOST_JOINTS {
-        let title = format!("it has {} joints, and a scene at most {MOST_JOINTS}", lines.len());
+    if lines.len() > MAX_JOINTS {
+        let title = format!("it has {} joints, and a scene at most {MAX_JOINTS}", lines.len());
         return Err(source.whole(&title, "split the mechanism"));
     }
     if lines.is_empty() {
         return Err(source.whole("it has no joint", "write one joint a line, as `ground crank R 0 0`"));
     }
     let mut reader =
-        Reader { source, linkage: Linkage::new("a mechanism of PMKS"), names: Names::new(), links: vec![] };
+        Reader { source, linkage: ImportedLinkage::new("a mechanism of PMKS"), names: Names::new(), links: vec![] };
     reader.read(&lines)?;
     Ok(reader.linkage)
 }
 
 struct Reader<'s> {
     source: &'s Source,
-    linkage: Linkage,
+    linkage: ImportedLinkage,
     names: Names,
     /// The names of the links in the file; the ground is the first.
     links: Vec<String>,
@@ -81,14 +82,14 @@ impl Reader<'_> {
         self.check_freedom()
     }
 
-    /// The number of a link, which is new where its name is.
+    /// The number of a link. A link with a new name is added.
     fn link(&mut self, name: &str, place: [f64; 2]) -> usize {
         if let Some(known) = self.known(name) {
             return known;
         }
         self.links.push(name.to_owned());
         let name = self.names.link(name, "link");
-        self.linkage.links.push(Link { name, place, angle: 0.0, points: Vec::new(), mass: None, rate: 0.0 });
+        self.linkage.links.push(Link::new(name, place, 0.0));
         self.links.len() - 1
     }
 
@@ -96,7 +97,7 @@ impl Reader<'_> {
         End { link, at: self.linkage.local(link, place) }
     }
 
-    /// A joint of two or more links.
+    /// Adds a joint of two or more links.
     fn joint(&mut self, lines: &[Line], line: &Line, is_input: bool) -> Result<(), Error> {
         let links: Vec<usize> = line.links.iter().map(|(name, _)| self.link(name, line.place)).collect();
         let refuse = |title: &str, label: &str, help: &str| self.source.error(title, line.span.clone(), label, help);
@@ -139,15 +140,15 @@ impl Reader<'_> {
         };
         let name = self.joint_name();
         let drive = is_input.then(|| "speed*t".to_owned());
-        self.linkage.joints.push(Joint { title: name.clone(), name, kind, ends, drive });
+        self.linkage.joints.push(Joint { model_name: name.clone(), name, kind, ends, drive });
         if line.kind == "RP" && links.len() > 2 {
             let ends = links[1..].iter().map(|link| self.end(*link, line.place)).collect();
             let name = self.joint_name();
-            self.linkage.joints.push(Joint { title: name.clone(), name, kind: Kind::Pin, ends, drive: None });
+            self.linkage.joints.push(Joint { model_name: name.clone(), name, kind: Kind::Pin, ends, drive: None });
         }
         if line.is_traced && kind == Kind::Pin && !links.contains(&0) {
             let point = self.linkage.joints.last().map(|joint| joint.name.clone()).unwrap_or_default();
-            self.trace(&point);
+            self.linkage.trace_point(&point, &mut self.names);
         }
         Ok(())
     }
@@ -171,38 +172,30 @@ impl Reader<'_> {
         }
     }
 
-    /// A point of one link, whose path is shown.
+    /// Adds a point of one link, and its coordinates as outputs.
     fn tracer(&mut self, line: &Line) {
         let Some(link) = line.links.first().map(|(name, _)| self.link(name, line.place)) else { return };
         let name = self.names.unique(&format!("P{}", self.linkage.outputs.len() / 2 + 1), "point");
         let at = self.linkage.local(link, line.place);
         self.linkage.links[link].points.push((name.clone(), at));
         if link > 0 {
-            self.trace(&name);
+            self.linkage.trace_point(&name, &mut self.names);
         }
     }
 
-    /// The place of a point as outputs.
-    fn trace(&mut self, point: &str) {
-        for axis in ["x", "y"] {
-            let name = self.names.unique(&format!("{axis}_{point}"), "place");
-            self.linkage.outputs.push((name, format!("{{ value = '{point}.{axis}', unit = \"m\" }}")));
-        }
-    }
-
-    /// Refuses links that the input does not lead: without masses, nothing moves them.
+    /// Refuses links whose motion the input does not determine: without masses, nothing moves them.
     fn check_freedom(&self) -> Result<(), Error> {
-        let given = super::freedom::given(&self.linkage);
-        let ends = given.joints.iter().map(|joint| self.linkage.joints[*joint].ends[0].link);
-        let free: Vec<&str> = given.links.into_iter().chain(ends).map(|link| self.links[link].as_str()).collect();
+        let independent = IndependentCoordinates::choose(&self.linkage);
+        let ends = independent.joints.iter().map(|joint| self.linkage.joints[*joint].ends[0].link);
+        let free: Vec<&str> = independent.links.into_iter().chain(ends).map(|link| self.links[link].as_str()).collect();
         if free.is_empty() {
             return Ok(());
         }
-        let title = format!("its input does not lead all links: `{}` can still move", free.join("`, `"));
+        let title = format!("the input does not determine the motion of: `{}`", free.join("`, `"));
         Err(self.source.whole(&title, "add the joints that are missing: PMKS has one input, and no masses"))
     }
 
-    /// The speed of the input, the time of a turn, and remarks.
+    /// Adds the speed of the input, the time of a turn, and remarks.
     fn finish(&mut self, input: Option<&Line>) {
         let speed = setting(&self.source.text, 's').unwrap_or(DEFAULT_SPEED);
         let speed = if speed == 0.0 { DEFAULT_SPEED } else { speed };
@@ -232,82 +225,4 @@ impl Reader<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::imported;
-
-    fn lines(text: &str, begin: &str) -> Vec<String> {
-        let scene = imported(text).expect("a scene");
-        let line = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
-        scene.lines().map(line).filter(|line| line.starts_with(begin)).collect()
-    }
-
-    #[test]
-    fn a_four_bar_is_links_and_pins() {
-        let scene =
-            imported("ground, input,R,0,0\ninput coupler,R,0,8\ncoupler,output ,R,19,22\nground, output,R,21,2\n");
-        let scene = scene.expect("a scene");
-        let shown = "\
-[parameters]
-speed = { value = 10, unit = \"rpm\", doc = \"speed of the input\" }
-[links]
-ground  = { points = { A = [0, 0], D = [21, 2] } }
-input   = { points = { A = [0, 0], B = [0, 8] } }
-coupler = { points = { B = [0, 0], C = [19, 14] }, angle = 0 }
-output  = { points = { C = [0, 0], D = [2, -20] }, angle = 0 }
-[joints]
-A = { revolute = [\"input\", \"ground\"], drive = 'speed*t' }
-B = { revolute = [\"input\", \"coupler\"] }
-C = { revolute = [\"coupler\", \"output\"] }
-D = { revolute = [\"output\", \"ground\"] }
-";
-        assert!(scene.ends_with(shown), "{scene}");
-        assert!(scene.contains("run = { step = 0.006, end_time = 6 }"), "{scene}");
-    }
-
-    #[test]
-    fn a_link_has_its_speed_and_its_input() {
-        let text = "http://x/pmks.html?set=s-20|f5&mech=ground%20crank%20R%200%200%200%20ffff|\
-                    crank,rod,R,1,0,0,ffff|rod ground RP 2 0 45 ffff|crank R 1 1 0 tfff|rod ground2 P 5 5 30 ffft|";
-        assert_eq!(
-            lines(text, "speed"),
-            ["speed = { value = -20, unit = \"m/s\", doc = \"speed of the input slider\" }"]
-        );
-        let joints = ["A = { revolute = [\"crank\", \"ground\"] }", "B = { revolute = [\"crank\", \"rod\"] }"];
-        assert_eq!([lines(text, "A ="), lines(text, "B =")].concat(), joints);
-        // The slot is on the first link, the pin on the second one.
-        let slot = "C = { pin_in_slot = [\"ground\", \"rod.C_line\"], direction = 0.7853981633974483, start = 0 }";
-        assert_eq!(lines(text, "C ="), [slot]);
-        let slider =
-            "D = { prismatic = [\"rod\", \"ground.D_line\"], direction = 0.5235987755982988, drive = 'speed*t' }";
-        assert_eq!(lines(text, "D ="), [slider]);
-        assert_eq!(lines(text, "x_P1"), ["x_P1 = { value = 'P1.x', unit = \"m\" }"]);
-    }
-
-    #[test]
-    fn teeth_become_gears_and_racks() {
-        let outside = "ground a R 0 0\na b G 4 0\nb ground R 10 0";
-        assert_eq!(lines(outside, "teeth"), ["teeth = { gear = [\"a\", \"b\"], ratio = -1.5 }"]);
-        let inside = "ground a R 0 0\na b G 12 0\nb ground R 9 0";
-        assert_eq!(lines(inside, "teeth"), ["teeth = { gear = [\"a\", \"b\"], ratio = 0.25 }"]);
-        let rack = "ground a R 0 2\na b G 0 0\nground b P 5 0 0";
-        assert_eq!(lines(rack, "teeth"), ["teeth = { rack = [\"a\", \"b.teeth_line\"], radius = 2 }"]);
-    }
-
-    #[test]
-    fn errors_name_their_place() {
-        let error = |text: &str| imported(text).expect_err("no scene");
-        for (text, said) in [
-            ("ground a R 1e400 0", "model:1:12"),
-            ("ground a R 0", "this joint has no place"),
-            ("ground a R 0 0\nx 1 2", "model:2:1"),
-            ("ground a R 0 0\na b R 1 0\nb c R 2 0", "its input does not lead all links: `b`, `c` can still move"),
-            ("ground a R 0 0\na b G 1 0", "these teeth have no carrier"),
-            ("a b R 0 0", "no joint is on the ground"),
-            ("ground a RP 0 0 0 ffft", "cannot be the input"),
-            ("ground a b P 0 0 0", "too many links"),
-            ("ground a a R 0 0 0", "names a link twice"),
-        ] {
-            assert!(error(text).contains(said), "{}", error(text));
-        }
-    }
-}
+mod tests;

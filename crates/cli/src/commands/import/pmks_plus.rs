@@ -2,20 +2,19 @@
 
 mod payload;
 
-use super::linkage::{End, Joint, Kind, Link, Linkage, Load, Mass, Parameter};
+use super::linkage::{End, ImportedLinkage, Joint, Kind, Link, Load, Mass, Parameter};
 use super::names::Names;
-use super::numbers::{pair, shortest};
 use super::source::Source;
 use crate::error::Error;
-use payload::{Force, Payload, Pivot, Rod};
+use payload::{Force, Payload};
 
-pub(super) use payload::is_of;
+pub(super) use payload::recognizes;
 
-/// Reads the mechanism of a link.
-pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
+/// Reads the mechanism that a shared link contains.
+pub(super) fn read(source: &Source) -> Result<ImportedLinkage, Error> {
     let payload = Payload::read(source)?;
     let mut reader =
-        Reader { source, linkage: Linkage::new("a mechanism of PMKS+"), names: Names::new(), links: vec![] };
+        Reader { source, linkage: ImportedLinkage::new("a mechanism of PMKS+"), names: Names::new(), links: vec![] };
     reader.names.unique("speed", "speed");
     reader.read(&payload)?;
     Ok(reader.linkage)
@@ -23,57 +22,58 @@ pub(super) fn read(source: &Source) -> Result<Linkage, Error> {
 
 struct Reader<'s> {
     source: &'s Source,
-    linkage: Linkage,
+    linkage: ImportedLinkage,
     names: Names,
-    /// The identifiers of the links; the ground has none.
+    /// The identifiers of the links of the mechanism. That of the ground is empty.
     links: Vec<String>,
 }
 
 impl Reader<'_> {
     fn read(&mut self, payload: &Payload) -> Result<(), Error> {
         self.links.push(String::new());
-        for rod in payload.rods.iter().filter(|rod| rod.is_root) {
-            self.link(payload, rod);
+        for record in payload.links.iter().filter(|link| link.is_root) {
+            self.link(payload, record);
         }
         let mut drives = Vec::new();
-        for pivot in &payload.pivots {
-            if pivot.is_slider {
-                self.slider(payload, pivot, &mut drives)?;
+        for record in &payload.joints {
+            if record.is_slider {
+                self.slider(payload, record, &mut drives)?;
             } else {
-                self.pin(payload, pivot, &mut drives);
+                self.pin(payload, record, &mut drives);
             }
         }
         if !self.linkage.joints.iter().any(|joint| joint.ends.iter().any(|end| end.link == 0)) {
             return Err(self.source.whole("no joint is on the ground", "ground a joint in PMKS+"));
         }
-        self.linkage.with_free_links(&mut self.names);
+        self.linkage.connect_free_links(&mut self.names);
         self.forces(payload)?;
         self.finish(payload, &drives);
         Ok(())
     }
 
-    /// A link with its mass, its frame at its first joint.
-    fn link(&mut self, payload: &Payload, rod: &Rod) {
-        let first = rod.joints.iter().find_map(|id| payload.pivot(id));
-        let place = first.map_or([0.0; 2], |pivot| pivot.place);
-        let name = self.names.link(&rod.name, "link");
-        let com = if rod.is_block { [0.0; 2] } else { [rod.com[0] - place[0], rod.com[1] - place[1]] };
-        let inertia = if rod.is_block { 0.0 } else { rod.inertia };
-        let mass = (rod.mass > 0.0 || inertia > 0.0).then_some(Mass { mass: rod.mass, com, inertia });
-        self.links.push(rod.id.clone());
-        self.linkage.links.push(Link { name, place, angle: 0.0, points: Vec::new(), mass, rate: 0.0 });
+    /// Adds a link with its mass. Its frame is at its first joint.
+    fn link(&mut self, payload: &Payload, record: &payload::Link) {
+        let first = record.joints.iter().find_map(|id| payload.joint(id));
+        let place = first.map_or([0.0; 2], |joint| joint.place);
+        let name = self.names.link(&record.name, "link");
+        let com = if record.is_block { [0.0; 2] } else { [record.com[0] - place[0], record.com[1] - place[1]] };
+        let inertia = if record.is_block { 0.0 } else { record.inertia };
+        let mass = (record.mass > 0.0 || inertia > 0.0).then_some(Mass { mass: record.mass, com, inertia });
+        self.links.push(record.id.clone());
+        self.linkage.links.push(Link { mass, ..Link::new(name, place, 0.0) });
     }
 
     /// The links that have a joint.
     fn holders(&self, payload: &Payload, id: &str) -> Vec<usize> {
-        let has = |link: &&Rod| link.is_root && link.joints.iter().any(|joint| joint == id);
-        payload.rods.iter().filter(has).filter_map(|rod| self.number(payload, &rod.id)).collect()
+        let has = |link: &&payload::Link| link.is_root && link.joints.iter().any(|joint| joint == id);
+        payload.links.iter().filter(has).filter_map(|link| self.number(payload, &link.id)).collect()
     }
 
-    /// The number of a link. A part of a welded link belongs to that.
+    /// The number of a link. A part of a welded link has the number of the welded link.
     fn number(&self, payload: &Payload, id: &str) -> Option<usize> {
         self.links.iter().position(|own| own == id).filter(|number| *number > 0).or_else(|| {
-            let whole = payload.rods.iter().find(|rod| rod.is_root && rod.parts.iter().any(|part| part == id))?;
+            let whole =
+                payload.links.iter().find(|whole| whole.is_root && whole.parts.iter().any(|part| part == id))?;
             self.links.iter().position(|own| *own == whole.id)
         })
     }
@@ -82,42 +82,47 @@ impl Reader<'_> {
         End { link, at: self.linkage.local(link, place) }
     }
 
-    /// A pin of links, and of the ground.
-    fn pin(&mut self, payload: &Payload, pivot: &Pivot, drives: &mut Vec<f64>) {
-        let mut links = self.holders(payload, &pivot.id);
+    /// Adds a pin of links, or a point of one link.
+    fn pin(&mut self, payload: &Payload, record: &payload::Joint, drives: &mut Vec<Option<f64>>) {
+        let mut links = self.holders(payload, &record.id);
         // The pin of a block that is welded to it holds the angle too.
-        let is_block = |link: &usize| payload.rods.iter().any(|rod| rod.is_block && rod.id == self.links[*link]);
-        let is_held = pivot.is_welded && links.iter().any(is_block);
-        if pivot.is_grounded && !links.iter().any(is_block) {
+        let is_block = |link: &usize| payload.links.iter().any(|other| other.is_block && other.id == self.links[*link]);
+        let is_held = record.is_welded && links.iter().any(is_block);
+        if record.is_grounded && !links.iter().any(is_block) {
             links.push(0);
         }
-        let name = self.names.unique(&pivot.name, "joint");
+        let name = self.names.unique(&record.name, "joint");
         if links.len() < 2 {
             if let Some(&link) = links.first().filter(|link| **link > 0) {
-                let at = self.linkage.local(link, pivot.place);
+                let at = self.linkage.local(link, record.place);
                 self.linkage.links[link].points.push((name.clone(), at));
-                self.trace(pivot, &name);
+                self.trace(record, &name);
             }
             return;
         }
-        let ends = links.iter().map(|link| self.end(*link, pivot.place)).collect();
+        let ends = links.iter().map(|link| self.end(*link, record.place)).collect();
         let kind = if is_held { Kind::Weld { rotation: 0.0 } } else { Kind::Pin };
-        let drive = (pivot.is_input && !is_held).then(|| self.drive(pivot, false, drives));
-        self.linkage.joints.push(Joint { title: name.clone(), name: name.clone(), kind, ends, drive });
+        let drive = (record.is_input && !is_held).then(|| self.drive(record, false, drives));
+        self.linkage.joints.push(Joint { model_name: name.clone(), name: name.clone(), kind, ends, drive });
         if !links.contains(&0) {
-            self.trace(pivot, &name);
+            self.trace(record, &name);
         }
     }
 
-    /// A slider on the ground, or on a line of a link.
-    fn slider(&mut self, payload: &Payload, pivot: &Pivot, drives: &mut Vec<f64>) -> Result<(), Error> {
-        let refuse = |title: &str| self.source.error(title, pivot.span.clone(), "", "draw this slider again in PMKS+");
-        let links = self.holders(payload, &pivot.id);
-        let (line, direction) = match &pivot.slot {
-            None => (0, pivot.angle),
+    /// Adds a slider on the ground, or on a line of a link.
+    fn slider(
+        &mut self,
+        payload: &Payload,
+        record: &payload::Joint,
+        drives: &mut Vec<Option<f64>>,
+    ) -> Result<(), Error> {
+        let refuse = |title: &str| self.source.error(title, record.span.clone(), "", "draw this slider again in PMKS+");
+        let links = self.holders(payload, &record.id);
+        let (line, direction) = match &record.slot {
+            None => (0, record.angle),
             Some([carrier, a, b]) => {
                 let (Some(line), Some(a), Some(b)) =
-                    (self.number(payload, carrier), payload.pivot(a), payload.pivot(b))
+                    (self.number(payload, carrier), payload.joint(a), payload.joint(b))
                 else {
                     return Err(refuse("the slot of this slider is not known"));
                 };
@@ -127,40 +132,39 @@ impl Reader<'_> {
         let Some(&first) = links.iter().find(|link| **link != line) else {
             return Err(refuse("this slider has no link that slides"));
         };
-        let is_block = payload.rods.iter().any(|rod| rod.is_block && rod.id == self.links[first]);
-        let kind = if is_block || pivot.is_welded {
+        let is_block = payload.links.iter().any(|other| other.is_block && other.id == self.links[first]);
+        let kind = if is_block || record.is_welded {
             Kind::Slider { direction, rotation: 0.0 }
         } else {
             Kind::Slot { direction }
         };
-        let ends = vec![self.end(first, pivot.place), self.end(line, pivot.place)];
-        let name = self.names.unique(&pivot.name, "joint");
-        let drive = pivot.is_input.then(|| self.drive(pivot, true, drives));
-        self.linkage.joints.push(Joint { title: name.clone(), name, kind, ends, drive });
+        let ends = vec![self.end(first, record.place), self.end(line, record.place)];
+        let name = self.names.unique(&record.name, "joint");
+        let drive = record.is_input.then(|| self.drive(record, true, drives));
+        self.linkage.joints.push(Joint { model_name: name.clone(), name, kind, ends, drive });
         let others: Vec<usize> = links.into_iter().filter(|link| *link != line).collect();
         if others.len() > 1 {
-            let name = self.names.unique(&format!("{}_pin", pivot.name), "joint");
-            let ends = others.iter().map(|link| self.end(*link, pivot.place)).collect();
-            self.linkage.joints.push(Joint { title: name.clone(), name, kind: Kind::Pin, ends, drive: None });
+            let name = self.names.unique(&format!("{}_pin", record.name), "joint");
+            let ends = others.iter().map(|link| self.end(*link, record.place)).collect();
+            self.linkage.joints.push(Joint { model_name: name.clone(), name, kind: Kind::Pin, ends, drive: None });
         }
         Ok(())
     }
 
-    /// The drive of a joint, whose speed is a parameter.
-    fn drive(&mut self, pivot: &Pivot, is_slider: bool, drives: &mut Vec<f64>) -> String {
-        drives.push(if is_slider { -1.0 } else { pivot.speed });
+    /// The formula of the drive of a joint. Its speed is a parameter, and that of a pin is noted in `drives`.
+    fn drive(&mut self, record: &payload::Joint, is_slider: bool, drives: &mut Vec<Option<f64>>) -> String {
+        drives.push((!is_slider).then_some(record.speed));
         let name = if drives.len() == 1 { "speed".to_owned() } else { self.names.unique("speed", "speed") };
         let (unit, what) = if is_slider { ("m/s", "slider") } else { ("rpm", "pin") };
-        let doc = format!("speed of the {what} {}", pivot.name);
-        self.linkage.parameters.push(Parameter { name: name.clone(), value: pivot.speed, unit, doc });
+        let doc = format!("speed of the {what} {}", record.name);
+        self.linkage.parameters.push(Parameter { name: name.clone(), value: record.speed, unit, doc });
         format!("{name}*t")
     }
 
-    /// The place of a joint as outputs, where PMKS+ shows its path.
-    fn trace(&mut self, pivot: &Pivot, point: &str) {
-        for axis in ["x", "y"].into_iter().filter(|_| pivot.is_traced) {
-            let name = self.names.unique(&format!("{axis}_{point}"), "place");
-            self.linkage.outputs.push((name, format!("{{ value = '{point}.{axis}', unit = \"m\" }}")));
+    /// Adds the coordinates of a joint as outputs, if PMKS+ shows its path.
+    fn trace(&mut self, record: &payload::Joint, point: &str) {
+        if record.is_traced {
+            self.linkage.trace_point(point, &mut self.names);
         }
     }
 
@@ -173,36 +177,30 @@ impl Reader<'_> {
             let point = self.names.unique(&format!("{name}_point"), "point");
             let local = self.linkage.local(number, *at);
             self.linkage.links[number].points.push((point.clone(), local));
-            let force = if *is_local {
-                let size = shortest(components[0].hypot(components[1]));
-                let angle = self.linkage.turn(number, 0, components[1].atan2(components[0]));
-                format!("['{size}*cos({angle})', '{size}*sin({angle})']")
-            } else {
-                pair(*components)
-            };
-            let at = format!("{}.{point}", self.linkage.links[number].name);
-            self.linkage.loads.push(Load::Force { name: self.names.unique(name, "force"), force, at });
+            // The frames of all links have the axes of the ground at the start.
+            let link = &self.linkage.links[number].name;
+            let (at, frame) = (format!("{link}.{point}"), is_local.then(|| link.clone()));
+            let name = self.names.unique(name, "force");
+            self.linkage.loads.push(Load::Force { name, force: *components, at, frame });
         }
         Ok(())
     }
 
-    /// Gravity, the run and remarks.
-    fn finish(&mut self, payload: &Payload, drives: &[f64]) {
+    /// Adds gravity, the run, remarks and outputs.
+    fn finish(&mut self, payload: &Payload, drives: &[Option<f64>]) {
         let linkage = &mut self.linkage;
         if payload.has_gravity {
             linkage.loads.insert(0, Load::Gravity([0.0, -9.81]));
         }
-        let speed = drives.iter().copied().find(|speed| *speed > 0.0 || *speed < -1.0);
+        let speed = drives.iter().flatten().find(|speed| **speed != 0.0);
         linkage.end_time = speed.map_or(1.0, |speed| 60.0 / speed.abs());
         linkage.step = linkage.end_time / 1000.0;
         linkage.remarks.push(format!("PMKS+ has {} here; numbers of the scene are in SI units.", payload.units));
-        for joint in linkage.joints.iter().filter(|joint| joint.has_force() && payload.has_masses()) {
-            let name = self.names.unique(&format!("F_{}", joint.name), "force");
-            linkage.outputs.push((name, format!("{{ joint = \"{}\" }}", joint.name)));
-        }
-        for joint in linkage.joints.iter().filter(|joint| joint.drive.is_some()) {
-            let name = self.names.unique(&format!("T_{}", joint.name), "drive");
-            linkage.outputs.push((name, format!("{{ drive = \"{}\" }}", joint.name)));
+        linkage.add_joint_forces(&mut self.names);
+        for joint in 0..linkage.joints.len() {
+            if linkage.joints[joint].drive.is_some() {
+                linkage.add_drive_force(joint, &mut self.names);
+            }
         }
     }
 }
@@ -239,6 +237,20 @@ gravity = { gravity = [0, -9.81] }
 F1      = { force = [0, -1], at = \"Connecting_rod.F1_point\" }
 ";
         assert!(scene.contains(shown), "{scene}");
+    }
+
+    #[test]
+    fn forces_that_turn_with_their_link_are_in_its_frame() {
+        let scene = imported(&LINK.replace("..2F1,BC", "..3F1,BC")).expect("a scene");
+        let force = "F1      = { force = [0, -1], at = \"Connecting_rod.F1_point\", frame = \"Connecting_rod\" }";
+        assert!(scene.contains(force), "{scene}");
+    }
+
+    #[test]
+    fn a_turn_of_the_slowest_input_ends_the_run() {
+        // The speed is 0.5 turns a minute, in the sense of clocks.
+        let scene = imported(&LINK.replace("A,0,0,0.GB", "A,0,0,0,,,,07q.GB")).expect("a scene");
+        assert!(scene.contains("speed = { value = -0.5,") && scene.contains("end_time = 120 }"), "{scene}");
     }
 
     #[test]

@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use super::freedom::{Given, given};
-use super::linkage::{Joint, Kind, Linkage, Load, turned};
-use super::numbers::{pair, shortest, tidy_at, within_a_turn};
+use super::independent_coordinates::{IndependentCoordinates, slider_rate};
+use super::linkage::{ImportedLinkage, Joint, Kind, Load, rotated};
+use super::numbers::{pair, shortest, snap_rounding, wrap_angle};
 
 /// Writes a linkage as a scene.
-pub(super) fn scene_text(linkage: &Linkage, name: &str, file: &str) -> String {
-    let given = given(linkage);
+pub(super) fn scene_text(linkage: &ImportedLinkage, name: &str, file: &str) -> String {
+    let independent = IndependentCoordinates::choose(linkage);
     let mut text = head(linkage, name, file);
     section(
         &mut text,
@@ -24,13 +24,14 @@ pub(super) fn scene_text(linkage: &Linkage, name: &str, file: &str) -> String {
     section(
         &mut text,
         "links",
-        (0..linkage.links.len()).map(|link| (linkage.links[link].name.clone(), link_entry(linkage, link, &given))),
+        (0..linkage.links.len())
+            .map(|link| (linkage.links[link].name.clone(), link_entry(linkage, link, &independent))),
     );
     section(
         &mut text,
         "joints",
         (0..linkage.joints.len())
-            .map(|joint| (linkage.joints[joint].name.clone(), joint_entry(linkage, joint, &given))),
+            .map(|joint| (linkage.joints[joint].name.clone(), joint_entry(linkage, joint, &independent))),
     );
     section(
         &mut text,
@@ -48,15 +49,18 @@ pub(super) fn scene_text(linkage: &Linkage, name: &str, file: &str) -> String {
         linkage.loads.iter().map(|load| match load {
             Load::Gravity(gravity) => ("gravity".to_owned(), format!("{{ gravity = {} }}", pair(*gravity))),
             Load::Along { name, along, keys } => (name.clone(), format!("{{ along = '{along}', {keys} }}")),
-            Load::Force { name, force, at } => (name.clone(), format!("{{ force = {force}, at = \"{at}\" }}")),
+            Load::Force { name, force, at, frame } => {
+                let frame = frame.as_ref().map_or(String::new(), |link| format!(", frame = \"{link}\""));
+                (name.clone(), format!("{{ force = {}, at = \"{at}\"{frame} }}", pair(*force)))
+            }
         }),
     );
     section(&mut text, "outputs", linkage.outputs.iter().cloned());
     text
 }
 
-/// The comments, the name and the run.
-fn head(linkage: &Linkage, name: &str, file: &str) -> String {
+/// Writes the comments, the name and the run.
+fn head(linkage: &ImportedLinkage, name: &str, file: &str) -> String {
     let mut text = String::new();
     comment(&mut text, "# ", &format!("Imported from {file}, {}.", linkage.format));
     for remark in &linkage.remarks {
@@ -96,7 +100,7 @@ fn comment(text: &mut String, begin: &str, content: &str) {
     text.push('\n');
 }
 
-/// Writes a section, unless it is empty, its equals signs below each other.
+/// Writes a section with its equals signs below each other. An empty section is left out.
 fn section(text: &mut String, name: &str, entries: impl Iterator<Item = (String, String)>) {
     let entries: Vec<_> = entries.collect();
     let width = entries.iter().map(|(key, _)| key.len()).max().unwrap_or(0);
@@ -108,21 +112,21 @@ fn section(text: &mut String, name: &str, entries: impl Iterator<Item = (String,
     }
 }
 
-/// A text in quotes.
+/// Puts a text in quotes.
 fn quoted(text: &str) -> String {
     let escaped: String = text.chars().filter(|c| !c.is_control()).collect();
     format!("\"{}\"", escaped.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
-/// A link: its points, its mass, its angle at the start.
-fn link_entry(linkage: &Linkage, link: usize, given: &Given) -> String {
+/// Writes a link: its points, its mass, its angle at the start.
+fn link_entry(linkage: &ImportedLinkage, link: usize, independent: &IndependentCoordinates) -> String {
     let own = &linkage.links[link];
     let mut points: Vec<(String, [f64; 2])> = Vec::new();
     for joint in &linkage.joints {
         if matches!(joint.kind, Kind::Gear { .. }) {
             continue;
         }
-        let names = Linkage::points(joint);
+        let names = ImportedLinkage::points(joint);
         for (i, end) in joint.ends.iter().enumerate().filter(|(_, end)| end.link == link) {
             let name = &names[usize::from(i == 1)];
             if !points.iter().any(|(other, _)| other == name) {
@@ -148,16 +152,16 @@ fn link_entry(linkage: &Linkage, link: usize, given: &Given) -> String {
     }
     let is_owner = link > 0 && linkage.angles()[link].0 == link;
     if is_owner && !is_driven_against_ground(linkage, link) {
-        keys.push(format!("angle = {}", shortest(within_a_turn(own.angle))));
+        keys.push(format!("angle = {}", shortest(wrap_angle(own.angle))));
     }
-    if given.links.contains(&link) {
+    if independent.links.contains(&link) {
         keys.push(format!("rate = {}", shortest(own.rate)));
     }
     format!("{{ {} }}", keys.join(", "))
 }
 
 /// Whether a drive in a pin on the ground gives the angle of a link.
-fn is_driven_against_ground(linkage: &Linkage, link: usize) -> bool {
+fn is_driven_against_ground(linkage: &ImportedLinkage, link: usize) -> bool {
     linkage.joints.iter().any(|joint| {
         let other = |end: usize| joint.ends[end].link;
         joint.drive.is_some()
@@ -167,10 +171,10 @@ fn is_driven_against_ground(linkage: &Linkage, link: usize) -> bool {
     })
 }
 
-/// A joint: its kind, its links, its drive.
-fn joint_entry(linkage: &Linkage, joint: usize, given: &Given) -> String {
+/// Writes a joint: its kind, its links, its drive.
+fn joint_entry(linkage: &ImportedLinkage, joint: usize, independent: &IndependentCoordinates) -> String {
     let own = &linkage.joints[joint];
-    let names = Linkage::points(own);
+    let names = ImportedLinkage::points(own);
     let place = |(i, link): (usize, &str)| {
         let point = &names[usize::from(i == 1)];
         // A point that has the name of the joint is the one that is meant.
@@ -179,7 +183,7 @@ fn joint_entry(linkage: &Linkage, joint: usize, given: &Given) -> String {
     let links: Vec<&str> = own.ends.iter().map(|end| linkage.links[end.link].name.as_str()).collect();
     let places: Vec<String> = links.iter().copied().enumerate().map(place).collect();
     let places = places.join(", ");
-    let angle = |key: &str, value: f64| match shortest(within_a_turn(value)) {
+    let angle = |key: &str, value: f64| match shortest(wrap_angle(value)) {
         zero if zero == "0" => String::new(),
         number => format!(", {key} = {number}"),
     };
@@ -204,17 +208,17 @@ fn joint_entry(linkage: &Linkage, joint: usize, given: &Given) -> String {
         let _ = write!(entry, ", drive = '{drive}'");
     } else if let Kind::Slider { direction, .. } | Kind::Slot { direction } = own.kind {
         let _ = write!(entry, ", start = {}", shortest(start(linkage, own, direction)));
-        if given.joints.contains(&joint) {
-            entry.push_str(", rate = 0");
+        if independent.joints.contains(&joint) {
+            let _ = write!(entry, ", rate = {}", shortest(slider_rate(linkage, joint)));
         }
     }
     format!("{{ {entry} }}")
 }
 
 /// The place of the point of a slider along its line at the start.
-fn start(linkage: &Linkage, joint: &Joint, direction: f64) -> f64 {
+fn start(linkage: &ImportedLinkage, joint: &Joint, direction: f64) -> f64 {
     let [first, second] = [joint.ends[0], joint.ends[1]].map(|end| linkage.place(end));
-    let axis = turned([1.0, 0.0], linkage.links[joint.ends[1].link].angle + direction);
+    let axis = rotated([1.0, 0.0], linkage.links[joint.ends[1].link].angle + direction);
     let size = first.iter().chain(&second).fold(0.0, |most: f64, value| most.max(value.abs()));
-    tidy_at((first[0] - second[0]) * axis[0] + (first[1] - second[1]) * axis[1], 4.0 * size)
+    snap_rounding((first[0] - second[0]) * axis[0] + (first[1] - second[1]) * axis[1], 4.0 * size)
 }

@@ -15,7 +15,7 @@ pub(super) struct Source {
 }
 
 /// The largest size of a model. Models that hold results have some megabytes.
-const MOST_BYTES: u64 = 32_000_000;
+const MAX_BYTES: u64 = 32_000_000;
 
 /// The longest line that an error shows.
 const LONGEST_LINE: usize = 400;
@@ -23,8 +23,8 @@ const LONGEST_LINE: usize = 400;
 impl Source {
     /// Reads a file, which must be UTF-8.
     pub(super) fn read(path: &Path) -> Result<Self, Error> {
-        let bytes = read_at_most(path, MOST_BYTES).map_err(|e| {
-            Error::unreadable(path, &e).help(format!("a model is a plain file of at most {MOST_BYTES} bytes"))
+        let bytes = read_at_most(path, MAX_BYTES).map_err(|e| {
+            Error::unreadable(path, &e).help(format!("a model is a plain file of at most {MAX_BYTES} bytes"))
         })?;
         let name = path.display().to_string();
         if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
@@ -42,7 +42,7 @@ impl Source {
         Ok(Self { path: name, text })
     }
 
-    /// An error at a place of the text.
+    /// Makes an error at a place of the text.
     pub(super) fn error(
         &self,
         title: impl Into<String>,
@@ -67,7 +67,7 @@ impl Source {
         Report::new(&self.path, shown, vec![finding(span)]).into()
     }
 
-    /// An error of the whole model.
+    /// Makes an error of the whole model.
     pub(super) fn whole(&self, title: &str, help: impl Into<String>) -> Error {
         Error::usage(format!("{}: {title}", self.path)).help(help)
     }

@@ -30,7 +30,8 @@ pub(super) struct Joint {
 }
 
 /// The kinds of joints that hold points of links.
-const KINDS: [&str; 6] = ["revolute", "weld", "prismatic", "pin_in_slot", "rod", "cylinder"];
+const KINDS: [&str; 10] =
+    ["revolute", "weld", "prismatic", "pin_in_slot", "rod", "cylinder", "gear", "belt", "rack", "cam"];
 
 /// The keys of joints with links whose angles the joint ties.
 const TIES: [&str; 8] = ["weld", "prismatic", "pin_in_slot", "gear", "belt", "rack", "cam", "carrier"];

@@ -7,7 +7,7 @@ use toml_edit::{Item, TableLike};
 
 use super::constant_term::with_change;
 use super::frame::Frame;
-use super::linkage::{GROUND, LinkPoint, Linkage, point_of};
+use super::linkage::{GROUND, Joint, LinkPoint, Linkage, point_of};
 use super::number;
 use super::places::{Places, direction, distance};
 use super::toml_text::{Place, formula, replace};
@@ -37,20 +37,35 @@ pub(super) fn move_point(linkage: &mut Linkage, places: &Places, node: &str, to:
 }
 
 /// Projects the target onto the line of the ground that guides the point, if there is one.
+///
+/// # Errors
+/// A joint that is no pin holds the point, and other points would not stay where they are.
 fn on_lines(linkage: &Linkage, places: &Places, points: &[LinkPoint], to: [f64; 2]) -> Result<[f64; 2], String> {
-    for joint in linkage.joints().iter().filter(|joint| ["pin_in_slot", "prismatic"].contains(&joint.kind)) {
-        let [moving, line] = joint.members.as_slice() else { continue };
-        if !points.contains(moving) || line.link != GROUND {
+    let mut to = to;
+    for joint in linkage.joints() {
+        let Joint { name, kind, members, .. } = &joint;
+        let [moving, line] = members.as_slice() else { continue };
+        let is_held = [moving, line].map(|each| points.contains(each));
+        if is_held == [false, false] {
             continue;
         }
-        let keys = ["joints", &joint.name, "direction"];
-        let has_direction = linkage.key("joints", &joint.name, "direction").is_some();
+        if !["pin_in_slot", "prismatic"].contains(kind) {
+            if ["rack", "cam", "gear", "belt"].contains(kind) {
+                return Err(format!("joint `{name}` holds the point: the mouse cannot move it"));
+            }
+            continue;
+        }
+        if line.link != GROUND {
+            return Err(format!("joint `{name}` slides along link `{}`, which would turn", line.link));
+        }
+        let keys = ["joints", name, "direction"];
+        let has_direction = linkage.key("joints", name, "direction").is_some();
         let angle = if has_direction { number::get(&linkage.document, (&keys, None)) } else { Some(0.0) };
-        let angle = angle.ok_or_else(|| format!("the `direction` of joint `{}` is a formula", joint.name))?;
+        let angle = angle.ok_or_else(|| format!("the `direction` of joint `{name}` is a formula"))?;
         let [x, y] = places.of(linkage, line)?;
         let (sin, cos) = angle.sin_cos();
         let along = (to[0] - x) * cos + (to[1] - y) * sin;
-        return Ok([x + along * cos, y + along * sin]);
+        to = [x + along * cos, y + along * sin];
     }
     Ok(to)
 }

@@ -8,7 +8,9 @@ use super::linkage::{Joint, Linkage};
 pub(super) fn force(linkage: &mut Linkage, node: &str) -> Result<(), String> {
     let points = linkage.points_at(node)?;
     let joints = linkage.joints();
-    let is_here = |joint: &&Joint| joint.members.iter().any(|each| points.contains(each));
+    let is_here = |joint: &&Joint| {
+        !["gear", "belt", "rack"].contains(&joint.kind) && joint.members.iter().any(|each| points.contains(each))
+    };
     let Some(joint) = joints.iter().find(is_here) else {
         return Err(format!("there is no joint at `{node}`"));
     };

@@ -1,10 +1,10 @@
-//! The joints of an assembly, as joints in the plane.
+//! Reads the joints of an assembly as joints in the plane.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::super::linkage::{End, Joint, Kind, Linkage};
+use super::super::linkage::{End, ImportedLinkage, Joint, Kind};
 use super::super::names::Names;
-use super::super::numbers::within_a_turn;
+use super::super::numbers::wrap_angle;
 use super::super::plane::{self, Plane, Vector, scaled};
 use super::super::source::Source;
 use super::parts::{Marker, Parts};
@@ -33,7 +33,7 @@ pub(super) fn plane(source: &Source, parts: &Parts, joints: &[Node]) -> Result<P
 /// What a joint of space does in the plane.
 enum Flat {
     Pin,
-    /// Along a line at an angle in the frame of marker I.
+    /// Along a line in the plane, turned by this angle from the z axis of the marker.
     Slider(f64),
     Slot(f64),
     Weld,
@@ -49,7 +49,7 @@ pub(super) fn add(
     parts: &Parts,
     plane: &Plane,
     items: &[Node],
-    linkage: &mut Linkage,
+    linkage: &mut ImportedLinkage,
     names: &mut Names,
 ) -> Result<(), Error> {
     let mut parallel = Vec::new();
@@ -89,7 +89,7 @@ pub(super) fn add(
             Flat::Nothing => continue,
         };
         let name = names.unique(item.name(), "joint");
-        linkage.joints.push(Joint { name, title: item.name().to_owned(), kind, ends, drive: None });
+        linkage.joints.push(Joint { name, model_name: item.name().to_owned(), kind, ends, drive: None });
     }
     for (name, links, rotation) in parallel {
         hold(linkage, names, name, links, rotation);
@@ -97,8 +97,8 @@ pub(super) fn add(
     Ok(())
 }
 
-/// Holds the angle of the second link against the first one: a point on a line becomes a slider.
-fn hold(linkage: &mut Linkage, names: &mut Names, name: &str, [i, j]: [usize; 2], rotation: f64) {
+/// Holds the angle between two links. A point on a line becomes a slider, other links get a gear of the ratio 1.
+fn hold(linkage: &mut ImportedLinkage, names: &mut Names, name: &str, [i, j]: [usize; 2], rotation: f64) {
     for joint in &mut linkage.joints {
         let ends = [joint.ends[0].link, joint.ends[1].link];
         if let Kind::Slot { direction } = joint.kind
@@ -111,13 +111,19 @@ fn hold(linkage: &mut Linkage, names: &mut Names, name: &str, [i, j]: [usize; 2]
     }
     let ends = [j, i].map(|link| End { link, at: [0.0; 2] }).to_vec();
     let kind = Kind::Gear { ratio: 1.0, phase: rotation, carrier: 0 };
-    linkage.joints.push(Joint { name: names.unique(name, "joint"), title: name.to_owned(), kind, ends, drive: None });
+    linkage.joints.push(Joint {
+        name: names.unique(name, "joint"),
+        model_name: name.to_owned(),
+        kind,
+        ends,
+        drive: None,
+    });
 }
 
-/// What a joint does in the plane, by its kind and the directions of its axes.
+/// Finds what a joint does in the plane, by its kind and the directions of its axes.
 fn flat(source: &Source, parts: &Parts, plane: &Plane, item: &Node, markers: &[Marker; 2]) -> Result<Flat, Error> {
     let axes = markers.map(|marker| parts.world(&marker).axis(2));
-    let is_normal = axes.iter().all(|axis| plane.side(*axis).is_some());
+    let is_normal = axes.iter().all(|axis| plane.normal_sign(*axis).is_some());
     let is_flat = axes.iter().all(|axis| plane.contains(*axis));
     let is_line_flat = plane.contains(axes[0]);
     Ok(match item.text() {
@@ -128,9 +134,9 @@ fn flat(source: &Source, parts: &Parts, plane: &Plane, item: &Node, markers: &[M
         "SphericalJoint" => Flat::Pin,
         "PlanarJoint" if is_normal => Flat::Nothing,
         "PlanarJoint" if is_flat => Flat::Slider(FRAC_PI_2),
-        "PointInLineJoint" if plane.side(axes[0]).is_some() => Flat::Pin,
+        "PointInLineJoint" if plane.normal_sign(axes[0]).is_some() => Flat::Pin,
         "PointInLineJoint" if is_line_flat => Flat::Slot(0.0),
-        "PointInPlaneJoint" if plane.side(axes[0]).is_some() => Flat::Nothing,
+        "PointInPlaneJoint" if plane.normal_sign(axes[0]).is_some() => Flat::Nothing,
         "PointInPlaneJoint" if is_line_flat => Flat::Slot(FRAC_PI_2),
         "NoRotationJoint" => Flat::Parallel,
         "ParallelAxesJoint" if is_normal => Flat::Nothing,
@@ -157,14 +163,14 @@ fn flat(source: &Source, parts: &Parts, plane: &Plane, item: &Node, markers: &[M
 struct JoinedMarkers<'l> {
     parts: &'l Parts,
     plane: &'l Plane,
-    linkage: &'l Linkage,
+    linkage: &'l ImportedLinkage,
     markers: [Marker; 2],
     /// The distance of a plane from marker I along its axis.
     offset: f64,
 }
 
 impl JoinedMarkers<'_> {
-    /// The ends, that of marker J first or last.
+    /// The places of both markers on their parts. That of marker J is the first or the last.
     fn ends(&self, is_j_first: bool) -> Vec<End> {
         let end = |which: usize| {
             let Marker { part, frame } = self.markers[which];
@@ -174,17 +180,17 @@ impl JoinedMarkers<'_> {
         if is_j_first { vec![end(1), end(0)] } else { vec![end(0), end(1)] }
     }
 
-    /// The angle of the axis of a marker, in the frame of its part.
+    /// The angle of the z axis of a marker, in the frame of its part.
     fn direction(&self, which: usize) -> f64 {
         let Marker { part, frame } = self.markers[which];
         self.parts.body(self.plane, part).angle_of(frame.axis(2))
     }
 
-    /// The angle at which a part is held, less that of the other one: axes of the markers are parallel.
+    /// The angle between two parts that a joint holds, by the axes of their markers, which are parallel.
     fn rotation(&self, first: usize) -> f64 {
         let second = 1 - first;
         let [a, b] = [first, second].map(|which| self.linkage.links[self.markers[which].part].angle);
-        let now = within_a_turn(a - b);
+        let now = wrap_angle(a - b);
         let is_flat =
             |which: usize, axis: usize| self.plane.contains(self.parts.world(&self.markers[which]).axis(axis));
         let Some(axis) = [2, 0, 1].into_iter().find(|axis| is_flat(0, *axis) && is_flat(1, *axis)) else { return now };
@@ -194,7 +200,7 @@ impl JoinedMarkers<'_> {
         };
         let held = own(second) - own(first);
         // The axes may point in opposite directions.
-        within_a_turn(held + PI * ((now - held) / PI).round())
+        wrap_angle(held + PI * ((now - held) / PI).round())
     }
 }
 
@@ -202,8 +208,13 @@ fn add_offset(place: Vector, axis: Vector, offset: f64) -> Vector {
     if offset == 0.0 { place } else { plane::add(place, scaled(axis, offset)) }
 }
 
-/// The ratio, the carrier and the phase of gears.
-fn gear(source: &Source, item: &Node, joined: &JoinedMarkers, linkage: &Linkage) -> Result<(f64, usize, f64), Error> {
+/// Reads gears, and returns their ratio, their carrier and their phase.
+fn gear(
+    source: &Source,
+    item: &Node,
+    joined: &JoinedMarkers,
+    linkage: &ImportedLinkage,
+) -> Result<(f64, usize, f64), Error> {
     let radius = |key: &str| item.child(key).and_then(|node| node.first()).map(|row| row.number(source)).transpose();
     let [i, j] = [radius("radiusI")?.unwrap_or(0.0), radius("radiusJ")?.unwrap_or(0.0)];
     let links = joined.markers.map(|marker| marker.part);
@@ -230,5 +241,5 @@ fn gear(source: &Source, item: &Node, joined: &JoinedMarkers, linkage: &Linkage)
     };
     let ratio = -i / j;
     let angle = |link: usize| linkage.links[link].angle - linkage.links[carrier].angle;
-    Ok((ratio, carrier, within_a_turn(angle(links[1]) - ratio * angle(links[0]))))
+    Ok((ratio, carrier, wrap_angle(angle(links[1]) - ratio * angle(links[0]))))
 }

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::super::linkage::{Link, Linkage, Mass};
+use super::super::linkage::{ImportedLinkage, Link, Mass};
 use super::super::names::Names;
-use super::super::plane::{BodyFrame, Frame, IDENTITY, Matrix, Plane, Vector, dot, norm};
+use super::super::plane::{BodyFrame, Frame, IDENTITY, Matrix, Plane, Vector, cross, dot, norm};
 use super::super::source::Source;
 use super::tree::Node;
 use crate::error::Error;
@@ -19,6 +19,8 @@ pub(super) struct Parts {
 struct Part {
     name: String,
     frame: Frame,
+    /// The velocity of the place of its frame, and the angular velocity.
+    velocity: Vector,
     omega: Vector,
     mass: Option<PrincipalMass>,
     body: Option<BodyFrame>,
@@ -39,7 +41,14 @@ pub(super) struct Marker {
 
 impl Parts {
     pub(super) fn read(source: &Source, assembly: &Node) -> Result<Self, Error> {
-        let ground = Part { name: String::new(), frame: Frame::WORLD, omega: [0.0; 3], mass: None, body: None };
+        let ground = Part {
+            name: String::new(),
+            frame: Frame::WORLD,
+            velocity: [0.0; 3],
+            omega: [0.0; 3],
+            mass: None,
+            body: None,
+        };
         let mut parts = Self { parts: vec![ground], markers: HashMap::new() };
         let root = format!("/{}", assembly.name());
         parts.markers(source, assembly, &root, 0)?;
@@ -78,7 +87,7 @@ impl Parts {
         let place = joint.child(key).and_then(|node| node.first());
         let found = place.and_then(|place| self.markers.get(place.text().trim()));
         found.copied().ok_or_else(|| {
-            let title = format!("`{key}` of joint `{}` is no marker of the assembly", joint.name());
+            let title = format!("`{key}` of joint `{}` is not a marker of the assembly", joint.name());
             let span = place.map_or(joint.span(), |place| place.span());
             source.error(title, span, "not known", "name a marker as `/Assembly/Part/Marker`")
         })
@@ -89,7 +98,7 @@ impl Parts {
         self.parts[marker.part].frame.then(&marker.frame)
     }
 
-    /// The marker of a path.
+    /// Finds a marker by its path.
     pub(super) fn find(&self, path: &str) -> Option<Marker> {
         self.markers.get(path).copied()
     }
@@ -100,7 +109,7 @@ impl Parts {
     }
 
     /// Makes links of the parts.
-    pub(super) fn place(&mut self, plane: &Plane, linkage: &mut Linkage, names: &mut Names) {
+    pub(super) fn place(&mut self, plane: &Plane, linkage: &mut ImportedLinkage, names: &mut Names) {
         for part in &mut self.parts {
             part.body = Some(plane.body(&part.frame));
         }
@@ -111,13 +120,17 @@ impl Parts {
                 com: body.project(mass.at.place),
                 inertia: (0..3).map(|i| mass.inertias[i] * dot(body.normal, mass.at.axis(i)).powi(2)).sum(),
             });
+            let name = names.link(&part.name, "part");
+            let leaves_plane = |across: f64, vector: Vector| across.abs() > 1e-9 * norm(vector);
+            let turns = norm(cross(part.omega, plane.normal));
+            if leaves_plane(dot(part.velocity, plane.normal), part.velocity) || leaves_plane(turns, part.omega) {
+                linkage.left_out.push(format!("the velocity of part `{name}` out of the plane"));
+            }
             linkage.links.push(Link {
-                name: names.link(&part.name, "part"),
-                place: plane.project(part.frame.place),
-                angle: body.angle,
-                points: Vec::new(),
                 mass,
+                velocity: plane.project(part.velocity),
                 rate: dot(part.omega, plane.normal),
+                ..Link::new(name, plane.project(part.frame.place), body.angle)
             });
         }
         // The ground has the axes of the plane.
@@ -131,7 +144,7 @@ impl Parts {
 fn part(source: &Source, node: &Node) -> Result<Part, Error> {
     let row =
         |node: &Node, key: &str| node.child(key).and_then(|own| own.first()).map(|row| row.vector(source)).transpose();
-    let omega = row(node, "Omega3D")?.unwrap_or([0.0; 3]);
+    let [velocity, omega] = [row(node, "Velocity3D")?, row(node, "Omega3D")?].map(|row| row.unwrap_or([0.0; 3]));
     let mut mass = None;
     if let Some(marker) = node.child("PrincipalMassMarker") {
         let value = marker.child("Mass").and_then(|own| own.first()).map(|row| row.number(source)).transpose()?;
@@ -145,20 +158,22 @@ fn part(source: &Source, node: &Node) -> Result<Part, Error> {
             mass = Some(PrincipalMass { mass: value, at: frame(source, &marker)?, inertias });
         }
     }
-    Ok(Part { name: node.name().to_owned(), frame: frame(source, node)?, omega, mass, body: None })
+    Ok(Part { name: node.name().to_owned(), frame: frame(source, node)?, velocity, omega, mass, body: None })
 }
 
-/// Reads a place and axes.
+/// Reads the frame of a part, a point or a marker: its place and its axes.
 pub(super) fn frame(source: &Source, node: &Node) -> Result<Frame, Error> {
     let place = node.child("Position3D").and_then(|own| own.first()).map(|row| row.vector(source)).transpose()?;
     let mut axes: Matrix = IDENTITY;
     if let Some(own) = node.child("RotationMatrix") {
         let rows: Vec<Vector> = own.children().map(|row| row.vector(source)).collect::<Result<_, _>>()?;
         let is_rotation = rows.len() == 3
+            // The determinant of a reflection is -1.
+            && dot(cross(rows[0], rows[1]), rows[2]) > 0.0
             && (0..3).all(|i| (norm(rows[i]) - 1.0).abs() < 1e-6 && dot(rows[i], rows[(i + 1) % 3]).abs() < 1e-6);
         if !is_rotation {
-            let help = "write three rows of length 1 that are perpendicular to each other";
-            return Err(source.error("this matrix is no rotation", own.span(), "", help));
+            let help = "write three rows of length 1 that are perpendicular to each other, with the determinant 1";
+            return Err(source.error("this matrix is not a rotation", own.span(), "", help));
         }
         axes = [rows[0], rows[1], rows[2]];
     }

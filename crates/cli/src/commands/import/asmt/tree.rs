@@ -1,4 +1,4 @@
-//! The lines of an assembly as a tree: a line belongs to the one above it that has fewer tabs.
+//! The lines of an assembly as a tree. A line belongs to the last line before it that has fewer tabs.
 
 use std::ops::Range;
 
@@ -16,11 +16,11 @@ struct Line<'t> {
     text: &'t str,
     span: Range<usize>,
     depth: usize,
-    /// The number of the line behind those that belong to this one.
+    /// The number of the first line that no longer belongs to this one.
     end: usize,
 }
 
-/// A line with what belongs to it.
+/// A line, with the lines that belong to it.
 #[derive(Clone, Copy)]
 pub(in super::super) struct Node<'t> {
     tree: &'t Tree<'t>,
@@ -86,7 +86,7 @@ impl<'t> Node<'t> {
         self.children().next()
     }
 
-    /// The text below a key.
+    /// The first text below a key.
     pub(super) fn value(&self, key: &str) -> Option<&'t str> {
         self.child(key).and_then(|node| node.first()).map(|node| node.text().trim())
     }
@@ -97,7 +97,7 @@ impl<'t> Node<'t> {
 
     /// The numbers of a line.
     fn numbers(&self, source: &Source, count: usize) -> Result<Vec<f64>, Error> {
-        let read = |word: &str| finite(word.trim_end_matches('d')).filter(|value| value.abs() < 1e100);
+        let read = |word: &str| smalltalk_number(word).filter(|value| value.abs() < 1e100);
         let numbers: Option<Vec<f64>> = self.text().split_whitespace().map(read).collect();
         numbers.filter(|numbers| numbers.len() == count).ok_or_else(|| {
             let many = if count == 1 { "one finite number".to_owned() } else { format!("{count} finite numbers") };
@@ -113,5 +113,14 @@ impl<'t> Node<'t> {
     pub(super) fn vector(&self, source: &Source) -> Result<Vector, Error> {
         let numbers = self.numbers(source, 3)?;
         Ok([numbers[0], numbers[1], numbers[2]])
+    }
+}
+
+/// Reads a number of Smalltalk, which may end with `d`, or have this letter before its exponent.
+pub(super) fn smalltalk_number(text: &str) -> Option<f64> {
+    match text.strip_suffix('d') {
+        Some(plain) if !plain.contains('d') => finite(plain),
+        Some(_) => None,
+        None => finite(&text.replacen('d', "e", 1)),
     }
 }

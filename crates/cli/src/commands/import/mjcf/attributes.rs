@@ -1,4 +1,4 @@
-//! Attributes of elements, which classes of defaults complete, and their units.
+//! Attributes of elements, with their defaults and their units.
 
 use std::collections::HashMap;
 
@@ -10,21 +10,49 @@ use crate::error::Error;
 /// The defaults of a model, and the settings of its compiler.
 pub(super) struct Attributes<'x> {
     pub(super) xml: &'x Xml<'x>,
-    classes: HashMap<String, Class>,
+    classes: HashMap<String, Class<'x>>,
     is_degree: bool,
     sequence: String,
 }
 
-/// The attributes of elements by their name.
-type Class = HashMap<String, Vec<(String, String)>>;
+/// The defaults of a class.
+#[derive(Clone, Default)]
+struct Class<'x> {
+    /// The attributes of elements, by the group of their name.
+    attributes: HashMap<&'x str, Vec<(&'x str, &'x str)>>,
+    /// Actuators, in the order in which they set the parameters of the one default that all kinds share.
+    actuators: Vec<&'x Element>,
+}
 
-/// The class of elements that name none.
+/// The names of actuators, which have common defaults.
+const ACTUATORS: [&str; 13] = [
+    "general",
+    "motor",
+    "position",
+    "velocity",
+    "intvelocity",
+    "orientation",
+    "pid",
+    "damper",
+    "cylinder",
+    "muscle",
+    "adhesion",
+    "dcmotor",
+    "plugin",
+];
+
+/// The name under which the defaults of an element are kept.
+fn group(name: &str) -> &str {
+    if ACTUATORS.contains(&name) { "actuator" } else { name }
+}
+
+/// The class of elements that do not name one.
 pub(super) const MAIN: &str = "main";
 
 impl<'x> Attributes<'x> {
     pub(super) fn read(xml: &'x Xml<'x>) -> Result<Self, Error> {
         let mut own = Self { xml, classes: HashMap::new(), is_degree: true, sequence: "xyz".to_owned() };
-        own.classes.insert(MAIN.to_owned(), Class::new());
+        own.classes.insert(MAIN.to_owned(), Class::default());
         for element in xml.children(xml.root()) {
             match element.name.as_str() {
                 "compiler" => own.compiler(element)?,
@@ -55,7 +83,7 @@ impl<'x> Attributes<'x> {
                 return Err(xml.error(
                     element,
                     "eulerseq",
-                    "this is no sequence of axes",
+                    "this is not a sequence of axes",
                     "write three of x, y, z, X, Y, Z",
                 ));
             }
@@ -68,15 +96,18 @@ impl<'x> Attributes<'x> {
         Ok(())
     }
 
-    /// Reads a class and those in it, which begin with its attributes.
-    fn class(&mut self, element: &Element, above: &str) {
-        let name = element.get("class").unwrap_or(above).to_owned();
-        let mut class = self.classes.get(&name).or_else(|| self.classes.get(above)).cloned().unwrap_or_default();
+    /// Reads a class of defaults, and the classes in it, which inherit its attributes.
+    fn class(&mut self, element: &'x Element, parent: &str) {
+        let name = element.get("class").unwrap_or(parent).to_owned();
+        let mut class = self.classes.get(&name).or_else(|| self.classes.get(parent)).cloned().unwrap_or_default();
         for child in self.xml.children(element).filter(|child| child.name != "default") {
-            let known = class.entry(child.name.clone()).or_default();
+            let known = class.attributes.entry(group(&child.name)).or_default();
             for (key, value) in &child.attributes {
                 known.retain(|(own, _)| own != key);
-                known.push((key.clone(), value.clone()));
+                known.push((key, value));
+            }
+            if ACTUATORS.contains(&child.name.as_str()) {
+                class.actuators.push(child);
             }
         }
         self.classes.insert(name.clone(), class);
@@ -89,21 +120,37 @@ impl<'x> Attributes<'x> {
     pub(super) fn get<'a>(&'a self, element: &'a Element, class: &str, name: &str) -> Option<&'a str> {
         element.get(name).or_else(|| {
             let class = element.get("class").unwrap_or(class);
-            let known = self.classes.get(class)?.get(&element.name)?;
-            known.iter().find(|(own, _)| own == name).map(|(_, value)| value.as_str())
+            let known = self.classes.get(class)?.attributes.get(group(&element.name))?;
+            known.iter().find(|(own, _)| *own == name).map(|(_, value)| *value)
         })
     }
 
-    /// The numbers of an attribute.
+    /// The actuators in the class of an actuator.
+    pub(super) fn actuator_defaults(&self, element: &Element) -> impl Iterator<Item = &'x Element> {
+        let class = self.classes.get(element.get("class").unwrap_or(MAIN));
+        class.into_iter().flat_map(|class| &class.actuators).copied()
+    }
+
+    /// The numbers of an attribute of an element, or of its class.
     pub(super) fn numbers(&self, element: &Element, class: &str, name: &str) -> Result<Option<Vec<f64>>, Error> {
-        let Some(text) = self.get(element, class, name) else { return Ok(None) };
+        self.get(element, class, name).map(|text| self.parse(element, name, text)).transpose()
+    }
+
+    /// The numbers of an attribute of an element, without its class.
+    pub(super) fn own_numbers(&self, element: &Element, name: &str) -> Result<Option<Vec<f64>>, Error> {
+        element.get(name).map(|text| self.parse(element, name, text)).transpose()
+    }
+
+    fn parse(&self, element: &Element, name: &str, text: &str) -> Result<Vec<f64>, Error> {
         let read = |word: &str| finite(word).filter(|value| value.abs() < 1e100);
         let numbers: Option<Vec<f64>> = text.split_whitespace().map(read).collect();
         match numbers {
-            Some(numbers) if !numbers.is_empty() => Ok(Some(numbers)),
+            Some(numbers) if !numbers.is_empty() => Ok(numbers),
             _ => {
-                let title =
-                    format!("`{name}=\"{}\"` is no list of finite numbers", text.chars().take(40).collect::<String>());
+                let title = format!(
+                    "`{name}=\"{}\"` is not a list of finite numbers",
+                    text.chars().take(40).collect::<String>()
+                );
                 Err(self.xml.error(element, name, &title, "write numbers with spaces between them"))
             }
         }
@@ -181,7 +228,7 @@ impl<'x> Attributes<'x> {
     }
 }
 
-/// The axes of a frame whose z axis is given, by the smallest turn.
+/// The axes of a frame with this z axis, by the smallest rotation.
 pub(super) fn with_z(z: Vector) -> Matrix {
     let z = unit(z);
     let axis = cross([0.0, 0.0, 1.0], z);

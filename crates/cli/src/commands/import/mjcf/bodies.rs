@@ -11,27 +11,33 @@ use crate::error::Error;
 /// The bodies of a model; the world is the first.
 pub(super) struct Bodies<'x> {
     pub(super) all: Vec<Body<'x>>,
-    pub(super) left_out: Vec<String>,
+    left_out: Vec<String>,
     pub(super) has_geoms: bool,
     inertia_from: InertiaFrom,
 }
 
 /// The largest number of bodies of a model.
-const MOST_BODIES: usize = 1000;
+const MAX_BODIES: usize = 1000;
+
+/// The help for a joint that leaves the plane.
+pub(super) const PLANE_HELP: &str =
+    "a scene is a plane linkage: join bodies by hinges with parallel axes, and by slides across them";
 
 /// A body.
 pub(super) struct Body<'x> {
     pub(super) name: String,
     pub(super) frame: Frame,
-    /// The body in which this one is.
-    pub(super) above: usize,
+    /// The number of the body that contains this one.
+    pub(super) parent: usize,
     pub(super) joints: Vec<BodyJoint<'x>>,
     /// Masses in the world.
     pub(super) solids: Vec<Solid>,
+    /// What these masses leave out.
+    left_out: Vec<String>,
     pub(super) sites: Vec<(String, Vector)>,
 }
 
-/// A joint of a body with the body in which it is.
+/// A joint between a body and the body that contains it.
 pub(super) struct BodyJoint<'x> {
     pub(super) element: &'x Element,
     pub(super) class: String,
@@ -71,11 +77,11 @@ impl<'x> Bodies<'x> {
 
     /// Reads bodies, and those in them.
     fn bodies(&mut self, attributes: &Attributes<'x>, xml: &'x Xml<'x>, items: Vec<Inner<'x>>) -> Result<(), Error> {
-        for Inner { element, frame, class, above } in items {
+        for Inner { element, frame, class, parent } in items {
             let class = element.get("childclass").unwrap_or(&class).to_owned();
             let frame = frame.then(&attributes.frame(element, "")?);
             let number = self.all.len();
-            if number > MOST_BODIES {
+            if number > MAX_BODIES {
                 return Err(xml.error(
                     element,
                     "",
@@ -83,7 +89,7 @@ impl<'x> Bodies<'x> {
                     "import a model of at most 1000 bodies",
                 ));
             }
-            self.all.push(Body::new(element.get("name").unwrap_or("body"), frame, above));
+            self.all.push(Body::new(element.get("name").unwrap_or("body"), frame, parent));
             if element.get("mocap") == Some("true") {
                 self.left_out
                     .push(format!("the motion of the mocap body `{}`, which is fixed here", self.all[number].name));
@@ -111,7 +117,7 @@ impl<'x> Bodies<'x> {
         let mut inner = Vec::new();
         for item in xml.children(element) {
             match item.name.as_str() {
-                "body" => inner.push(Inner { element: item, frame: *frame, class: class.to_owned(), above: number }),
+                "body" => inner.push(Inner { element: item, frame: *frame, class: class.to_owned(), parent: number }),
                 "frame" => {
                     let class = item.get("childclass").unwrap_or(class);
                     let outer = frame.then(&attributes.frame(item, class)?);
@@ -184,21 +190,21 @@ impl<'x> Bodies<'x> {
             return Ok(());
         }
         if attributes.get(item, class, "shellinertia") == Some("true") {
-            self.left_out
-                .push(format!("that geoms of body `{}` are hollow: they are solid here", self.all[number].name));
+            let own = &mut self.all[number];
+            own.left_out.push(format!("that geoms of body `{}` are hollow: they are solid here", own.name));
         }
         match geom(attributes, item, class)? {
             Some(solid) => self.all[number].solids.push(solid.seen_from(frame)),
             None => {
                 let kind = attributes.get(item, class, "type").unwrap_or("mesh").to_owned();
-                let name = &self.all[number].name;
-                self.left_out.push(format!("the mass of a {kind} of body `{name}`: write `mass`, `com` and `inertia`"));
+                let Body { name, left_out, .. } = &mut self.all[number];
+                left_out.push(format!("the mass of a {kind} of body `{name}`: write `mass`, `com` and `inertia`"));
             }
         }
         Ok(())
     }
 
-    /// Takes the mass that is given instead of that of geoms.
+    /// Replaces the masses of geoms by that of an element `inertial`.
     fn finish(
         &mut self,
         attributes: &Attributes<'x>,
@@ -210,10 +216,14 @@ impl<'x> Bodies<'x> {
         if let Some(given) = given.filter(|_| self.inertia_from != InertiaFrom::Geoms) {
             let own = &mut self.all[number];
             own.solids = vec![inertial(attributes, given)?.seen_from(&own.frame)];
-            let begin = format!("of body `{}`: write", own.name);
-            self.left_out.retain(|item| !item.contains(&begin));
+            own.left_out.clear();
         }
         Ok(())
+    }
+
+    /// What is left out of the bodies.
+    pub(super) fn left_out(&self) -> Vec<String> {
+        self.left_out.iter().chain(self.all.iter().flat_map(|body| &body.left_out)).cloned().collect()
     }
 }
 
@@ -222,17 +232,33 @@ struct Inner<'x> {
     element: &'x Element,
     frame: Frame,
     class: String,
-    above: usize,
+    parent: usize,
 }
 
 impl Body<'_> {
-    fn new(name: &str, frame: Frame, above: usize) -> Self {
-        Self { name: name.to_owned(), frame, above, joints: Vec::new(), solids: Vec::new(), sites: Vec::new() }
+    fn new(name: &str, frame: Frame, parent: usize) -> Self {
+        let name = name.to_owned();
+        let (joints, solids, left_out, sites) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { name, frame, parent, joints, solids, left_out, sites }
     }
 }
 
 /// The error of a joint that is not in a plane.
 fn not_plane(xml: &Xml, element: &Element, title: &str) -> Error {
-    let help = "a scene is a plane linkage: join bodies by hinges with parallel axes, and by slides across them";
-    xml.error(element, "type", title, help)
+    xml.error(element, "type", title, PLANE_HELP)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::imported;
+
+    #[test]
+    fn bodies_without_names_keep_their_own_notes() {
+        let mesh = "<geom type=\"mesh\" mesh=\"m\"/>";
+        let body = |content: &str| format!("<body><joint axis=\"0 1 0\"/>{content}</body>");
+        let inertial = "<inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 1\"/>";
+        let bodies = [body(&format!("{mesh}<geom size=\"0.1\"/>")), body(&format!("{mesh}{inertial}"))].concat();
+        let scene = imported(&format!("<mujoco><worldbody>{bodies}</worldbody></mujoco>")).expect("a scene");
+        assert_eq!(scene.matches("the mass of a mesh of body `body`").count(), 1, "{scene}");
+    }
 }

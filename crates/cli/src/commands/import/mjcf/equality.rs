@@ -1,8 +1,8 @@
 //! Equality constraints: pins, welds and couplings of joints.
 
-use super::super::linkage::{Constraint, End, Joint, Kind, Linkage};
+use super::super::linkage::{Constraint, End, ImportedLinkage, Joint, Kind};
 use super::super::names::Names;
-use super::super::numbers::within_a_turn;
+use super::super::numbers::wrap_angle;
 use super::super::plane::Plane;
 use super::attributes::{Attributes, MAIN};
 use super::bodies::Bodies;
@@ -16,7 +16,7 @@ pub(super) fn add(
     bodies: &Bodies,
     links: &Links,
     plane: &Plane,
-    linkage: &mut Linkage,
+    linkage: &mut ImportedLinkage,
     names: &mut Names,
 ) -> Result<(), Error> {
     for element in attributes.xml.section("equality") {
@@ -30,7 +30,7 @@ pub(super) fn add(
             "connect" | "weld" => {
                 let joint = pin(attributes, bodies, links, plane, element, linkage)?;
                 let name = names.unique(&name, "joint");
-                linkage.joints.push(Joint { title: name.clone(), name, ..joint });
+                linkage.joints.push(Joint { model_name: name.clone(), name, ..joint });
             }
             "joint" => couple(attributes, links, element, linkage, names)?,
             other => {
@@ -41,21 +41,21 @@ pub(super) fn add(
     Ok(())
 }
 
-/// A pin or a weld between two bodies, or two sites.
+/// Makes a pin or a weld between two bodies, or two sites.
 fn pin(
     attributes: &Attributes,
     bodies: &Bodies,
     links: &Links,
     plane: &Plane,
     element: &Element,
-    linkage: &Linkage,
+    linkage: &ImportedLinkage,
 ) -> Result<Joint, Error> {
     let xml = attributes.xml;
     let unknown = |attribute: &str, what: &str| {
         xml.error(
             element,
             attribute,
-            &format!("`{attribute}` is no {what} of the model"),
+            &format!("`{attribute}` is not a {what} of the model"),
             "write the name of one that is there",
         )
     };
@@ -86,19 +86,19 @@ fn pin(
     }
     let kind = if element.name == "weld" {
         let [a, b] = ends.map(|end| linkage.links[end.link].angle);
-        Kind::Weld { rotation: within_a_turn(a - b) }
+        Kind::Weld { rotation: wrap_angle(a - b) }
     } else {
         Kind::Pin
     };
-    Ok(Joint { name: String::new(), title: String::new(), kind, ends: ends.to_vec(), drive: None })
+    Ok(Joint { name: String::new(), model_name: String::new(), kind, ends: ends.to_vec(), drive: None })
 }
 
-/// A polynomial between the positions of two joints.
+/// Adds a constraint: the displacement of a joint is a polynomial of that of another one.
 fn couple(
     attributes: &Attributes,
     links: &Links,
     element: &Element,
-    linkage: &mut Linkage,
+    linkage: &mut ImportedLinkage,
     names: &mut Names,
 ) -> Result<(), Error> {
     let xml = attributes.xml;
@@ -108,7 +108,7 @@ fn couple(
             xml.error(
                 element,
                 attribute,
-                &format!("`{attribute}` is no joint of the model"),
+                &format!("`{attribute}` is not a joint of the model"),
                 "write the name of one that is there",
             )
         }))
@@ -116,12 +116,13 @@ fn couple(
     let first =
         find("joint1").unwrap_or_else(|| Err(xml.error(element, "joint1", "`joint1` is missing", "name a joint")))?;
     let second = find("joint2").transpose()?;
-    let mut coefficients = attributes.numbers(element, MAIN, "polycoef")?.unwrap_or_else(|| vec![0.0, 1.0]);
-    coefficients.resize(5, 0.0);
-    let mut slopes = vec![(first.number, first.slope())];
+    let mut coefficients = [0.0, 1.0, 0.0, 0.0, 0.0];
+    let given = attributes.numbers(element, MAIN, "polycoef")?.unwrap_or_default();
+    coefficients.iter_mut().zip(given).for_each(|(own, value)| *own = value);
+    let mut gradient = vec![(first.number, first.axis_sign)];
     let side = match second {
         Some(second) => {
-            slopes.push((second.number, -coefficients[1] * second.slope()));
+            gradient.push((second.number, -coefficients[1] * second.axis_sign));
             polynomial(&coefficients, &second.displacement(linkage))
         }
         None => polynomial(&coefficients[..1], ""),
@@ -129,6 +130,34 @@ fn couple(
     let residual = format!("{} - ({side})", first.displacement(linkage));
     let unit = if first.is_slide { "m" } else { "rad" };
     let name = names.unique(element.get("name").unwrap_or("coupling"), "coupling");
-    linkage.constraints.push(Constraint { name, residual, unit, slopes });
+    linkage.constraints.push(Constraint { name, residual, unit, gradient });
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::imported;
+
+    /// The residual of a coupling of two hinges.
+    fn residual(polycoef: &str) -> String {
+        let body = |name: &str| {
+            format!("<body name=\"{name}\"><joint name=\"{name}\" axis=\"0 -1 0\"/><geom size=\"0.1\"/></body>")
+        };
+        let text = format!(
+            "<mujoco><worldbody>{}{}</worldbody>\
+             <equality><joint joint1=\"a\" joint2=\"b\" {polycoef}/></equality></mujoco>",
+            body("a"),
+            body("b")
+        );
+        let scene = imported(&text).expect("a scene");
+        let begin = scene.find("residual = '").expect("a constraint") + "residual = '".len();
+        scene[begin..].split('\'').next().expect("a formula").to_owned()
+    }
+
+    #[test]
+    fn missing_coefficients_are_those_of_mujoco() {
+        assert_eq!(residual(""), "phi_a - (1*(phi_b))");
+        assert_eq!(residual("polycoef=\"0.5\""), "phi_a - (1*(phi_b) + 0.5)");
+        assert_eq!(residual("polycoef=\"1 2 3\""), "phi_a - (2*(phi_b) + 3*(phi_b)^2 + 1)");
+    }
 }

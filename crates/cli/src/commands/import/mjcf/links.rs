@@ -1,28 +1,28 @@
-//! Bodies as links, and their joints in the plane.
+//! Makes links of bodies, and joints of the plane of their joints.
 
-use super::super::linkage::{End, Joint, Kind, Link, Linkage, Load, Mass};
+use super::super::linkage::{End, ImportedLinkage, Joint, Kind, Link, Load, Mass};
 use super::super::names::Names;
-use super::super::numbers::{factor, further, shortest, within_a_turn};
+use super::super::numbers::{factor, shortest, signed_term, wrap_angle};
 use super::super::plane::{Plane, Vector};
 use super::attributes::Attributes;
-use super::bodies::{Bodies, Body, BodyJoint};
+use super::bodies::{Bodies, Body, BodyJoint, PLANE_HELP};
 use super::shape::joined;
 use crate::error::Error;
 
-/// What became of bodies and joints.
+/// The links and joints that were made of the bodies of a model.
 pub(super) struct Links {
-    /// The links of bodies; bodies without joints belong to the link of the body around them.
+    /// The link of each body. A body without joints belongs to the link of the body that contains it.
     of_bodies: Vec<usize>,
-    pub(super) joints: Vec<Moved>,
+    pub(super) joints: Vec<ImportedJoint>,
 }
 
-/// A joint of the model in the linkage.
-pub(super) struct Moved {
+/// A joint of the model, and its counterpart in the linkage.
+pub(super) struct ImportedJoint {
     pub(super) name: String,
     pub(super) number: usize,
     pub(super) is_slide: bool,
-    /// 1, or -1 where the joint turns in the opposite sense.
-    sense: f64,
+    /// 1, or -1 where the hinge of the model turns clockwise in the plane.
+    pub(super) axis_sign: f64,
     /// The position of the joint in the model at the start.
     pub(super) reference: f64,
 }
@@ -33,14 +33,17 @@ impl Links {
         attributes: &Attributes,
         bodies: &Bodies,
         plane: &Plane,
-        linkage: &mut Linkage,
+        linkage: &mut ImportedLinkage,
         names: &mut Names,
     ) -> Result<Self, Error> {
         let mut own = Self { of_bodies: vec![0; bodies.all.len()], joints: Vec::new() };
         for (number, body) in bodies.all.iter().enumerate().skip(1) {
-            let above = own.of_bodies[body.above];
-            own.of_bodies[number] =
-                if body.joints.is_empty() { above } else { own.chain(attributes, body, plane, above, linkage, names)? };
+            let parent = own.of_bodies[body.parent];
+            own.of_bodies[number] = if body.joints.is_empty() {
+                parent
+            } else {
+                own.chain(attributes, body, plane, parent, linkage, names)?
+            };
         }
         own.masses(bodies, plane, linkage);
         own.sites(bodies, plane, linkage, names);
@@ -53,11 +56,11 @@ impl Links {
         attributes: &Attributes,
         body: &Body,
         plane: &Plane,
-        above: usize,
-        linkage: &mut Linkage,
+        parent: usize,
+        linkage: &mut ImportedLinkage,
         names: &mut Names,
     ) -> Result<usize, Error> {
-        let mut above = above;
+        let mut parent = parent;
         let place = plane.project(body.frame.place);
         let angle = plane.body(&body.frame).angle;
         let last = names.link(&body.name, "body");
@@ -65,11 +68,11 @@ impl Links {
             let is_last = i + 1 == body.joints.len();
             let name = if is_last { last.clone() } else { names.link(&format!("{last}_{}", i + 1), "body") };
             let link = linkage.links.len();
-            linkage.links.push(Link { name, place, angle, points: Vec::new(), mass: None, rate: 0.0 });
-            self.joint(attributes, body, joint, plane, [link, above], linkage, names)?;
-            above = link;
+            linkage.links.push(Link::new(name, place, angle));
+            self.joint(attributes, body, joint, plane, [link, parent], linkage, names)?;
+            parent = link;
         }
-        Ok(above)
+        Ok(parent)
     }
 
     #[expect(clippy::too_many_arguments, reason = "a joint has two links and a body, and needs a name")]
@@ -79,50 +82,50 @@ impl Links {
         body: &Body,
         joint: &BodyJoint,
         plane: &Plane,
-        [link, above]: [usize; 2],
-        linkage: &mut Linkage,
+        [link, parent]: [usize; 2],
+        linkage: &mut ImportedLinkage,
         names: &mut Names,
     ) -> Result<(), Error> {
         let refuse = |title: &str| {
             let [x, y, z] = plane.normal.map(shortest);
             let label = format!("the linkage moves across the axis ({x}, {y}, {z})");
-            let help =
-                "a scene is a plane linkage: join bodies by hinges with parallel axes, and by slides across them";
-            attributes.xml.source.error(title, joint.span.clone(), &label, help)
+            attributes.xml.source.error(title, joint.span.clone(), &label, PLANE_HELP)
         };
-        let angle = linkage.links[above].angle;
-        let (kind, sense) = if joint.is_slide {
+        let angle = linkage.links[parent].angle;
+        let (kind, axis_sign) = if joint.is_slide {
             if !plane.contains(joint.axis) {
                 return Err(refuse("this slide leaves the plane"));
             }
             let [x, y] = plane.project(joint.axis);
-            let rotation = within_a_turn(linkage.links[link].angle - angle);
-            (Kind::Slider { direction: within_a_turn(y.atan2(x) - angle), rotation }, 1.0)
+            let rotation = wrap_angle(linkage.links[link].angle - angle);
+            (Kind::Slider { direction: wrap_angle(y.atan2(x) - angle), rotation }, 1.0)
         } else {
-            let Some(side) = plane.side(joint.axis) else { return Err(refuse("this hinge turns out of the plane")) };
+            let Some(side) = plane.normal_sign(joint.axis) else {
+                return Err(refuse("this hinge turns out of the plane"));
+            };
             (Kind::Pin, side)
         };
         let at = plane.project(joint.place);
-        let ends = [link, above].map(|link| End { link, at: linkage.local(link, at) }).to_vec();
-        let title = joint.element.get("name").unwrap_or_default().to_owned();
-        let wanted = if title.is_empty() { format!("{}_joint", body.name) } else { title.clone() };
+        let ends = [link, parent].map(|link| End { link, at: linkage.local(link, at) }).to_vec();
+        let model_name = joint.element.get("name").unwrap_or_default().to_owned();
+        let wanted = if model_name.is_empty() { format!("{}_joint", body.name) } else { model_name.clone() };
         let name = names.unique(&wanted, "joint");
         let number = linkage.joints.len();
-        linkage.joints.push(Joint { name, title: title.clone(), kind, ends, drive: None });
+        linkage.joints.push(Joint { name, model_name: model_name.clone(), kind, ends, drive: None });
         let value = |name: &str| attributes.number(joint.element, &joint.class, name);
         let reference = value("ref")?.unwrap_or(0.0);
         let reference = if joint.is_slide { reference } else { attributes.angle(reference) };
-        self.joints.push(Moved { name: title, number, is_slide: joint.is_slide, sense, reference });
-        self.passive(attributes, joint, [link, above], linkage, names)
+        self.joints.push(ImportedJoint { name: model_name, number, is_slide: joint.is_slide, axis_sign, reference });
+        self.spring_damper(attributes, joint, [link, parent], linkage, names)
     }
 
-    /// Springs and dampers of a joint, and what is left out of it.
-    fn passive(
+    /// Adds the spring and the damper of a joint, and notes what is left out of it.
+    fn spring_damper(
         &self,
         attributes: &Attributes,
         joint: &BodyJoint,
-        [link, above]: [usize; 2],
-        linkage: &mut Linkage,
+        [link, parent]: [usize; 2],
+        linkage: &mut ImportedLinkage,
         names: &mut Names,
     ) -> Result<(), Error> {
         let Some(moved) = self.joints.last() else { return Ok(()) };
@@ -157,7 +160,7 @@ impl Links {
         let armature = value("armature")?;
         if armature != 0.0
             && !moved.is_slide
-            && above == 0
+            && parent == 0
             && !linkage.joints[..moved.number].iter().any(|other| other.ends[0].link == link)
         {
             // The rotor of a joint on the ground turns with its link.
@@ -178,7 +181,7 @@ impl Links {
     }
 
     /// Adds up the masses of each link.
-    fn masses(&self, bodies: &Bodies, plane: &Plane, linkage: &mut Linkage) {
+    fn masses(&self, bodies: &Bodies, plane: &Plane, linkage: &mut ImportedLinkage) {
         for link in 1..linkage.links.len() {
             let of_link = bodies.all.iter().enumerate().filter(|(number, _)| self.of_bodies[*number] == link);
             let solids: Vec<_> = of_link.flat_map(|(_, body)| &body.solids).collect();
@@ -192,30 +195,29 @@ impl Links {
         }
     }
 
-    /// Sites as points, and their places as outputs.
-    fn sites(&self, bodies: &Bodies, plane: &Plane, linkage: &mut Linkage, names: &mut Names) {
+    /// Adds sites as points, and their coordinates as outputs.
+    fn sites(&self, bodies: &Bodies, plane: &Plane, linkage: &mut ImportedLinkage, names: &mut Names) {
         for (number, body) in bodies.all.iter().enumerate() {
             let link = self.of_bodies[number];
             for (site, place) in &body.sites {
                 let name = names.unique(site, "site");
                 let at = linkage.local(link, plane.project(*place));
                 linkage.links[link].points.push((name.clone(), at));
-                for axis in ["x", "y"].into_iter().filter(|_| link > 0) {
-                    let output = names.unique(&format!("{axis}_{name}"), "place");
-                    linkage.outputs.push((output, format!("{{ value = '{name}.{axis}', unit = \"m\" }}")));
+                if link > 0 {
+                    linkage.trace_point(&name, names);
                 }
             }
         }
     }
 
-    /// The link of a body, by its name; none is the world.
+    /// Finds a body by its name, and its link. Without a name it is the world.
     pub(super) fn of_body(&self, bodies: &Bodies, name: Option<&str>) -> Option<(usize, usize)> {
         let Some(name) = name else { return Some((0, 0)) };
         let number = bodies.all.iter().position(|body| body.name == name)?;
         Some((number, self.of_bodies[number]))
     }
 
-    /// The link and the place of a site.
+    /// Finds the link and the place of a site.
     pub(super) fn of_site(&self, bodies: &Bodies, name: &str) -> Option<(usize, Vector)> {
         bodies.all.iter().enumerate().find_map(|(number, body)| {
             let (_, place) = body.sites.iter().find(|(own, _)| own == name)?;
@@ -224,25 +226,20 @@ impl Links {
     }
 }
 
-impl Moved {
-    /// The displacement of the joint from the start, as a formula.
-    pub(super) fn displacement(&self, linkage: &Linkage) -> String {
+impl ImportedJoint {
+    /// The formula of the displacement of the joint from the start.
+    pub(super) fn displacement(&self, linkage: &ImportedLinkage) -> String {
         let joint = &linkage.joints[self.number];
-        let [link, above] = [joint.ends[0].link, joint.ends[1].link];
+        let [link, parent] = [joint.ends[0].link, joint.ends[1].link];
         if let Kind::Slider { direction, .. } = joint.kind {
             return linkage.slide(joint, direction, 0.0);
         }
-        let [a, b] = [link, above].map(|link| linkage.links[link].angle);
-        if self.sense > 0.0 { linkage.turn(link, above, b - a) } else { linkage.turn(above, link, a - b) }
-    }
-
-    /// The derivative of the displacement by that of the joint of the linkage.
-    pub(super) fn slope(&self) -> f64 {
-        self.sense
+        let [a, b] = [link, parent].map(|link| linkage.links[link].angle);
+        if self.axis_sign > 0.0 { linkage.turn(link, parent, b - a) } else { linkage.turn(parent, link, a - b) }
     }
 }
 
-/// A polynomial of a formula, with its constant part.
+/// Writes the polynomial of a formula. The first coefficient is the constant.
 pub(super) fn polynomial(coefficients: &[f64], of: &str) -> String {
     let mut text = String::new();
     for (power, coefficient) in coefficients.iter().enumerate().skip(1).filter(|(_, coefficient)| **coefficient != 0.0)
@@ -252,5 +249,5 @@ pub(super) fn polynomial(coefficients: &[f64], of: &str) -> String {
         text.push_str(&format!("{sign}{}*({of}){exponent}", factor(*coefficient)));
     }
     let constant = coefficients.first().copied().unwrap_or(0.0);
-    if text.is_empty() { shortest(constant) } else { text + &further(constant) }
+    if text.is_empty() { shortest(constant) } else { text + &signed_term(constant) }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::super::plane::{Frame, IDENTITY, Matrix, Vector, add, cross, less, norm, product, scaled, transposed};
+use super::super::plane::{Frame, IDENTITY, Matrix, Vector, add, cross, norm, product, scaled, subtract, transposed};
 use super::attributes::{Attributes, with_z};
 use super::xml::Element;
 use crate::error::Error;
@@ -75,7 +75,7 @@ pub(super) fn geom(attributes: &Attributes, element: &Element, class: &str) -> R
                 "write both ends, x y z each",
             ));
         };
-        let along = less([a, b, c], [d, e, f]);
+        let along = subtract([a, b, c], [d, e, f]);
         if norm(along) == 0.0 {
             return Err(attributes.xml.error(
                 element,
@@ -134,7 +134,7 @@ fn moments(kind: &str, [a, b, c]: Vector) -> (f64, Vector) {
     }
 }
 
-/// The centre of masses, and their moments of inertia about an axis through it.
+/// Joins masses: their sum, their centre, and the moment of inertia about an axis through it.
 pub(super) fn joined(solids: &[&Solid], axis: Vector) -> (f64, Vector, f64) {
     let mass: f64 = solids.iter().map(|solid| solid.mass).sum();
     if mass == 0.0 {
@@ -142,14 +142,14 @@ pub(super) fn joined(solids: &[&Solid], axis: Vector) -> (f64, Vector, f64) {
     }
     let sum = solids.iter().fold([0.0; 3], |sum, solid| add(sum, scaled(solid.com, solid.mass / mass)));
     let about = |solid: &&Solid| {
-        let arm = norm(cross(less(solid.com, sum), axis));
+        let arm = norm(cross(subtract(solid.com, sum), axis));
         solid.about(axis) + solid.mass * arm * arm
     };
     (mass, sum, solids.iter().map(about).sum())
 }
 
 impl Solid {
-    /// The mass in the frame that contains that of its body.
+    /// Converts the mass into the frame that contains this one.
     pub(super) fn seen_from(self, frame: &Frame) -> Self {
         Self { mass: self.mass, com: frame.point(self.com), inertia: turned(&self.inertia, frame) }
     }

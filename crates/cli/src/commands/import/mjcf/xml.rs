@@ -17,17 +17,17 @@ pub(super) struct Xml<'s> {
 /// An element: its attributes, and the elements in it.
 pub(super) struct Element {
     pub(super) name: String,
-    /// Its start tag.
+    /// The place of its start tag.
     pub(super) span: Range<usize>,
     pub(super) attributes: Vec<(String, String)>,
     children: Vec<usize>,
 }
 
 /// The largest depth of elements; models have about 30.
-const MOST_DEEP: usize = 200;
+const MAX_DEPTH: usize = 200;
 
 /// The largest number of elements.
-const MOST_ELEMENTS: usize = 200_000;
+const MAX_ELEMENTS: usize = 200_000;
 
 impl<'s> Xml<'s> {
     pub(super) fn read(source: &'s Source) -> Result<Self, Error> {
@@ -39,16 +39,21 @@ impl<'s> Xml<'s> {
             let begin = position(&reader);
             let event = reader.read_event().map_err(|e| {
                 let at = usize::try_from(reader.error_position()).unwrap_or(begin);
-                source.error(format!("this is no XML: {e}"), at..at + 1, "", "close every element and every quote")
+                source.error(
+                    format!("this is not valid XML: {e}"),
+                    at..at + 1,
+                    "",
+                    "close every element and every quote",
+                )
             })?;
             let span = begin..position(&reader);
             match event {
                 Event::Start(start) => {
                     let number = xml.add(&start, span.clone(), &open)?;
                     open.push(number);
-                    if open.len() > MOST_DEEP {
-                        let help = format!("use at most {MOST_DEEP} levels");
-                        return Err(source.error("elements are in each other too deep", span, "", help));
+                    if open.len() > MAX_DEPTH {
+                        let help = format!("use at most {MAX_DEPTH} levels");
+                        return Err(source.error("elements are nested too deeply", span, "", help));
                     }
                 }
                 Event::Empty(start) => {
@@ -89,7 +94,7 @@ impl<'s> Xml<'s> {
         let number = self.elements.len();
         let name = start.name().as_ref().to_owned();
         let is_first = open.is_empty() && number > 0;
-        if is_first || number >= MOST_ELEMENTS {
+        if is_first || number >= MAX_ELEMENTS {
             let title = if is_first {
                 "a model has one element that contains all others"
             } else {

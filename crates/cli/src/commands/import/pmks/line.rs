@@ -6,7 +6,7 @@ use super::super::numbers::finite;
 use super::super::source::Source;
 use crate::error::Error;
 
-/// A line: a joint of links at a place.
+/// A line of the text: a joint of links at a place.
 pub(super) struct Line {
     pub(super) links: Vec<(String, Range<usize>)>,
     pub(super) kind: String,
@@ -25,7 +25,7 @@ impl Line {
         let span = offset + lead..offset + lead + line.trim().len();
         let example = "write the links, the type (R, P, RP or G) and the place of a joint, as `ground crank R 0 0`";
         let kind = kind_at(&words).filter(|at| *at > 0).ok_or_else(|| {
-            source.error("this line is no joint", span.clone(), "no link with a type of joint behind it", example)
+            source.error("this line is not a joint", span.clone(), "no link with a type of joint behind it", example)
         })?;
         let mut rest = words.split_off(kind);
         let kind = rest.remove(0).0.to_ascii_uppercase();
@@ -80,7 +80,7 @@ pub(super) fn words(line: &str, offset: usize) -> Vec<(String, Range<usize>)> {
     found
 }
 
-/// The place of the type of joint, the last word of this kind.
+/// The number of the word that is the type of joint: the last word of this kind.
 pub(super) fn kind_at(words: &[(String, Range<usize>)]) -> Option<usize> {
     words.iter().rposition(|(word, _)| ["r", "p", "rp", "g"].contains(&word.to_ascii_lowercase().as_str()))
 }

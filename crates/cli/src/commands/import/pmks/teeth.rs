@@ -1,12 +1,12 @@
 //! Teeth of gears and racks.
 
-use super::super::linkage::{End, Joint, Kind, turned};
+use super::super::linkage::{End, Joint, Kind, rotated};
 use super::Reader;
 use super::line::Line;
 use crate::error::Error;
 
 impl Reader<'_> {
-    /// Gear teeth, by the pins of both links on a third one.
+    /// Adds gear teeth. Both links have pins on a third one, which carries them.
     pub(super) fn teeth(&mut self, lines: &[Line], line: &Line, gears: [usize; 2]) -> Result<(), Error> {
         let mut found = None;
         for first in lines.iter().filter(|other| other.links.len() > 1) {
@@ -39,7 +39,7 @@ impl Reader<'_> {
         if first.kind == "P" || second.kind == "P" {
             let ([gear, rack], arm, slide) =
                 if first.kind == "P" { ([gears[1], gears[0]], b, first) } else { (gears, a, second) };
-            let [axis, side] = [[1.0, 0.0], [0.0, 1.0]].map(|axis| turned(axis, slide.direction));
+            let [axis, side] = [[1.0, 0.0], [0.0, 1.0]].map(|axis| rotated(axis, slide.direction));
             let [along, radius] = [axis, side].map(|axis| axis[0] * arm[0] + axis[1] * arm[1]);
             if along.abs() > 1e-6 * radius.abs() {
                 let help = "put the teeth where the perpendicular through the centre of the gear meets the rack";
@@ -53,7 +53,7 @@ impl Reader<'_> {
             let centre = if first.kind == "P" { second.place } else { first.place };
             let ends = vec![self.end(gear, centre), self.end(rack, line.place)];
             let kind = Kind::Rack { radius, direction: slide.direction };
-            self.linkage.joints.push(Joint { title: name.clone(), name, kind, ends, drive: None });
+            self.linkage.joints.push(Joint { model_name: name.clone(), name, kind, ends, drive: None });
             return Ok(());
         }
         let [r1, r2] = [a, b].map(|[x, y]| x.hypot(y));
@@ -65,7 +65,7 @@ impl Reader<'_> {
         let ratio = if dot > 0.0 { r2 / r1 } else { -r2 / r1 };
         let ends = gears.map(|link| End { link, at: [0.0; 2] }).to_vec();
         self.linkage.joints.push(Joint {
-            title: name.clone(),
+            model_name: name.clone(),
             name,
             kind: Kind::Gear { ratio, phase: 0.0, carrier },
             ends,

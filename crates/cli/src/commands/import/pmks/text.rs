@@ -2,7 +2,7 @@
 
 use super::super::numbers::finite;
 
-/// The lines of joints, and where they begin.
+/// Finds the lines of joints, and the place at which they begin.
 pub(super) fn mechanism(text: &str) -> (&str, usize) {
     let Some(begin) = text.find("mech=").map(|at| at + "mech=".len()) else { return (text, 0) };
     let rest = &text[begin..];
@@ -13,7 +13,7 @@ pub(super) fn mechanism(text: &str) -> (&str, usize) {
     (&rest[..end], begin)
 }
 
-/// A setting, such as the speed in `set=s20|f5`.
+/// Reads a setting, such as the speed in `set=s20|f5`.
 pub(super) fn setting(text: &str, letter: char) -> Option<f64> {
     let rest = &text[text.find("set=")? + "set=".len()..];
     let end = rest.find(['&', '\n', '\r', ' ']).unwrap_or(rest.len());

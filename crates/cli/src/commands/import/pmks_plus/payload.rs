@@ -7,15 +7,15 @@ use crate::error::Error;
 
 /// A mechanism, in SI units.
 pub(in super::super) struct Payload {
-    pub(super) pivots: Vec<Pivot>,
-    pub(super) rods: Vec<Rod>,
+    pub(super) joints: Vec<Joint>,
+    pub(super) links: Vec<Link>,
     pub(super) forces: Vec<Force>,
     pub(super) has_gravity: bool,
     pub(super) units: &'static str,
 }
 
 /// A joint.
-pub(super) struct Pivot {
+pub(super) struct Joint {
     pub(super) id: String,
     pub(super) name: String,
     pub(super) place: [f64; 2],
@@ -27,13 +27,13 @@ pub(super) struct Pivot {
     pub(super) is_traced: bool,
     /// The link with a slot, and two joints on its line.
     pub(super) slot: Option<[String; 3]>,
-    /// In turns a minute, or m/s.
+    /// The speed as an input: turns a minute of a pin, m/s of a slider.
     pub(super) speed: f64,
     pub(super) span: Range<usize>,
 }
 
 /// A link.
-pub(super) struct Rod {
+pub(super) struct Link {
     pub(super) id: String,
     pub(super) name: String,
     pub(super) is_root: bool,
@@ -57,9 +57,9 @@ pub(super) struct Force {
 }
 
 /// The largest number of records.
-const MOST_RECORDS: usize = 1000;
+const MAX_RECORDS: usize = 1000;
 
-/// Where the records begin and end in a text.
+/// The range of the records in a text.
 fn bounds(text: &str) -> Range<usize> {
     let line = text.trim();
     let begin = text.len() - text.trim_start().len();
@@ -68,7 +68,7 @@ fn bounds(text: &str) -> Range<usize> {
 }
 
 /// Whether a text is a link of PMKS+.
-pub(in super::super) fn is_of(text: &str) -> bool {
+pub(in super::super) fn recognizes(text: &str) -> bool {
     let records: Vec<&str> = text[bounds(text)].split('.').take(5).collect();
     let is_number = |text: &str| !text.is_empty() && text.chars().all(|c| digit(c).is_some() || c == ',');
     let is_one_line = !text.trim().contains('\n');
@@ -87,7 +87,7 @@ impl Payload {
             records.push(Record { source, text, span: at..at + text.len() });
             at += text.len() + 1;
         }
-        if records.len() > MOST_RECORDS {
+        if records.len() > MAX_RECORDS {
             return Err(source.whole("the mechanism has more than 1000 parts", "split the mechanism"));
         }
         let flags = records[0].number_of(records[0].text, true)?;
@@ -99,21 +99,17 @@ impl Payload {
         let linear = if linear == 0.0 { 5.0 } else { linear };
         let mut rest = records[4..].iter();
         let mut section = || -> Vec<&Record> { rest.by_ref().take_while(|record| !record.text.is_empty()).collect() };
-        let pivots = section()
+        let joints = section()
             .into_iter()
-            .map(|record| record.pivot(&units, sense * speed, linear))
+            .map(|record| record.joint(&units, sense * speed, linear))
             .collect::<Result<_, _>>()?;
-        let rods = section().into_iter().map(|record| record.rod(&units)).collect::<Result<_, _>>()?;
+        let links = section().into_iter().map(|record| record.link(&units)).collect::<Result<_, _>>()?;
         let forces = section().into_iter().map(|record| record.force(&units)).collect::<Result<_, _>>()?;
-        Ok(Self { pivots, rods, forces, has_gravity: flags as u64 >> 8 & 1 == 0, units: units.text })
+        Ok(Self { joints, links, forces, has_gravity: flags as u64 >> 8 & 1 == 0, units: units.text })
     }
 
-    pub(super) fn pivot(&self, id: &str) -> Option<&Pivot> {
-        self.pivots.iter().find(|pivot| pivot.id == id)
-    }
-
-    pub(super) fn has_masses(&self) -> bool {
-        self.rods.iter().any(|rod| rod.is_root && rod.mass > 0.0)
+    pub(super) fn joint(&self, id: &str) -> Option<&Joint> {
+        self.joints.iter().find(|joint| joint.id == id)
     }
 }
 
@@ -143,7 +139,7 @@ impl Units {
     }
 }
 
-/// A digit of a number with 64 digits.
+/// The value of a digit in the base 64.
 fn digit(c: char) -> Option<u32> {
     match c {
         '0'..='9' => Some(c as u32 - '0' as u32),
@@ -155,7 +151,7 @@ fn digit(c: char) -> Option<u32> {
     }
 }
 
-/// A text between dots.
+/// A record: a text between dots.
 #[derive(Clone)]
 struct Record<'s> {
     source: &'s Source,
@@ -172,7 +168,7 @@ impl Record<'_> {
         self.text.split(',').nth(number).filter(|token| !token.is_empty())
     }
 
-    /// A whole number. A zero before other digits is a minus sign.
+    /// Reads a whole number. A zero before other digits is a minus sign.
     fn number_of(&self, text: &str, is_positive: bool) -> Result<f64, Error> {
         let (sign, digits) = match text.strip_prefix('0') {
             Some(digits) if !is_positive => (-1.0, digits),
@@ -187,7 +183,7 @@ impl Record<'_> {
             .ok_or_else(|| self.error("this record has a number that cannot be read"))
     }
 
-    /// A number in thousandths.
+    /// Reads a number that is given in thousandths.
     fn decimal(&self, number: usize) -> Result<f64, Error> {
         Ok(self.token(number).map_or(Ok(0.0), |token| self.number_of(token, false))? / 1000.0)
     }
@@ -196,7 +192,7 @@ impl Record<'_> {
         Ok([self.decimal(first)? * units.length, self.decimal(first + 1)? * units.length])
     }
 
-    /// The first character, and the identifier behind it.
+    /// The flags at the begin of the record, of this length, and the identifier behind them.
     fn head(&self, length: usize) -> Result<(&str, String), Error> {
         let token = self.token(0).ok_or_else(|| self.error("this record is empty"))?;
         match token.get(..length).zip(token.get(length..)) {
@@ -209,7 +205,7 @@ impl Record<'_> {
         self.token(1).unwrap_or(id).replace("%20", " ")
     }
 
-    fn pivot(&self, units: &Units, speed: f64, linear: f64) -> Result<Pivot, Error> {
+    fn joint(&self, units: &Units, speed: f64, linear: f64) -> Result<Joint, Error> {
         let (flags, id) = self.head(1)?;
         let flags =
             flags.chars().next().and_then(digit).ok_or_else(|| self.error("the flags of this joint cannot be read"))?;
@@ -223,7 +219,7 @@ impl Record<'_> {
         let (general, scale) = if is(0) { (linear, units.length) } else { (speed, 1.0) };
         let own = self.decimal(8)?;
         let speed = if own == 0.0 { general } else { own } * scale;
-        Ok(Pivot {
+        Ok(Joint {
             name: self.name(&id),
             id,
             place: self.place(2, units)?,
@@ -239,7 +235,7 @@ impl Record<'_> {
         })
     }
 
-    fn rod(&self, units: &Units) -> Result<Rod, Error> {
+    fn link(&self, units: &Units) -> Result<Link, Error> {
         let (flags, id) = self.head(2)?;
         let (root, kind) = flags.split_at(1);
         if !"YAMGNamg01234567".contains(root) || !["R", "P"].contains(&kind) {
@@ -255,7 +251,7 @@ impl Record<'_> {
         let name = self.name(&id);
         let (joints, parts) = (list(), list());
         let is_root = "YAMG0123".contains(root);
-        Ok(Rod { id, name, is_root, is_block: kind == "P", mass, inertia, com: self.place(4, units)?, joints, parts })
+        Ok(Link { id, name, is_root, is_block: kind == "P", mass, inertia, com: self.place(4, units)?, joints, parts })
     }
 
     fn force(&self, units: &Units) -> Result<Force, Error> {
