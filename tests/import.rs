@@ -64,6 +64,10 @@ fn wrong_names_and_files_are_refused() {
     refuse(b"hello", &[], "this is not a model that can be imported");
     refuse("9 ".repeat(1_000_000).as_bytes(), &[], "this is not a model that can be imported");
     refuse(b"ground a R 0 0\na b R 0 0\nb c R 0 0\nc ground R 0 0", &[], "the scene of this model has an error");
+    refuse(b"ground a R 0 0", &["--out", "c.txt"], "c.txt is not the name of a scene file");
+    refuse(b"ground a R 0 0\na b R 1 0\nb ground R 1 1", &[], "this model cannot move");
+    let output = qrm(&["import", "."]).current_dir(folder.path()).output().expect("starts");
+    assert!(said(&output).contains(". is a folder"), "{}", said(&output));
     let output = qrm(&["import", "missing.txt"]).current_dir(folder.path()).output().expect("starts");
     assert!(said(&output).contains("cannot read missing.txt"), "{}", said(&output));
 }

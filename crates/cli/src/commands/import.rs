@@ -4,6 +4,7 @@ mod asmt;
 mod independent_coordinates;
 mod linkage;
 mod mjcf;
+mod movable;
 mod names;
 mod numbers;
 mod plane;
@@ -29,7 +30,7 @@ pub(crate) struct Options {
     /// The model: a mechanism of PMKS or PMKS+ (text or link), an Ondsel assembly (.asmt), or MJCF (.xml)
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// The scene file [default: NAME.toml]
+    /// The scene file, which ends with `.toml` [default: NAME.toml]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Name of the scene, as `my-crank` [default: that of the file]
@@ -50,6 +51,10 @@ pub(crate) fn run(_models: &'static [Model], options: &Options) -> Result<(), Er
         None => names::of_scene(&stem),
     };
     let path = out.clone().unwrap_or_else(|| Path::new(&name).with_extension("toml"));
+    if path.extension().is_none_or(|extension| extension != "toml") {
+        return Err(Error::usage(format!("{} is not the name of a scene file", path.display()))
+            .help("write a name that ends with `.toml`"));
+    }
     if path.exists() {
         return Err(Error::usage(format!("{} is there already", path.display()))
             .help("choose another name by --name, or another file by --out"));
@@ -72,7 +77,7 @@ pub(crate) fn run(_models: &'static [Model], options: &Options) -> Result<(), Er
 /// Reads a model in the format that its text shows.
 fn read(source: &Source) -> Result<ImportedLinkage, Error> {
     let text = &source.text;
-    if asmt::recognizes(text) {
+    let linkage = if asmt::recognizes(text) {
         asmt::read(source)
     } else if mjcf::recognizes(text) {
         mjcf::read(source)
@@ -85,7 +90,9 @@ fn read(source: &Source) -> Result<ImportedLinkage, Error> {
             "this is not a model that can be imported",
             "import a mechanism of PMKS or PMKS+, an assembly of the Ondsel solver (.asmt), or MJCF (.xml)",
         ))
-    }
+    }?;
+    movable::check(source, &linkage)?;
+    Ok(linkage)
 }
 
 /// The text that tells what was written and what was left out.

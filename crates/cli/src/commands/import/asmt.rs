@@ -23,6 +23,7 @@ pub(super) fn recognizes(text: &str) -> bool {
 /// Reads an assembly.
 pub(super) fn read(source: &Source) -> Result<ImportedLinkage, Error> {
     let tree = Tree::read(&source.text);
+    check_indentation(source)?;
     let Some(assembly) = tree.roots().find(|node| node.text() == "Assembly") else {
         return Err(
             source.whole("it has no `Assembly`", "export the assembly again, as a file .asmt of the Ondsel solver")
@@ -35,6 +36,7 @@ pub(super) fn read(source: &Source) -> Result<ImportedLinkage, Error> {
         linkage.left_out.push("the pose of the assembly: the scene is in its frame".to_owned());
     }
     let mut parts = Parts::read(source, &assembly)?;
+    check_end(source, &tree, &assembly)?;
     let plane = joints::plane(source, &parts, &items)?;
     parts.place(&plane, &mut linkage, &mut names);
     joints::add(source, &parts, &plane, &items, &mut linkage, &mut names)?;
@@ -50,6 +52,35 @@ pub(super) fn read(source: &Source) -> Result<ImportedLinkage, Error> {
     linkage.add_joint_forces(&mut names);
     remarks(&tree, &assembly, &plane, &mut linkage);
     Ok(linkage)
+}
+
+/// Refuses a file that is indented by blanks.
+fn check_indentation(source: &Source) -> Result<(), Error> {
+    let text = &source.text;
+    let blank = text.match_indices("\n ").map(|(at, _)| at + 1).next();
+    match blank.filter(|_| !text.contains("\n\t")) {
+        Some(at) => {
+            let end = text[at..].find(|c| c != ' ').map_or(text.len(), |count| at + count);
+            let help = "indent each level by a tab, as the Ondsel solver writes it";
+            Err(source.error("this line is indented by blanks", at..end, "indentation is by tabs", help))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Refuses a file that ends inside a section.
+fn check_end(source: &Source, tree: &Tree, assembly: &Node) -> Result<(), Error> {
+    let sections = ["ConstraintSets", "ConstantGravity", "SimulationParameters"];
+    let has_value = |node: &Node, name: &str| node.child(name).is_some_and(|node| node.first().is_some());
+    let run = assembly.child("SimulationParameters");
+    let missing = sections.into_iter().find(|name| !has_value(assembly, name)).or_else(|| {
+        let settings = ["tstart", "tend", "hout"];
+        settings.into_iter().find(|name| !run.is_some_and(|run| has_value(&run, name)))
+    });
+    let Some(missing) = missing else { return Ok(()) };
+    let title = format!("the assembly ends before its `{missing}`");
+    let span = tree.last().map_or(0..1, |node| node.span());
+    Err(source.error(title, span, "the last line", "export the assembly again, and copy the whole file"))
 }
 
 /// Reads the step and the end of the simulation, and returns its start.
@@ -236,5 +267,19 @@ gravity = { gravity = [0, -9.81] }
         ] {
             assert!(error(from, to).contains(said), "{}", error(from, to));
         }
+    }
+
+    #[test]
+    fn files_that_are_not_whole_are_refused() {
+        for (end, said) in [
+            ("\t\tMotions\n", "the assembly ends before its `ConstantGravity`"),
+            ("\tConstraintSets\n", "the assembly ends before its `ConstraintSets`"),
+            ("\t\thout\n", "the assembly ends before its `hout`"),
+        ] {
+            let error = imported(&FOUR_BAR[..FOUR_BAR.find(end).expect("a line")]).expect_err("no scene");
+            assert!(error.contains(said), "{error}");
+        }
+        let error = imported(&FOUR_BAR.replace('\t', "    ")).expect_err("no scene");
+        assert!(error.contains("indentation is by tabs") && error.contains("model:3:1"), "{error}");
     }
 }

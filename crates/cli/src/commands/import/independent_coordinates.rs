@@ -42,6 +42,42 @@ impl IndependentCoordinates {
     }
 }
 
+/// The degrees of freedom that the joints and constraints leave at the start. Drives do not count.
+pub(super) fn freedom(linkage: &ImportedLinkage) -> usize {
+    let jacobian = Jacobian(linkage);
+    let mut space = RowSpace::new(jacobian.size());
+    let rank = jacobian.constraints().iter().filter(|row| space.add(row)).count();
+    jacobian.size() - rank
+}
+
+/// Whether a drive of a joint can move the linkage from its start.
+pub(super) fn can_be_driven(linkage: &ImportedLinkage, joint: usize) -> bool {
+    let jacobian = Jacobian(linkage);
+    let mut space = RowSpace::new(jacobian.size());
+    for row in &jacobian.constraints() {
+        space.add(row);
+    }
+    jacobian.displacement(joint).is_some_and(|row| space.add(&row))
+}
+
+/// The joints whose drives prescribe what the joints and other drives determine. The drive of `first` counts first.
+pub(super) fn repeated_drives(linkage: &ImportedLinkage, first: usize) -> Vec<usize> {
+    let jacobian = Jacobian(linkage);
+    let mut space = RowSpace::new(jacobian.size());
+    for row in jacobian.constraints().iter().chain(&jacobian.displacement(first)) {
+        space.add(row);
+    }
+    let driven = (0..linkage.joints.len()).filter(|joint| *joint != first && linkage.joints[*joint].drive.is_some());
+    // At a dead centre more drives than freedoms seem possible.
+    let mut rest = freedom(linkage).saturating_sub(1);
+    let mut is_repeated = |joint: &usize| {
+        let is_new = rest > 0 && jacobian.displacement(*joint).is_some_and(|row| space.add(&row));
+        rest -= usize::from(is_new);
+        !is_new
+    };
+    driven.filter(|joint| is_repeated(joint)).collect()
+}
+
 /// The rate of the place of a slider at the start, from the velocities of its links.
 pub(super) fn slider_rate(linkage: &ImportedLinkage, joint: usize) -> f64 {
     rates(linkage, Jacobian(linkage).displacement(joint).unwrap_or_default()).sum()

@@ -4,8 +4,12 @@ mod actuators;
 mod attributes;
 mod bodies;
 mod equality;
+mod inertias;
+mod known;
 mod links;
+mod repetition;
 mod shape;
+mod springs;
 mod xml;
 
 use super::linkage::ImportedLinkage;
@@ -40,6 +44,7 @@ pub(super) fn read(source: &Source) -> Result<ImportedLinkage, Error> {
         return Err(xml.error(include, "file", "this model has a part in another file", help));
     }
     let attributes = Attributes::read(&xml)?;
+    known::check(&attributes, &xml)?;
     let bodies = Bodies::read(&attributes, &xml)?;
     let mut linkage = ImportedLinkage::new("a model of MuJoCo");
     let mut names = Names::new();
@@ -54,6 +59,12 @@ pub(super) fn read(source: &Source) -> Result<ImportedLinkage, Error> {
     options(&attributes, &xml, &plane, &mut linkage)?;
     linkage.add_joint_forces(&mut names);
     remarks(&xml, &bodies, &plane, &mut linkage);
+    if links.deviation > 1e-9 {
+        let deviation = format!("{:.1e}", links.deviation);
+        let text =
+            format!("Axes of the model differ from those of the plane by up to {deviation} rad; here they are exact.");
+        linkage.remarks.push(text);
+    }
     Ok(linkage)
 }
 
@@ -72,7 +83,11 @@ fn plane(bodies: &Bodies) -> Plane {
             if super::plane::norm(across) > 1e-6 { across } else { [0.0, 1.0, 0.0] }
         }))
     };
-    Plane::across(hinge.or_else(|| across(&slides)).unwrap_or([0.0, 0.0, 1.0]))
+    let axis = super::plane::unit(hinge.or_else(|| across(&slides)).unwrap_or([0.0, 0.0, 1.0]));
+    // An axis that differs from one of the world by the rounding of 6 digits is that one.
+    let near =
+        super::plane::IDENTITY.into_iter().find(|own| super::plane::norm(super::plane::cross(*own, axis)) < 1e-5);
+    Plane::across(near.unwrap_or(axis))
 }
 
 /// Reads the time step and gravity.
@@ -106,7 +121,7 @@ fn options(attributes: &Attributes, xml: &Xml, plane: &Plane, linkage: &mut Impo
                 gravity = [0.0; 3];
             }
             for (name, value) in flag.attributes.iter().filter(|(_, value)| value == "disable") {
-                if ["constraint", "equality", "spring", "damper", "passive", "actuation"].contains(&name.as_str()) {
+                if ["constraint", "spring", "damper", "passive", "actuation"].contains(&name.as_str()) {
                     linkage.left_out.push(format!("the flag {name}=\"{value}\""));
                 }
             }
@@ -129,6 +144,16 @@ fn remarks(xml: &Xml, bodies: &Bodies, plane: &Plane, linkage: &mut ImportedLink
         for element in xml.section(section) {
             let name = element.get("name").unwrap_or(&element.name);
             linkage.left_out.push(format!("the {what} `{name}`"));
+        }
+    }
+    for (section, what) in [
+        ("sensor", "the sensors"),
+        ("custom", "the custom data"),
+        ("extension", "the extensions, which are plugins"),
+        ("contact", "the settings of contact"),
+    ] {
+        if xml.section(section).next().is_some() {
+            linkage.left_out.push(what.to_owned());
         }
     }
     for compiler in xml.children(xml.root()).filter(|element| element.name == "compiler") {
@@ -240,6 +265,9 @@ mod tests {
             (body("<geom/>"), "this sphere has no size"),
             (body("<inertial mass=\"-1\" pos=\"0 0 0\"/>"), "this mass is negative"),
             (body("<joint axis=\"0 0 0\"/>"), "this axis is zero"),
+            (body("<site pos=\"1e300 0 0\"/>"), "`pos` has a number that is too large"),
+            (body("<joint axis=\"0 1 0\"/><geom type=\"mesh\" mesh=\"m\"/>"), "is that of a mesh or a height field"),
+            (model("", "<actuator><motor joint=\"x\"/></actuator>"), "no body of the model moves"),
             (body("<site pos=\"1 2\"/>"), "`pos` has three numbers"),
             (body("<replicate count=\"3\"/>"), "`<replicate>` cannot be read"),
             (model("<body><geom size=\"1\"/></body>", ""), "no body of the model moves"),

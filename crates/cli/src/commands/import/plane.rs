@@ -92,6 +92,17 @@ impl Plane {
         (norm(cross(unit(axis), self.normal)) < SAME).then_some(along.signum())
     }
 
+    /// The angle between an axis and the normal of the plane, and 1 or -1 for its side.
+    pub(super) fn deviation_of_hinge(&self, axis: Vector) -> (f64, f64) {
+        let along = dot(unit(axis), self.normal);
+        (norm(cross(unit(axis), self.normal)).atan2(along.abs()), along.signum())
+    }
+
+    /// The angle between a direction and the plane.
+    pub(super) fn deviation_of_slide(&self, direction: Vector) -> f64 {
+        dot(unit(direction), self.normal).abs().min(1.0).asin()
+    }
+
     /// The axes in space, for a remark.
     pub(super) fn axes_text(&self) -> String {
         let [x, y] = [self.x, self.y].map(|axis| axis.map(shortest).join(", "));

@@ -1,5 +1,6 @@
 //! Mechanisms of PMKS: one joint a line, as `ground input R 0 0 0 ffft`, or a link with such lines.
 
+mod inputs;
 mod line;
 mod teeth;
 mod text;
@@ -42,8 +43,13 @@ pub(super) fn read(source: &Source) -> Result<ImportedLinkage, Error> {
     if lines.is_empty() {
         return Err(source.whole("it has no joint", "write one joint a line, as `ground crank R 0 0`"));
     }
-    let mut reader =
-        Reader { source, linkage: ImportedLinkage::new("a mechanism of PMKS"), names: Names::new(), links: vec![] };
+    let mut reader = Reader {
+        source,
+        linkage: ImportedLinkage::new("a mechanism of PMKS"),
+        names: Names::new(),
+        links: vec![],
+        inputs: vec![],
+    };
     reader.read(&lines)?;
     Ok(reader.linkage)
 }
@@ -54,6 +60,15 @@ struct Reader<'s> {
     names: Names,
     /// The names of the links in the file; the ground is the first.
     links: Vec<String>,
+    /// The inputs.
+    inputs: Vec<Input>,
+}
+
+/// A joint that is an input.
+struct Input {
+    joint: usize,
+    is_slider: bool,
+    place: [f64; 2],
 }
 
 impl Reader<'_> {
@@ -67,10 +82,13 @@ impl Reader<'_> {
         }
         let joined = |line: &&Line| line.links.len() > 1;
         let may_be_input = |line: &Line| line.links.len() > 1 && (line.kind == "R" || line.kind == "P");
-        let input = lines.iter().rposition(|line| line.is_input).or_else(|| lines.iter().position(may_be_input));
+        self.check_repetition(lines)?;
+        let is_input = |line: &Line| line.is_input && line.links.len() > 1;
+        let no_input = !lines.iter().any(is_input);
+        let first = lines.iter().position(may_be_input).filter(|_| no_input);
         for (i, line) in lines.iter().enumerate() {
             if joined(&line) {
-                self.joint(lines, line, input == Some(i))?;
+                self.joint(lines, line, is_input(line) || first == Some(i))?;
             } else {
                 self.tracer(line);
             }
@@ -78,7 +96,9 @@ impl Reader<'_> {
         if !self.linkage.joints.iter().any(|joint| joint.ends.iter().any(|end| end.link == 0)) {
             return Err(self.source.whole("no joint is on the ground", "name a link `ground`"));
         }
-        self.finish(lines.get(input.unwrap_or(0)));
+        self.drop_inputs();
+        self.finish();
+        super::movable::check(self.source, &self.linkage)?;
         self.check_freedom()
     }
 
@@ -140,6 +160,10 @@ impl Reader<'_> {
         };
         let name = self.joint_name();
         let drive = is_input.then(|| "speed*t".to_owned());
+        if is_input {
+            let joint = self.linkage.joints.len();
+            self.inputs.push(Input { joint, is_slider: line.kind == "P", place: line.place });
+        }
         self.linkage.joints.push(Joint { model_name: name.clone(), name, kind, ends, drive });
         if line.kind == "RP" && links.len() > 2 {
             let ends = links[1..].iter().map(|link| self.end(*link, line.place)).collect();
@@ -195,24 +219,24 @@ impl Reader<'_> {
         Err(self.source.whole(&title, "add the joints that are missing: PMKS has one input, and no masses"))
     }
 
-    /// Adds the speed of the input, the time of a turn, and remarks.
-    fn finish(&mut self, input: Option<&Line>) {
+    /// Adds the speeds of the inputs, the time of a turn, and remarks.
+    fn finish(&mut self) {
         let speed = setting(&self.source.text, 's').unwrap_or(DEFAULT_SPEED);
         let speed = if speed == 0.0 { DEFAULT_SPEED } else { speed };
+        // PMKS takes the last input.
+        let inputs: Vec<&Input> = self.inputs.iter().rev().collect();
         let linkage = &mut self.linkage;
-        let (value, unit, doc) = match input {
-            Some(line) if line.kind == "P" => {
-                linkage.end_time = 1.0;
-                (speed, "m/s", "speed of the input slider")
-            }
-            _ => {
-                linkage.end_time = 60.0 / speed.abs();
-                (speed, "rpm", "speed of the input")
-            }
-        };
+        let turns = inputs.first().is_none_or(|input| !input.is_slider);
+        linkage.end_time = if turns { 60.0 / speed.abs() } else { 1.0 };
         linkage.step = linkage.end_time / 1000.0;
-        let name = "speed".to_owned();
-        linkage.parameters.push(super::linkage::Parameter { name, value, unit, doc: doc.to_owned() });
+        for (number, input) in inputs.into_iter().enumerate() {
+            let name = if number == 0 { "speed".to_owned() } else { self.names.unique("speed", "speed") };
+            let (unit, what) = if input.is_slider { ("m/s", "input slider") } else { ("rpm", "input") };
+            let of = if number == 0 { String::new() } else { format!(" {}", linkage.joints[input.joint].name) };
+            linkage.joints[input.joint].drive = Some(format!("{name}*t"));
+            let doc = format!("speed of the {what}{of}");
+            linkage.parameters.push(super::linkage::Parameter { name, value: speed, unit, doc });
+        }
         linkage.remarks.push("PMKS has lengths without a unit: they are metres here.".to_owned());
         linkage.remarks.push("It has no masses: forces need `mass`, `com` and `inertia` of the links.".to_owned());
         if self.source.text.matches("mech=").count() > 1 {

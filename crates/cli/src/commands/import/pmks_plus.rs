@@ -47,6 +47,7 @@ impl Reader<'_> {
         }
         self.linkage.connect_free_links(&mut self.names);
         self.forces(payload)?;
+        self.linkage.drop_further_inputs();
         self.finish(payload, &drives);
         Ok(())
     }
@@ -213,7 +214,15 @@ mod tests {
     const LINK: &str = "https://app.pmksplus.com/?01.Ay,1E8.K,0.1011.MA,A,0,0,0.GB,B,ku,0,0.GC,C,ku,ku,0.\
                         LP,P,ku,ku,OY..\
                         YRAB,Crank,VG,o,NS,0,c5cae9,A,B,,.YRBC,Connecting rod,ku,6G,ku,NS,303e9f,B,C,,.\
-                        YPCP,CP,1Tm,0,0,0,,C,P,,..2F1,BC,F1,ku,ku,ku,VG,Fe..N_J";
+                        YPCP,CP,1Tm,0,0,0,,C,P,,..2F1,BC,F1,ku,ku,ku,VG,Fe..N_H";
+
+    /// Sets the last character of a link, which is the length of the others.
+    fn sealed(link: &str) -> String {
+        const DIGITS: &str = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz";
+        let body = &link[..link.len() - 1];
+        let count = body.len() - body.find('?').map_or(0, |at| at + 1);
+        format!("{body}{}", &DIGITS[count % 62..=count % 62])
+    }
 
     #[test]
     fn a_slider_crank_has_its_masses_its_block_and_its_force() {
@@ -241,7 +250,7 @@ F1      = { force = [0, -1], at = \"Connecting_rod.F1_point\" }
 
     #[test]
     fn forces_that_turn_with_their_link_are_in_its_frame() {
-        let scene = imported(&LINK.replace("..2F1,BC", "..3F1,BC")).expect("a scene");
+        let scene = imported(&sealed(&LINK.replace("..2F1,BC", "..3F1,BC"))).expect("a scene");
         let force = "F1      = { force = [0, -1], at = \"Connecting_rod.F1_point\", frame = \"Connecting_rod\" }";
         assert!(scene.contains(force), "{scene}");
     }
@@ -249,13 +258,13 @@ F1      = { force = [0, -1], at = \"Connecting_rod.F1_point\" }
     #[test]
     fn a_turn_of_the_slowest_input_ends_the_run() {
         // The speed is 0.5 turns a minute, in the sense of clocks.
-        let scene = imported(&LINK.replace("A,0,0,0.GB", "A,0,0,0,,,,07q.GB")).expect("a scene");
+        let scene = imported(&sealed(&LINK.replace("A,0,0,0.GB", "A,0,0,0,,,,07q.GB"))).expect("a scene");
         assert!(scene.contains("speed = { value = -0.5,") && scene.contains("end_time = 120 }"), "{scene}");
     }
 
     #[test]
     fn errors_name_their_record() {
-        let error = |from: &str, to: &str| imported(&LINK.replace(from, to)).expect_err("no scene");
+        let error = |from: &str, to: &str| imported(&sealed(&LINK.replace(from, to))).expect_err("no scene");
         for (from, to, said) in [
             ("YRAB", "ZRAB", "the kind of this link is not known"),
             ("GB,B,ku", "GB,B,k*", "a number that cannot be read"),
@@ -263,8 +272,23 @@ F1      = { force = [0, -1], at = \"Connecting_rod.F1_point\" }
             ("F1,BC", "F1,XY", "the link of this force is not known"),
             ("OY..", "OY,AB,A..", "needs a link and two joints"),
             ("1011", "7011", "the unit of length is not known"),
+            ("A,B,,", "A,X,,", "the link `AB` has a joint `X`, which is missing"),
+            ("YRBC,", "YRAB,", "the link `AB` is there twice"),
+            ("GB,B,", "GA,B,", "the joint `A` is there twice"),
+            ("VG,Fe..", "VG,..", "a number that is missing"),
+            ("A,B,,.", "A,B.", "the list of joints of this link has no end"),
         ] {
             assert!(error(from, to).contains(said), "{}", error(from, to));
         }
+    }
+
+    #[test]
+    fn links_that_are_not_whole_are_refused() {
+        for text in [&LINK[..LINK.len() - 1], &LINK[..LINK.len() - 9], &LINK.replace("N_H", "N_J")] {
+            let error = imported(text).expect_err("no scene");
+            assert!(error.contains("this link is not whole") && error.contains("copy the whole link again"), "{error}");
+        }
+        assert!(imported(&LINK.replace("Connecting rod", "Connecting%20rod")).is_ok());
+        assert!(imported(&format!("{LINK})")).is_ok());
     }
 }

@@ -18,7 +18,9 @@ pub(super) fn scene_text(linkage: &ImportedLinkage, name: &str, file: &str) -> S
             let doc = quoted(&parameter.doc);
             let unit =
                 if parameter.unit.is_empty() { String::new() } else { format!(", unit = \"{}\"", parameter.unit) };
-            (parameter.name.clone(), format!("{{ value = {value}{unit}, doc = {doc} }}"))
+            // Without this key, the generated code leaves out what zero multiplies.
+            let runtime = if parameter.value == 0.0 { ", runtime = true" } else { "" };
+            (parameter.name.clone(), format!("{{ value = {value}{unit}{runtime}, doc = {doc} }}"))
         }),
     );
     section(

@@ -23,6 +23,10 @@ const LONGEST_LINE: usize = 400;
 impl Source {
     /// Reads a file, which must be UTF-8.
     pub(super) fn read(path: &Path) -> Result<Self, Error> {
+        if path.is_dir() {
+            let title = format!("{} is a folder", path.display());
+            return Err(Error::usage(title).help("choose the file of a model"));
+        }
         let bytes = read_at_most(path, MAX_BYTES).map_err(|e| {
             Error::unreadable(path, &e).help(format!("a model is a plain file of at most {MAX_BYTES} bytes"))
         })?;

@@ -54,6 +54,11 @@ impl<'t> Tree<'t> {
         self.siblings(0, self.lines.len())
     }
 
+    /// The last line.
+    pub(super) fn last(&'t self) -> Option<Node<'t>> {
+        self.lines.len().checked_sub(1).map(|number| Node { tree: self, number })
+    }
+
     fn siblings(&'t self, from: usize, to: usize) -> impl Iterator<Item = Node<'t>> {
         let first = (from < to).then_some(from);
         let next = move |number: &usize| Some(self.lines[*number].end).filter(|end| *end < to);

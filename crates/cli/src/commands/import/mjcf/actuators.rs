@@ -18,6 +18,11 @@ pub(super) fn add(
     for element in attributes.xml.section("actuator") {
         let title = element.get("name").unwrap_or(element.name.as_str()).to_owned();
         let joint = attributes.get(element, MAIN, "joint").or(attributes.get(element, MAIN, "jointinparent"));
+        if let Some(name) = joint.filter(|name| links.joints.iter().all(|joint| joint.name != *name)) {
+            let title = format!("`{name}` is not a joint of the model");
+            let help = "write the name of one that is there";
+            return Err(attributes.xml.error(element, "joint", &title, help));
+        }
         let joint = joint.and_then(|name| links.joints.iter().find(|joint| joint.name == name));
         match (joint, Law::read(attributes, element)?) {
             (Some(joint), Some(law)) => actuator(attributes, element, joint, &law, &title, linkage, names)?,

@@ -125,6 +125,19 @@ impl<'x> Attributes<'x> {
         })
     }
 
+    /// Whether the model has a class of this name.
+    pub(super) fn has_class(&self, name: &str) -> bool {
+        self.classes.contains_key(name)
+    }
+
+    /// Whether an equality constraint is active. All kinds of them have common defaults.
+    pub(super) fn is_active(&self, element: &Element) -> bool {
+        let class = self.classes.get(element.get("class").unwrap_or(MAIN));
+        let defaults = class.and_then(|class| class.attributes.get("equality"));
+        let common = || defaults?.iter().find(|(own, _)| *own == "active").map(|(_, value)| *value);
+        element.get("active").or_else(common) != Some("false")
+    }
+
     /// The actuators in the class of an actuator.
     pub(super) fn actuator_defaults(&self, element: &Element) -> impl Iterator<Item = &'x Element> {
         let class = self.classes.get(element.get("class").unwrap_or(MAIN));
@@ -142,9 +155,13 @@ impl<'x> Attributes<'x> {
     }
 
     fn parse(&self, element: &Element, name: &str, text: &str) -> Result<Vec<f64>, Error> {
-        let read = |word: &str| finite(word).filter(|value| value.abs() < 1e100);
+        let read = |word: &str| finite(word);
         let numbers: Option<Vec<f64>> = text.split_whitespace().map(read).collect();
         match numbers {
+            Some(numbers) if numbers.iter().any(|number| number.abs() >= 1e100) => {
+                let title = format!("`{name}` has a number that is too large");
+                Err(self.xml.error(element, name, &title, "write numbers of less than 1e100"))
+            }
             Some(numbers) if !numbers.is_empty() => Ok(numbers),
             _ => {
                 let title = format!(

@@ -34,6 +34,9 @@ pub(super) struct Body<'x> {
     pub(super) solids: Vec<Solid>,
     /// What these masses leave out.
     left_out: Vec<String>,
+    has_shape_of_file: bool,
+    /// The element of the body, if it has a mass that only MuJoCo knows.
+    pub(super) unknown_mass: Option<&'x Element>,
     pub(super) sites: Vec<(String, Vector)>,
 }
 
@@ -98,6 +101,8 @@ impl<'x> Bodies<'x> {
                 self.left_out.push(format!("the compensation of gravity of body `{}`", self.all[number].name));
             }
             let inner = self.content(attributes, xml, element, number, &frame, &class)?;
+            let own = &mut self.all[number];
+            own.unknown_mass = own.has_shape_of_file.then_some(element);
             self.finish(attributes, xml, element, number)?;
             self.bodies(attributes, xml, inner)?;
         }
@@ -197,7 +202,8 @@ impl<'x> Bodies<'x> {
             Some(solid) => self.all[number].solids.push(solid.seen_from(frame)),
             None => {
                 let kind = attributes.get(item, class, "type").unwrap_or("mesh").to_owned();
-                let Body { name, left_out, .. } = &mut self.all[number];
+                let Body { name, left_out, has_shape_of_file, .. } = &mut self.all[number];
+                *has_shape_of_file = true;
                 left_out.push(format!("the mass of a {kind} of body `{name}`: write `mass`, `com` and `inertia`"));
             }
         }
@@ -217,6 +223,7 @@ impl<'x> Bodies<'x> {
             let own = &mut self.all[number];
             own.solids = vec![inertial(attributes, given)?.seen_from(&own.frame)];
             own.left_out.clear();
+            own.unknown_mass = None;
         }
         Ok(())
     }
@@ -239,7 +246,8 @@ impl Body<'_> {
     fn new(name: &str, frame: Frame, parent: usize) -> Self {
         let name = name.to_owned();
         let (joints, solids, left_out, sites) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { name, frame, parent, joints, solids, left_out, sites }
+        let (has_shape_of_file, unknown_mass) = (false, None);
+        Self { name, frame, parent, joints, solids, left_out, has_shape_of_file, unknown_mass, sites }
     }
 }
 

@@ -7,6 +7,7 @@ use super::super::plane::Plane;
 use super::attributes::{Attributes, MAIN};
 use super::bodies::Bodies;
 use super::links::{Links, polynomial};
+use super::repetition::repeats;
 use super::xml::Element;
 use crate::error::Error;
 
@@ -19,16 +20,20 @@ pub(super) fn add(
     linkage: &mut ImportedLinkage,
     names: &mut Names,
 ) -> Result<(), Error> {
+    let mut flags = attributes.xml.section("option").filter(|element| element.name == "flag");
+    let is_disabled = flags.any(|flag| ["equality", "constraint"].iter().any(|name| flag.get(name) == Some("disable")));
     for element in attributes.xml.section("equality") {
         let name = element.get("name").unwrap_or("equality").to_owned();
-        let get = |attribute: &str| attributes.get(element, MAIN, attribute);
-        if get("active") == Some("false") {
+        if is_disabled || !attributes.is_active(element) {
             linkage.left_out.push(format!("the equality `{name}`, which is not active"));
             continue;
         }
         match element.name.as_str() {
             "connect" | "weld" => {
                 let joint = pin(attributes, bodies, links, plane, element, linkage)?;
+                if repeats(links, &joint, &name, linkage, names) {
+                    continue;
+                }
                 let name = names.unique(&name, "joint");
                 linkage.joints.push(Joint { model_name: name.clone(), name, ..joint });
             }
@@ -152,6 +157,22 @@ mod tests {
         let scene = imported(&text).expect("a scene");
         let begin = scene.find("residual = '").expect("a constraint") + "residual = '".len();
         scene[begin..].split('\'').next().expect("a formula").to_owned()
+    }
+
+    #[test]
+    fn equalities_that_are_not_active_are_left_out() {
+        let body = "<worldbody><body><joint name=\"j\" axis=\"0 1 0\"/><geom size=\"0.1\"/></body></worldbody>";
+        let note = "# - the equality `e`, which is not active";
+        for (settings, attributes) in [
+            ("", "active=\"false\""),
+            ("<default><equality active=\"false\"/></default>", ""),
+            ("<default><default class=\"c\"><equality active=\"false\"/></default></default>", "class=\"c\""),
+            ("<option><flag equality=\"disable\"/></option>", ""),
+        ] {
+            let equality = format!("<equality><joint name=\"e\" joint1=\"j\" {attributes}/></equality>");
+            let scene = imported(&format!("<mujoco>{settings}{body}{equality}</mujoco>")).expect("a scene");
+            assert!(scene.contains(note) && !scene.contains("[constraints]"), "{scene}");
+        }
     }
 
     #[test]

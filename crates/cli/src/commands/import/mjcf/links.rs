@@ -1,6 +1,6 @@
 //! Makes links of bodies, and joints of the plane of their joints.
 
-use super::super::linkage::{End, ImportedLinkage, Joint, Kind, Link, Load, Mass};
+use super::super::linkage::{End, ImportedLinkage, Joint, Kind, Link, Mass};
 use super::super::names::Names;
 use super::super::numbers::{factor, shortest, signed_term, wrap_angle};
 use super::super::plane::{Plane, Vector};
@@ -9,11 +9,16 @@ use super::bodies::{Bodies, Body, BodyJoint, PLANE_HELP};
 use super::shape::joined;
 use crate::error::Error;
 
+/// The largest angle between axes that count as parallel. Models have numbers with 6 digits.
+const PARALLEL: f64 = 1e-4;
+
 /// The links and joints that were made of the bodies of a model.
 pub(super) struct Links {
     /// The link of each body. A body without joints belongs to the link of the body that contains it.
     of_bodies: Vec<usize>,
     pub(super) joints: Vec<ImportedJoint>,
+    /// The largest angle between an axis of the model and that of the plane. All axes are exact in the linkage.
+    pub(super) deviation: f64,
 }
 
 /// A joint of the model, and its counterpart in the linkage.
@@ -36,7 +41,7 @@ impl Links {
         linkage: &mut ImportedLinkage,
         names: &mut Names,
     ) -> Result<Self, Error> {
-        let mut own = Self { of_bodies: vec![0; bodies.all.len()], joints: Vec::new() };
+        let mut own = Self { of_bodies: vec![0; bodies.all.len()], joints: Vec::new(), deviation: 0.0 };
         for (number, body) in bodies.all.iter().enumerate().skip(1) {
             let parent = own.of_bodies[body.parent];
             own.of_bodies[number] = if body.joints.is_empty() {
@@ -45,7 +50,8 @@ impl Links {
                 own.chain(attributes, body, plane, parent, linkage, names)?
             };
         }
-        own.masses(bodies, plane, linkage);
+        own.masses(attributes, bodies, plane, linkage)?;
+        own.passive(attributes, bodies, linkage, names)?;
         own.sites(bodies, plane, linkage, names);
         Ok(own)
     }
@@ -93,16 +99,20 @@ impl Links {
         };
         let angle = linkage.links[parent].angle;
         let (kind, axis_sign) = if joint.is_slide {
-            if !plane.contains(joint.axis) {
+            let deviation = plane.deviation_of_slide(joint.axis);
+            if deviation > PARALLEL {
                 return Err(refuse("this slide leaves the plane"));
             }
+            self.deviation = self.deviation.max(deviation);
             let [x, y] = plane.project(joint.axis);
             let rotation = wrap_angle(linkage.links[link].angle - angle);
             (Kind::Slider { direction: wrap_angle(y.atan2(x) - angle), rotation }, 1.0)
         } else {
-            let Some(side) = plane.normal_sign(joint.axis) else {
+            let (deviation, side) = plane.deviation_of_hinge(joint.axis);
+            if deviation > PARALLEL {
                 return Err(refuse("this hinge turns out of the plane"));
-            };
+            }
+            self.deviation = self.deviation.max(deviation);
             (Kind::Pin, side)
         };
         let at = plane.project(joint.place);
@@ -116,83 +126,36 @@ impl Links {
         let reference = value("ref")?.unwrap_or(0.0);
         let reference = if joint.is_slide { reference } else { attributes.angle(reference) };
         self.joints.push(ImportedJoint { name: model_name, number, is_slide: joint.is_slide, axis_sign, reference });
-        self.spring_damper(attributes, joint, [link, parent], linkage, names)
-    }
-
-    /// Adds the spring and the damper of a joint, and notes what is left out of it.
-    fn spring_damper(
-        &self,
-        attributes: &Attributes,
-        joint: &BodyJoint,
-        [link, parent]: [usize; 2],
-        linkage: &mut ImportedLinkage,
-        names: &mut Names,
-    ) -> Result<(), Error> {
-        let Some(moved) = self.joints.last() else { return Ok(()) };
-        let values = |name: &str| attributes.numbers(joint.element, &joint.class, name);
-        let value = |name: &str| Ok::<_, Error>(values(name)?.map_or(0.0, |numbers| numbers[0]));
-        let own = linkage.joints[moved.number].name.clone();
-        let mut keys = Vec::new();
-        let stiffness = value("stiffness")?;
-        if stiffness != 0.0 {
-            let rest = value("springref")?;
-            let rest = if moved.is_slide { rest } else { attributes.angle(rest) } - moved.reference;
-            let unit = if moved.is_slide { "m" } else { "rad" };
-            keys.push(format!("spring = {}", shortest(stiffness)));
-            if rest != 0.0 {
-                keys.push(format!("rest = '{} {unit}'", shortest(rest)));
-            }
-        }
-        let damping = value("damping")?;
-        if damping != 0.0 {
-            keys.push(format!("damper = {}", shortest(damping)));
-        }
-        if !keys.is_empty() {
-            let along = moved.displacement(linkage);
-            let name = names.unique(&format!("passive_{own}"), "spring");
-            linkage.loads.push(Load::Along { name, along, keys: keys.join(", ") });
-        }
-        for name in ["stiffness", "damping"] {
-            if values(name)?.is_some_and(|numbers| numbers[1..].iter().any(|number| *number != 0.0)) {
-                linkage.left_out.push(format!("the nonlinear part of the {name} of joint `{own}`"));
-            }
-        }
-        let armature = value("armature")?;
-        if armature != 0.0
-            && !moved.is_slide
-            && parent == 0
-            && !linkage.joints[..moved.number].iter().any(|other| other.ends[0].link == link)
-        {
-            // The rotor of a joint on the ground turns with its link.
-            let mass = linkage.links[link].mass.get_or_insert(Mass { mass: 0.0, com: [0.0; 2], inertia: 0.0 });
-            mass.inertia += armature;
-        } else if armature != 0.0 {
-            linkage.left_out.push(format!("the armature of joint `{own}`"));
-        }
-        if value("frictionloss")? != 0.0 {
-            linkage.left_out.push(format!("the dry friction of joint `{own}`"));
-        }
-        let limited = attributes.get(joint.element, &joint.class, "limited");
-        let has_range = attributes.get(joint.element, &joint.class, "range").is_some();
-        if limited == Some("true") || has_range && limited != Some("false") {
-            linkage.left_out.push(format!("the range of joint `{own}`"));
-        }
         Ok(())
     }
 
     /// Adds up the masses of each link.
-    fn masses(&self, bodies: &Bodies, plane: &Plane, linkage: &mut ImportedLinkage) {
+    fn masses(
+        &self,
+        attributes: &Attributes,
+        bodies: &Bodies,
+        plane: &Plane,
+        linkage: &mut ImportedLinkage,
+    ) -> Result<(), Error> {
         for link in 1..linkage.links.len() {
-            let of_link = bodies.all.iter().enumerate().filter(|(number, _)| self.of_bodies[*number] == link);
-            let solids: Vec<_> = of_link.flat_map(|(_, body)| &body.solids).collect();
+            let of_link = || {
+                let all = bodies.all.iter().enumerate().filter(|(number, _)| self.of_bodies[*number] == link);
+                all.map(|(_, body)| body)
+            };
+            let solids: Vec<_> = of_link().flat_map(|body| &body.solids).collect();
             let (mass, com, inertia) = joined(&solids, plane.normal);
             if mass == 0.0 && inertia == 0.0 {
+                if let Some((body, element)) = of_link().find_map(|body| Some((body, body.unknown_mass?))) {
+                    let title = format!("the mass of body `{}` is that of a mesh or a height field", body.name);
+                    let help = "add `<inertial>` to the body: only MuJoCo reads the file of the shape";
+                    return Err(attributes.xml.error(element, "name", &title, help));
+                }
                 continue;
             }
             let com = linkage.local(link, plane.project(com));
-            let rotor = linkage.links[link].mass.map_or(0.0, |rotor| rotor.inertia);
-            linkage.links[link].mass = Some(Mass { mass, com, inertia: inertia + rotor });
+            linkage.links[link].mass = Some(Mass { mass, com, inertia });
         }
+        Ok(())
     }
 
     /// Adds sites as points, and their coordinates as outputs.
@@ -227,6 +190,11 @@ impl Links {
 }
 
 impl ImportedJoint {
+    /// The name of the joint in the model, or that in the scene.
+    pub(super) fn title<'n>(&'n self, linkage: &'n ImportedLinkage) -> &'n str {
+        if self.name.is_empty() { &linkage.joints[self.number].name } else { &self.name }
+    }
+
     /// The formula of the displacement of the joint from the start.
     pub(super) fn displacement(&self, linkage: &ImportedLinkage) -> String {
         let joint = &linkage.joints[self.number];
@@ -250,4 +218,31 @@ pub(super) fn polynomial(coefficients: &[f64], of: &str) -> String {
     }
     let constant = coefficients.first().copied().unwrap_or(0.0);
     if text.is_empty() { shortest(constant) } else { text + &signed_term(constant) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::imported;
+
+    const JOINT: &str = "<joint name=\"s\" axis=\"0 1 0\" range=\"0 1\"/>";
+    const GEOM: &str = "<geom size=\"0.1\"/>";
+
+    #[test]
+    fn axes_of_six_digits_are_parallel() {
+        let text = |euler: &str, inner: &str| {
+            let inner = format!("<body pos=\"0.3 0 0\" euler=\"{euler} 0 0\"><joint axis=\"{inner}\"/>{GEOM}</body>");
+            format!(
+                "<mujoco><compiler angle=\"radian\"/><worldbody><body>{JOINT}{GEOM}{inner}</body></worldbody>\
+                 <actuator><motor name=\"m\" joint=\"s\"/></actuator></mujoco>"
+            )
+        };
+        let scene = imported(&text("1.5708", "0 0 1")).expect("a scene");
+        let remark = "# Axes of the model differ from those of the plane by up to 3.7e-6 rad; here they are exact.";
+        assert!(scene.contains(remark), "{scene}");
+        // Controls are zero and may be set; names are those of the model.
+        assert!(scene.contains("ctrl_m = { value = 0, unit = \"N m\", runtime = true,"), "{scene}");
+        assert!(scene.contains("# - the range of joint `s`\n"), "{scene}");
+        assert!(!imported(&text("0", "0 1 0")).expect("a scene").contains("differ from those"));
+        assert!(imported(&text("1.571", "0 0 1")).expect_err("no scene").contains("turns out of the plane"));
+    }
 }

@@ -1,5 +1,7 @@
 //! What a link of PMKS+ holds: records between dots, tokens between commas.
 
+mod integrity;
+
 use std::ops::Range;
 
 use super::super::source::Source;
@@ -44,6 +46,7 @@ pub(super) struct Link {
     pub(super) com: [f64; 2],
     pub(super) joints: Vec<String>,
     pub(super) parts: Vec<String>,
+    pub(super) span: Range<usize>,
 }
 
 /// A force at a place of a link.
@@ -56,12 +59,16 @@ pub(super) struct Force {
     pub(super) span: Range<usize>,
 }
 
+/// The help for a link that is not whole.
+const COPY_AGAIN: &str = "copy the whole link again, from PMKS+";
+
 /// The largest number of records.
 const MAX_RECORDS: usize = 1000;
 
 /// The range of the records in a text.
 fn bounds(text: &str) -> Range<usize> {
-    let line = text.trim();
+    // A link in a text may be in brackets or quotes.
+    let line = text.trim().trim_end_matches([')', ']', '>', '"', '\'']);
     let begin = text.len() - text.trim_start().len();
     let own = line.rfind(['?', '=']).map_or(0, |at| at + 1);
     begin + own..begin + line.len()
@@ -81,6 +88,7 @@ pub(in super::super) fn recognizes(text: &str) -> bool {
 impl Payload {
     pub(super) fn read(source: &Source) -> Result<Self, Error> {
         let bounds = bounds(&source.text);
+        integrity::check_length(source, bounds.clone())?;
         let mut records = Vec::new();
         let mut at = bounds.start;
         for text in source.text[bounds].split('.') {
@@ -105,7 +113,9 @@ impl Payload {
             .collect::<Result<_, _>>()?;
         let links = section().into_iter().map(|record| record.link(&units)).collect::<Result<_, _>>()?;
         let forces = section().into_iter().map(|record| record.force(&units)).collect::<Result<_, _>>()?;
-        Ok(Self { joints, links, forces, has_gravity: flags as u64 >> 8 & 1 == 0, units: units.text })
+        let own = Self { joints, links, forces, has_gravity: flags as u64 >> 8 & 1 == 0, units: units.text };
+        own.check_identifiers(source)?;
+        Ok(own)
     }
 
     pub(super) fn joint(&self, id: &str) -> Option<&Joint> {
@@ -161,7 +171,7 @@ struct Record<'s> {
 
 impl Record<'_> {
     fn error(&self, title: &str) -> Error {
-        self.source.error(title, self.span.clone(), "", "copy the whole link from PMKS+ again")
+        self.source.error(title, self.span.clone(), "", COPY_AGAIN)
     }
 
     fn token(&self, number: usize) -> Option<&str> {
@@ -206,6 +216,7 @@ impl Record<'_> {
     }
 
     fn joint(&self, units: &Units, speed: f64, linear: f64) -> Result<Joint, Error> {
+        self.check_fields(2..5)?;
         let (flags, id) = self.head(1)?;
         let flags =
             flags.chars().next().and_then(digit).ok_or_else(|| self.error("the flags of this joint cannot be read"))?;
@@ -236,6 +247,7 @@ impl Record<'_> {
     }
 
     fn link(&self, units: &Units) -> Result<Link, Error> {
+        self.check_fields(2..6)?;
         let (flags, id) = self.head(2)?;
         let (root, kind) = flags.split_at(1);
         if !"YAMGNamg01234567".contains(root) || !["R", "P"].contains(&kind) {
@@ -246,15 +258,20 @@ impl Record<'_> {
             return Err(self.error("the mass of this link is negative"));
         }
         let tokens: Vec<String> = self.text.split(',').skip(7).map(str::to_owned).collect();
+        if !tokens.contains(&String::new()) {
+            return Err(self.error("the list of joints of this link has no end"));
+        }
         let mut lists = tokens.split(String::is_empty);
         let mut list = || lists.next().unwrap_or_default().to_vec();
         let name = self.name(&id);
         let (joints, parts) = (list(), list());
         let is_root = "YAMG0123".contains(root);
-        Ok(Link { id, name, is_root, is_block: kind == "P", mass, inertia, com: self.place(4, units)?, joints, parts })
+        let (com, span) = (self.place(4, units)?, self.span.clone());
+        Ok(Link { id, name, is_root, is_block: kind == "P", mass, inertia, com, joints, parts, span })
     }
 
     fn force(&self, units: &Units) -> Result<Force, Error> {
+        self.check_fields(3..8)?;
         let (flags, id) = self.head(1)?;
         let flags =
             flags.chars().next().and_then(digit).ok_or_else(|| self.error("the flags of this force cannot be read"))?;
