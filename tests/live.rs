@@ -142,7 +142,7 @@ fn values_are_written_to_the_file() {
     let expected = text.replacen("value = 0.2,", "value = 0.25,", 1).replacen("phi2 = 0,", "phi2 = 0.5,", 1);
     assert_eq!(live.text(), expected);
     for (values, said) in [
-        ("O2B=0.25", "mine.toml: the file has no value for `O2B`"),
+        ("O2B=0.25", "the file has no value for `O2B`"),
         ("O2A=0/0", "a line is no NAME=VALUE with a finite value"),
         ("O2A=inf", "a line is no NAME=VALUE with a finite value"),
         ("O2A", "a line is no NAME=VALUE with a finite value"),
@@ -152,7 +152,7 @@ fn values_are_written_to_the_file() {
     let large = "the values take more than 65536 bytes: send fewer of them at once".to_owned();
     assert_eq!(live.post_values(&"O2A=0.25\n".repeat(10_000)), (413, large));
     live.save("name = ");
-    assert_eq!(live.post_values("O2A=0.3").1, "mine.toml: the file holds no scene at present");
+    assert_eq!(live.post_values("O2A=0.3").1, "the file is not valid TOML at present");
     assert_eq!(live.text(), "name = ");
 }
 

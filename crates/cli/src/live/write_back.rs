@@ -8,7 +8,7 @@ use toml_edit::{Document, Item};
 /// The text of a scene with other values of parameters, and of coordinates and rates at the start. The rest of the text is
 /// unchanged.
 pub(super) fn with_values(text: &str, values: &BTreeMap<String, f64>) -> Result<String, String> {
-    let document = Document::parse(text).map_err(|_| "the file holds no scene at present".to_owned())?;
+    let document = Document::parse(text).map_err(|_| "the file is not valid TOML at present".to_owned())?;
     let replacement = |(name, number): (&String, &f64)| {
         let place = span(&document, name).or_else(|| span_in_links(&document, name));
         let span =
