@@ -27,13 +27,15 @@ pub(crate) fn compressed(bytes: &[u8]) -> Result<String, Error> {
     Ok(base91(&bytes))
 }
 
-/// Encodes bytes as text in base 91: two digits for 13 or 14 bits, the lowest first. The overhead is 23 %, while base 64
-/// has 33 %.
-///
-/// The digits are the printable ASCII characters, except those that JSON or a script element would escape. See
-/// basE91 of J. Henke, which has other digits.
+/// The digits of base 91: the printable ASCII characters, except those that JSON or a script element would escape.
+fn digits() -> Vec<char> {
+    (b'!'..=b'~').map(char::from).filter(|sign| !"\"<\\".contains(*sign)).collect()
+}
+
+/// Encodes bytes as text in base 91: two digits for 13 or 14 bits, the lowest first. The overhead is 23 %, that of
+/// base 64 is 33 %. See basE91 of J. Henke, which has other digits.
 fn base91(bytes: &[u8]) -> String {
-    let digits: Vec<char> = (b'!'..=b'~').map(char::from).filter(|sign| !"\"<\\".contains(*sign)).collect();
+    let digits = digits();
     let mut text = String::with_capacity(bytes.len() / 4 * 5 + 5);
     let (mut waiting, mut count) = (0_usize, 0);
     for byte in bytes {
@@ -63,7 +65,7 @@ mod tests {
 
     /// The inverse, as the page computes it.
     fn decoded(text: &str) -> Vec<u8> {
-        let digits: Vec<char> = (b'!'..=b'~').map(char::from).filter(|sign| !"\"<\\".contains(*sign)).collect();
+        let digits = digits();
         let value = |sign: char| digits.iter().position(|digit| *digit == sign).expect("a digit");
         let (mut bytes, mut waiting, mut count) = (Vec::new(), 0_usize, 0);
         for pair in text.chars().collect::<Vec<char>>().chunks(2) {

@@ -43,12 +43,12 @@ pub(crate) fn run(_models: &'static [Model], options: &Options) -> Result<(), Er
     let Options { file, out, name } = options;
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
     let name = match name {
-        Some(name) if names::of_scene(name) != *name => {
+        Some(name) if names::scene_name(name) != *name => {
             return Err(Error::usage(format!("`{name}` cannot be the name of a scene"))
                 .help("use small letters, digits and `-`, beginning with a letter, as in `my-crank`"));
         }
         Some(name) => name.clone(),
-        None => names::of_scene(&stem),
+        None => names::scene_name(&stem),
     };
     let path = out.clone().unwrap_or_else(|| Path::new(&name).with_extension("toml"));
     if path.extension().is_none_or(|extension| extension != "toml") {

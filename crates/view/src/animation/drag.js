@@ -2,13 +2,23 @@
 
 let isDragged = false;
 
-/** The points of the topmost body under the pointer that moves, with their weights in the place that is held, by names. */
-function grabbedPoints({ clientX, clientY }, x, y) {
-  if (!drawing) return null;
-  // Arrows may lie above it.
+/** The place of the pointer in the drawing, in pixels. */
+function pixels({ clientX, clientY }) {
+  const bounds = part("canvas").getBoundingClientRect();
+  return [clientX - bounds.left, clientY - bounds.top];
+}
+
+/** The shapes under the pointer, the topmost first. */
+function shapesUnder({ clientX, clientY }) {
+  // Arrows may lie above them.
   const below = document.elementsFromPoint(clientX, clientY).map((each) => each.closest("[data-shape]"));
-  const shapes = [...new Set(below)].map((each) => motion.shapes[each?.dataset.shape]).filter((each) => each);
-  for (const shape of shapes) {
+  return [...new Set(below)].map((each) => motion.shapes[each?.dataset.shape]).filter((each) => each);
+}
+
+/** The points of the topmost body under the pointer that moves, with their weights in the place that is held, by names. */
+function grabbedPoints(event, x, y) {
+  if (!drawing) return null;
+  for (const shape of shapesUnder(event)) {
     if (shape.kind === "pivot") return null;
     const points = pointsOf(shape, x, y);
     if (points) return points;
@@ -62,10 +72,6 @@ let endDrag = () => {};
 
 part("canvas").addEventListener("pointerdown", (event) => {
   const canvas = part("canvas");
-  const pixels = ({ clientX, clientY }) => {
-    const bounds = canvas.getBoundingClientRect();
-    return [clientX - bounds.left, clientY - bounds.top];
-  };
   const points = event.button === 0 && !isDragged ? grabbedPoints(event, ...pixels(event)) : null;
   if (!points) return;
   event.preventDefault();

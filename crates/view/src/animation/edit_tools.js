@@ -128,11 +128,6 @@ addEventListener("keydown", (event) => {
   event.preventDefault();
 });
 
-const pixels = ({ clientX, clientY }) => {
-  const bounds = part("canvas").getBoundingClientRect();
-  return [clientX - bounds.left, clientY - bounds.top];
-};
-
 /** A place in pixels in metres, on a grid of about a pixel. */
 function snapped(place) {
   const grid = nice(1 / drawing.scale);
@@ -158,10 +153,7 @@ function pointNear([x, y]) {
 }
 
 /** The topmost link under the pointer. */
-function linkUnder({ clientX, clientY }) {
-  const below = document.elementsFromPoint(clientX, clientY).map((each) => each.closest("[data-shape]"));
-  return below.map((each) => motion.shapes[each?.dataset.shape]?.name).find((name) => name);
-}
+const linkUnder = (event) => shapesUnder(event).find(({ name }) => name)?.name;
 
 /** Marks the point under the pointer, and draws the bar that would begin at a place. */
 function sketch(from, to) {

@@ -47,11 +47,7 @@ fn mobility(setup: &Setup, q: &[f64]) -> Topic {
 
 /// The class of a four-bar linkage after Grashof, and its transmission angle; `None` for a loop without lengths.
 fn grashof(setup: &Setup, state: &State<f64>, four_bar: &document::FourBar) -> Option<Topic> {
-    let point = |name: &str| Some(state.point(setup.scene.points.iter().position(|point| point.name == name)?));
-    let length = |side: usize| {
-        let [[ax, ay], [bx, by]] = [point(&four_bar.sides[side][0])?, point(&four_bar.sides[side][1])?];
-        Some((bx - ax).hypot(by - ay))
-    };
+    let length = |side: usize| side_vector(setup, state, four_bar, side).map(|[x, y]| x.hypot(y));
     let [input, output] = sides_from_input(setup, four_bar)?;
     let linkage = FourBar { ground: length(0)?, input: length(input)?, coupler: length(2)?, output: length(output)? };
     let class = linkage.class()?;
@@ -67,6 +63,19 @@ fn grashof(setup: &Setup, state: &State<f64>, four_bar: &document::FourBar) -> O
         name(input)
     ));
     Some(Topic::new("four-bar", lines))
+}
+
+/// The vector between the ends of a side of a four-bar linkage.
+pub(super) fn side_vector(
+    setup: &Setup,
+    state: &State<f64>,
+    four_bar: &document::FourBar,
+    side: usize,
+) -> Option<[f64; 2]> {
+    let point = |name: &str| Some(state.point(setup.scene.points.iter().position(|point| point.name == name)?));
+    let [from, to] = &four_bar.sides[side];
+    let [[ax, ay], [bx, by]] = [point(from)?, point(to)?];
+    Some([bx - ax, by - ay])
 }
 
 /// The sides that are input and output of a four-bar linkage.

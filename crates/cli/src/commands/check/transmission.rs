@@ -5,22 +5,21 @@ use qrm_scene::document::FourBar;
 use qrm_scene::evaluate::State;
 
 use super::Topic;
-use super::mobility::sides_from_input;
+use super::mobility::{side_vector, sides_from_input};
 use super::motion::Input;
 use crate::setup::Setup;
 
 /// A line for each four-bar linkage with the smallest transmission angle of the motion, and the position.
 pub(super) fn report_lines(setup: &Setup, input: &Input, recording: &Recording) -> Vec<Topic> {
     let values = setup.parameters();
+    let states = recording.states();
     let line = |four_bar: &FourBar| {
         let output = sides_from_input(setup, four_bar)?[1];
-        let sines: Vec<(f64, f64)> = recording
-            .states()
-            .into_iter()
-            .map(|(t, q, qd)| {
-                Some((t, sine(setup, &State::plain(&setup.scene, &values, t, &q, &qd), four_bar, output)?))
-            })
-            .collect::<Option<_>>()?;
+        let row = |(t, q, qd): &(f64, Vec<f64>, Vec<f64>)| {
+            let state = State::plain(&setup.scene, &values, *t, q, qd);
+            Some((*t, sine(setup, &state, four_bar, output)?))
+        };
+        let sines: Vec<(f64, f64)> = states.iter().map(row).collect::<Option<_>>()?;
         let (sine, t) = smallest(&sines)?;
         let [coupler, output] = [2, output].map(|side| four_bar.links[side].as_str());
         let angle = format!("{:.2} deg", sine.clamp(0.0, 1.0).asin().to_degrees());
@@ -32,14 +31,9 @@ pub(super) fn report_lines(setup: &Setup, input: &Input, recording: &Recording) 
 
 /// The sine of the angle from the coupler to the output of a linkage.
 fn sine(setup: &Setup, state: &State<f64>, four_bar: &FourBar, output: usize) -> Option<f64> {
-    let point = |name: &str| Some(state.point(setup.scene.points.iter().position(|point| point.name == name)?));
-    let side = |side: usize| {
-        let [[ax, ay], [bx, by]] = [point(&four_bar.sides[side][0])?, point(&four_bar.sides[side][1])?];
-        let length = (bx - ax).hypot(by - ay);
-        (length > 0.0).then(|| [(bx - ax) / length, (by - ay) / length])
-    };
-    let [[ax, ay], [bx, by]] = [side(2)?, side(output)?];
-    Some(ax * by - ay * bx)
+    let [[ax, ay], [bx, by]] = [side_vector(setup, state, four_bar, 2)?, side_vector(setup, state, four_bar, output)?];
+    let lengths = ax.hypot(ay) * bx.hypot(by);
+    (lengths > 0.0).then(|| (ax * by - ay * bx) / lengths)
 }
 
 /// The smallest size of a quantity that is known at some times, and its time: between rows it is a parabola.

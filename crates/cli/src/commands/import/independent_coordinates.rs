@@ -132,7 +132,7 @@ impl RowSpace {
         let is_new = rest > 1e-7 * length;
         if is_new {
             let scale = dense[pivot];
-            // What is smaller is rounding, which would fill the rows.
+            // Smaller numbers are rounding, and would fill the rows.
             let kept = dense.iter().map(|value| value / scale).enumerate().filter(|(_, value)| value.abs() > 1e-14);
             self.rows.push((pivot, kept.collect()));
         }

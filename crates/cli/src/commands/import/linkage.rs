@@ -11,7 +11,7 @@ pub(super) struct ImportedLinkage {
     pub(super) format: &'static str,
     /// Comments at the head of the scene: what its numbers mean.
     pub(super) remarks: Vec<String>,
-    /// What could not be carried over, an item each.
+    /// The parts of the model that could not be carried over.
     pub(super) left_out: Vec<String>,
     pub(super) step: f64,
     pub(super) end_time: f64,

@@ -28,16 +28,17 @@ impl ImportedLinkage {
     /// Leaves out the inputs whose motion the first input determines.
     pub(super) fn drop_further_inputs(&mut self) {
         let driven: Vec<usize> = (0..self.joints.len()).filter(|joint| self.joints[*joint].drive.is_some()).collect();
-        let possible = driven.iter().find(|joint| can_be_driven(self, **joint));
-        let Some(&first) = possible.or(driven.first()) else { return };
-        for joint in self.drop_repeated_drives(first) {
+        for joint in self.drop_repeated_drives(&driven) {
             let name = &self.joints[joint].name;
             self.left_out.push(format!("the input `{name}`, whose motion the other input determines"));
         }
     }
 
-    /// Removes the drives that repeat others, with their parameters. The drive of this joint stays.
-    pub(super) fn drop_repeated_drives(&mut self, first: usize) -> Vec<usize> {
+    /// Removes the drives that repeat others, with their parameters. Of these joints, the drive of the first one that can
+    /// move the linkage stays: at a dead centre an input cannot.
+    pub(super) fn drop_repeated_drives(&mut self, inputs: &[usize]) -> Vec<usize> {
+        let possible = inputs.iter().find(|joint| can_be_driven(self, **joint));
+        let Some(&first) = possible.or(inputs.first()) else { return Vec::new() };
         let repeated = repeated_drives(self, first);
         for joint in &repeated {
             let formula = self.joints[*joint].drive.take().unwrap_or_default();

@@ -69,7 +69,7 @@ fn valid(wanted: &str, otherwise: &str) -> String {
 }
 
 /// Makes the name of a scene from that of a file.
-pub(super) fn of_scene(stem: &str) -> String {
+pub(super) fn scene_name(stem: &str) -> String {
     let mut name = String::new();
     for c in stem.chars().take(60) {
         if c.is_ascii_alphanumeric() {
@@ -136,9 +136,9 @@ mod tests {
 
     #[test]
     fn scenes_have_valid_names() {
-        assert_eq!(of_scene("Four Bar_2"), "four-bar-2");
-        assert_eq!(of_scene("00backhoe"), "model-00backhoe");
-        assert_eq!(of_scene("ü"), "model");
-        assert_eq!([of_scene("loop"), of_scene("test")], ["loop-model", "test-model"]);
+        assert_eq!(scene_name("Four Bar_2"), "four-bar-2");
+        assert_eq!(scene_name("00backhoe"), "model-00backhoe");
+        assert_eq!(scene_name("ü"), "model");
+        assert_eq!([scene_name("loop"), scene_name("test")], ["loop-model", "test-model"]);
     }
 }

@@ -10,7 +10,7 @@ use super::linkage::{End, ImportedLinkage, Joint, Kind, Link};
 use super::names::Names;
 use super::source::Source;
 use crate::error::Error;
-use line::{Line, kind_at, words};
+use line::{Line, kind_at, tokens};
 use text::{mechanism, setting};
 
 /// The speed of the input where the model has none, in turns a minute.
@@ -22,7 +22,7 @@ const MAX_JOINTS: usize = 1000;
 /// Whether a text looks like a mechanism of PMKS.
 pub(super) fn recognizes(text: &str) -> bool {
     let lines = text.split(['\n', '|']).filter(|line| !line.trim().is_empty());
-    text.contains("mech=") || lines.take(20).any(|line| kind_at(&words(line, 0)).is_some_and(|at| at > 0))
+    text.contains("mech=") || lines.take(20).any(|line| kind_at(&tokens(line, 0)).is_some_and(|at| at > 0))
 }
 
 /// Reads the first mechanism of a text.

@@ -1,4 +1,4 @@
-//! What is added to a linkage.
+//! Bars, points, joints and drives that are added to a linkage.
 
 use std::f64::consts::TAU;
 
@@ -61,7 +61,7 @@ impl BarEnd {
         Ok(match end {
             End::Point(node) => {
                 let points = linkage.points_at(node)?;
-                Self { name: points[0].point.clone(), place: places.of(linkage, &points[0])?, points }
+                Self { name: points[0].point.clone(), place: places.place_of(linkage, &points[0])?, points }
             }
             End::Place(place) => Self { name: linkage.point_name(other), place: *place, points: Vec::new() },
         })
@@ -72,7 +72,7 @@ impl BarEnd {
 pub(super) fn point(linkage: &mut Linkage, places: &Places, link: &str, to: [f64; 2]) -> Result<(), String> {
     linkage.change_entry("links", link, |_| ())?;
     let name = linkage.point_name("");
-    let place = if link == GROUND { to } else { Frame::of(linkage, places, link)?.local(to) };
+    let place = if link == GROUND { to } else { Frame::at_start(linkage, places, link)?.local(to) };
     add_point(linkage, link, &name, place, places.resolution(&[to]))?;
     if link != GROUND {
         toggle::path(linkage, &name)?;
@@ -82,24 +82,26 @@ pub(super) fn point(linkage: &mut Linkage, places: &Places, link: &str, to: [f64
 
 /// Pins a point to the ground.
 pub(super) fn pin(linkage: &mut Linkage, places: &Places, node: &str) -> Result<(), String> {
+    let points = moving_points_at(linkage, node)?;
+    let name = points[0].point.clone();
+    let place = places.place_of(linkage, &points[0])?;
+    add_ground_point(linkage, &name, place, places.resolution(&[place]))?;
+    join(linkage, &points, &point_of(GROUND, &name))
+}
+
+/// The points of moving links at a point of the drawing that is not on the ground.
+fn moving_points_at(linkage: &Linkage, node: &str) -> Result<Vec<LinkPoint>, String> {
     let points = linkage.points_at(node)?;
     if points.iter().any(|each| each.link == GROUND) {
         return Err(format!("`{node}` is on the ground already"));
     }
-    let name = points[0].point.clone();
-    let place = places.of(linkage, &points[0])?;
-    add_ground_point(linkage, &name, place, places.resolution(&[place]))?;
-    join(linkage, &points, &point_of(GROUND, &name))?;
-    Ok(())
+    Ok(points)
 }
 
 /// Holds a point on a line of the ground.
 pub(super) fn slider(linkage: &mut Linkage, places: &Places, node: &str, angle: f64) -> Result<(), String> {
-    let points = linkage.points_at(node)?;
-    if points.iter().any(|each| each.link == GROUND) {
-        return Err(format!("`{node}` is on the ground already"));
-    }
-    let place = places.of(linkage, &points[0])?;
+    let points = moving_points_at(linkage, node)?;
+    let place = places.place_of(linkage, &points[0])?;
     let line = linkage.free_name(&format!("{}0", points[0].point));
     add_ground_point(linkage, &line, place, places.resolution(&[place]))?;
     let name = linkage.free_name(&format!("guide_{}", points[0].point));
@@ -136,7 +138,7 @@ pub(super) fn drive(linkage: &mut Linkage, places: &Places, node: &str) -> Resul
         ));
     };
     let (link, sign) = if first.link == GROUND { (&second.link, -1.0) } else { (&first.link, 1.0) };
-    let angle = Frame::of(linkage, places, link)?.angle;
+    let angle = Frame::at_start(linkage, places, link)?.angle;
     let is_new = linkage.change_entry("joints", &joint.name, |entry| {
         let is_new = entry.remove("drive").is_none();
         if is_new {

@@ -1,4 +1,4 @@
-//! Where the frames of links are.
+//! The frames of links at the start.
 
 use super::linkage::{LinkPoint, Linkage, point_of};
 use super::places::{Places, direction};
@@ -10,10 +10,10 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// The position of the frame of a link.
-    pub(super) fn of(linkage: &Linkage, places: &Places, link: &str) -> Result<Self, String> {
+    /// The frame of a link at the start.
+    pub(super) fn at_start(linkage: &Linkage, places: &Places, link: &str) -> Result<Self, String> {
         let points: Vec<LinkPoint> = linkage.points_of(link).iter().map(|point| point_of(link, point)).collect();
-        let place = |index: usize| places.of(linkage, &points[index]);
+        let place = |index: usize| places.place_of(linkage, &points[index]);
         if linkage.corner_count(link) > 0 {
             let [origin, end] = [place(0)?, place(1)?];
             return Ok(Self { origin, angle: direction(origin, end) });

@@ -58,25 +58,25 @@ struct Quantity {
     rest: String,
 }
 
-/// The lengths of bars, triangles and rods, the points of links, the constants of drives and cylinders, and the angles and
-/// places at the start.
+/// The lengths of bars, triangles and rods, the points of links, the constants of drives and cylinders, and the angles
+/// and places at the start.
 fn quantities(linkage: &Linkage) -> Vec<Quantity> {
     let mut found = Vec::new();
     for (link, item) in linkage.entries("links") {
         for key in ["length", "sides"] {
-            found.extend(of_item(item.get(key), &["links", link, key]));
+            found.extend(quantities_in(item.get(key), &["links", link, key]));
         }
         let angle = item.get("angle").and_then(Item::as_value).and_then(literal);
         found.extend(angle.and_then(|angle| quantity(&["links", link, "angle"], None, angle, "rad", "")));
         let points = item.get("points").and_then(Item::as_table_like);
         for (point, item) in points.into_iter().flat_map(TableLike::iter) {
-            found.extend(of_item(Some(item), &["links", link, "points", point]));
+            found.extend(quantities_in(Some(item), &["links", link, "points", point]));
         }
     }
     for (joint, item) in linkage.entries("joints") {
-        found.extend(of_item(item.get("near"), &["joints", joint, "near"]));
+        found.extend(quantities_in(item.get("near"), &["joints", joint, "near"]));
         if item.get("rod").is_some() {
-            found.extend(of_item(item.get("length"), &["joints", joint, "length"]));
+            found.extend(quantities_in(item.get("length"), &["joints", joint, "length"]));
         }
         for (kind, key, unit) in [("revolute", "drive", "rad"), ("cylinder", "length", "m")] {
             let sum = item.get(key).and_then(Item::as_str).filter(|_| item.get(kind).is_some());
@@ -90,7 +90,7 @@ fn quantities(linkage: &Linkage) -> Vec<Quantity> {
 }
 
 /// The numbers of an item, which may be a list.
-fn of_item(item: Option<&Item>, keys: &[&str]) -> Vec<Quantity> {
+fn quantities_in(item: Option<&Item>, keys: &[&str]) -> Vec<Quantity> {
     let Some(value) = item.and_then(Item::as_value) else { return Vec::new() };
     let one = |index: Option<usize>, value: &Value| quantity(keys, index, literal(value)?, "m", "");
     match value.as_array() {

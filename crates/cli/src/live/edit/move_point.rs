@@ -62,7 +62,7 @@ fn on_lines(linkage: &Linkage, places: &Places, points: &[LinkPoint], to: [f64; 
         let has_direction = linkage.key("joints", name, "direction").is_some();
         let angle = if has_direction { number::get(&linkage.document, (&keys, None)) } else { Some(0.0) };
         let angle = angle.ok_or_else(|| format!("the `direction` of joint `{name}` is a formula"))?;
-        let [x, y] = places.of(linkage, line)?;
+        let [x, y] = places.place_of(linkage, line)?;
         let (sin, cos) = angle.sin_cos();
         let along = (to[0] - x) * cos + (to[1] - y) * sin;
         to = [x + along * cos, y + along * sin];
@@ -88,7 +88,7 @@ fn move_in_link(
         // The link moves with its point.
         return Ok(());
     }
-    let place = if link == GROUND { to } else { Frame::of(linkage, places, link)?.local(to) };
+    let place = if link == GROUND { to } else { Frame::at_start(linkage, places, link)?.local(to) };
     for axis in [0, 1] {
         let keys = ["links", link.as_str(), "points", point.as_str()];
         number::set(&mut linkage.document, (&keys, Some(axis)), place[axis], resolution)?;
@@ -105,9 +105,9 @@ fn move_corner(
     (corner, to): (usize, [f64; 2]),
     resolution: f64,
 ) -> Result<(), String> {
-    let before = Frame::of(linkage, places, link)?.angle;
+    let before = Frame::at_start(linkage, places, link)?.angle;
     let mut at =
-        corners.iter().map(|own| places.of(linkage, &point_of(link, own))).collect::<Result<Vec<_>, String>>()?;
+        corners.iter().map(|own| places.place_of(linkage, &point_of(link, own))).collect::<Result<Vec<_>, String>>()?;
     let length = ["links", link, "length"];
     let sides = ["links", link, "sides"];
     let written: Vec<Place> = match corners.len() {
@@ -138,7 +138,7 @@ fn move_corner(
     let frame = Frame { origin: at[0], angle: direction(at[0], at[1]) };
     // The other points of the link stay where they are.
     for point in &linkage.points_of(link)[corners.len()..] {
-        let place = frame.local(places.of(linkage, &point_of(link, point))?);
+        let place = frame.local(places.place_of(linkage, &point_of(link, point))?);
         for axis in [0, 1] {
             number::set(
                 &mut linkage.document,
@@ -206,13 +206,13 @@ fn move_rods(
             (false, true) => (b, a),
             _ => continue,
         };
-        let other = places.of(linkage, other)?;
+        let other = places.place_of(linkage, other)?;
         let length = distance(other, to);
         let place: Place = (&["joints", &joint.name, "length"], None);
         if joint.kind == "rod" || number::get(&linkage.document, place).is_some() {
             number::set(&mut linkage.document, place, length, resolution)?;
         } else {
-            let change = length - distance(other, places.of(linkage, own)?);
+            let change = length - distance(other, places.place_of(linkage, own)?);
             change_sum(linkage, &joint.name, "length", change, ["m", ""], resolution)?;
         }
     }

@@ -1,4 +1,4 @@
-//! Where points are.
+//! The places of points in the drawing.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::linkage::{GROUND, LinkPoint, Linkage};
 /// The largest coordinate of a place, in m.
 const MAX_SIZE: f64 = 1e6;
 
-/// Where points are at the start, by their names in the drawing.
+/// The places of points at the start, by their names in the drawing.
 #[derive(Debug, Deserialize)]
 #[serde(transparent)]
 pub(super) struct Places(BTreeMap<String, [f64; 2]>);
@@ -23,7 +23,11 @@ impl Places {
     }
 
     /// The place of a point of a link.
-    pub(super) fn of(&self, linkage: &Linkage, LinkPoint { link, point }: &LinkPoint) -> Result<[f64; 2], String> {
+    pub(super) fn place_of(
+        &self,
+        linkage: &Linkage,
+        LinkPoint { link, point }: &LinkPoint,
+    ) -> Result<[f64; 2], String> {
         let place = self.0.get(&format!("{link}_{point}")).or_else(|| self.0.get(point)).copied();
         // The drawing leaves out points of the ground that are on no bearing.
         let place = place.or_else(|| if link == GROUND { linkage.own_place(link, point) } else { None });

@@ -4,19 +4,20 @@ use qrm_scene::resolve;
 
 use super::{Request, length_parameters};
 
-/// The text after a change, which is a scene, and the point that was made.
-fn changed(text: &str, edit: &str, places: &str) -> (String, String) {
+fn applied(text: &str, edit: &str, places: &str) -> Result<(String, Vec<String>), String> {
     let request = format!("{{\"edit\": {edit}, \"places\": {places}}}");
-    let request: Request = serde_json::from_str(&request).expect("a request");
-    let (text, made) = request.apply(text).expect("a change");
+    serde_json::from_str::<Request>(&request).expect("a request").apply(text)
+}
+
+/// The text after a change, which is a scene, and the names of the ends of a new bar.
+fn changed(text: &str, edit: &str, places: &str) -> (String, String) {
+    let (text, ends) = applied(text, edit, places).expect("a change");
     resolve::read("drawn.toml", &text).map_err(|report| report.render(false)).expect("a scene");
-    (text, made.join(" "))
+    (text, ends.join(" "))
 }
 
 fn refused(text: &str, edit: &str, places: &str) -> String {
-    let request = format!("{{\"edit\": {edit}, \"places\": {places}}}");
-    let request: Request = serde_json::from_str(&request).expect("a request");
-    request.apply(text).expect_err("no change")
+    applied(text, edit, places).expect_err("no change")
 }
 
 const EMPTY: &str =
@@ -58,7 +59,7 @@ F_C = { joint = "C" }
 path_C = { path = "C" }
 "#;
     assert_eq!(text, expected);
-    // What is removed leaves what was there before.
+    // A removed drive, force or path leaves what was there before.
     let (text, _) = changed(&text, r#"{"drive": {"point": "A"}}"#, places);
     assert!(text.contains("length = 0.1, mass = 1, angle = '53.13 deg' }"), "{text}");
     let (text, _) = changed(&text, r#"{"force": {"point": "C"}}"#, places);
@@ -228,9 +229,11 @@ mesh = { gear = ["wheel", "boom"], ratio = -2 }
 lift = { cylinder = ["ground.E", "boom.M"], length = '1.41421 m + 0.1 m/s*(1 s)*sin(t/(1 s))' }
 "#;
     let places = r#"{"O": [0, 0], "E": [1, 0], "M": [0, 1], "W": [1.5, 0], "Q": [0, 2]}"#;
-    let free =
-        text.lines().filter(|line| !line.starts_with("mesh") && !line.starts_with("M =") && !line.starts_with("piece"));
-    let free: String = free.map(|line| format!("{line}\n")).collect();
+    let untied = |text: &str| -> String {
+        let is_tie = |line: &&str| ["mesh", "M =", "piece"].iter().any(|start| line.starts_with(start));
+        text.lines().filter(|line| !is_tie(line)).map(|line| format!("{line}\n")).collect()
+    };
+    let free = untied(text);
     let (moved, _) = changed(&free, r#"{"move": {"point": "M", "to": [1, 1]}}"#, places);
     let expected = free
         .replace("length = 1, mass = 1, angle = '90 deg'", "length = 1.4142, mass = 1, angle = '45 deg'")
@@ -243,11 +246,7 @@ lift = { cylinder = ["ground.E", "boom.M"], length = '1.41421 m + 0.1 m/s*(1 s)*
     // A point on a line of the ground that no bearing shows.
     let slider =
         text.replace("lift = {", "line = { pin_in_slot = [\"boom.M\", \"ground.G\"], direction = '90 deg' }\nlift = {");
-    let slider: String = slider
-        .lines()
-        .filter(|line| !line.starts_with("mesh") && !line.starts_with("M =") && !line.starts_with("piece"))
-        .map(|line| format!("{line}\n"))
-        .collect();
+    let slider = untied(&slider);
     let (moved, _) = changed(&slider, r#"{"move": {"point": "M", "to": [0.3, 0.5]}}"#, places);
     assert!(moved.contains("length = 0.5, mass = 1, angle = '90 deg'"), "{moved}");
     let said = refused(&slider, r#"{"drive": {"point": "M"}}"#, r#"{"M": [1e300, 0]}"#);

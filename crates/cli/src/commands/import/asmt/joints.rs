@@ -30,7 +30,7 @@ pub(super) fn plane(source: &Source, parts: &Parts, joints: &[Node]) -> Result<P
     Ok(Plane::across(Z))
 }
 
-/// What a joint of space does in the plane.
+/// The joint in the plane that a joint of space is.
 enum Flat {
     Pin,
     /// Along a line in the plane, turned by this angle from the z axis of the marker.

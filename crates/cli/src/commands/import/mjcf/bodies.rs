@@ -32,7 +32,7 @@ pub(super) struct Body<'x> {
     pub(super) joints: Vec<BodyJoint<'x>>,
     /// Masses in the world.
     pub(super) solids: Vec<Solid>,
-    /// What these masses leave out.
+    /// The masses that could not be carried over.
     left_out: Vec<String>,
     has_shape_of_file: bool,
     /// The element of the body, if it has a mass that only MuJoCo knows.
@@ -228,7 +228,7 @@ impl<'x> Bodies<'x> {
         Ok(())
     }
 
-    /// What is left out of the bodies.
+    /// The parts of bodies that could not be carried over.
     pub(super) fn left_out(&self) -> Vec<String> {
         self.left_out.iter().chain(self.all.iter().flat_map(|body| &body.left_out)).cloned().collect()
     }

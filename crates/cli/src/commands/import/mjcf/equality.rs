@@ -66,12 +66,12 @@ fn pin(
     };
     let get = |attribute: &str| attributes.get(element, MAIN, attribute);
     let places = if let (Some(first), Some(second)) = (get("site1"), get("site2")) {
-        let first = links.of_site(bodies, first).ok_or_else(|| unknown("site1", "site"))?;
-        [first, links.of_site(bodies, second).ok_or_else(|| unknown("site2", "site"))?]
+        let first = links.link_of_site(bodies, first).ok_or_else(|| unknown("site1", "site"))?;
+        [first, links.link_of_site(bodies, second).ok_or_else(|| unknown("site2", "site"))?]
     } else {
         let first = get("body1").ok_or_else(|| unknown("body1", "body"))?;
-        let (body, first) = links.of_body(bodies, Some(first)).ok_or_else(|| unknown("body1", "body"))?;
-        let (_, second) = links.of_body(bodies, get("body2")).ok_or_else(|| unknown("body2", "body"))?;
+        let (body, first) = links.link_of_body(bodies, Some(first)).ok_or_else(|| unknown("body1", "body"))?;
+        let (_, second) = links.link_of_body(bodies, get("body2")).ok_or_else(|| unknown("body2", "body"))?;
         let anchor = attributes.vector(element, MAIN, "anchor")?.unwrap_or([0.0; 3]);
         let place = bodies.all[body].frame.point(anchor);
         [(first, place), (second, place)]

@@ -174,14 +174,14 @@ impl Links {
     }
 
     /// Finds a body by its name, and its link. Without a name it is the world.
-    pub(super) fn of_body(&self, bodies: &Bodies, name: Option<&str>) -> Option<(usize, usize)> {
+    pub(super) fn link_of_body(&self, bodies: &Bodies, name: Option<&str>) -> Option<(usize, usize)> {
         let Some(name) = name else { return Some((0, 0)) };
         let number = bodies.all.iter().position(|body| body.name == name)?;
         Some((number, self.of_bodies[number]))
     }
 
     /// Finds the link and the place of a site.
-    pub(super) fn of_site(&self, bodies: &Bodies, name: &str) -> Option<(usize, Vector)> {
+    pub(super) fn link_of_site(&self, bodies: &Bodies, name: &str) -> Option<(usize, Vector)> {
         bodies.all.iter().enumerate().find_map(|(number, body)| {
             let (_, place) = body.sites.iter().find(|(own, _)| own == name)?;
             Some((self.of_bodies[number], *place))

@@ -4,7 +4,7 @@ use super::super::linkage::{Constraint, ImportedLinkage, Joint, Kind};
 use super::super::names::Names;
 use super::links::Links;
 
-/// Replaces a pin or a weld that repeats equations of joints. It returns false if there is none.
+/// Replaces a new pin or weld that repeats equations of joints. Returns whether it does.
 pub(super) fn repeats(
     links: &Links,
     new: &Joint,

@@ -1,17 +1,15 @@
 //! Inputs, and joints that are written twice.
 
-use super::super::independent_coordinates::can_be_driven;
 use super::super::numbers::pair;
 use super::Reader;
 use super::line::Line;
 use crate::error::Error;
 
 impl Reader<'_> {
-    /// Leaves out the inputs whose motion the last input determines. A dead centre cannot be driven.
+    /// Leaves out the inputs whose motion the last input determines.
     pub(super) fn drop_inputs(&mut self) {
-        let possible = self.inputs.iter().rev().find(|input| can_be_driven(&self.linkage, input.joint));
-        let Some(last) = possible.or(self.inputs.last()).map(|input| input.joint) else { return };
-        let dropped = self.linkage.drop_repeated_drives(last);
+        let inputs: Vec<usize> = self.inputs.iter().rev().map(|input| input.joint).collect();
+        let dropped = self.linkage.drop_repeated_drives(&inputs);
         for input in self.inputs.iter().filter(|input| dropped.contains(&input.joint)) {
             let place = pair(input.place);
             self.linkage.left_out.push(format!("the input at {place}, whose motion the other input determines"));

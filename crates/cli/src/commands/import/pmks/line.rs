@@ -20,14 +20,14 @@ pub(super) struct Line {
 
 impl Line {
     pub(super) fn read(source: &Source, line: &str, offset: usize) -> Result<Self, Error> {
-        let mut words = words(line, offset);
+        let mut tokens = tokens(line, offset);
         let lead = line.len() - line.trim_start().len();
         let span = offset + lead..offset + lead + line.trim().len();
         let example = "write the links, the type (R, P, RP or G) and the place of a joint, as `ground crank R 0 0`";
-        let kind = kind_at(&words).filter(|at| *at > 0).ok_or_else(|| {
+        let kind = kind_at(&tokens).filter(|at| *at > 0).ok_or_else(|| {
             source.error("this line is not a joint", span.clone(), "no link with a type of joint behind it", example)
         })?;
-        let mut rest = words.split_off(kind);
+        let mut rest = tokens.split_off(kind);
         let kind = rest.remove(0).0.to_ascii_uppercase();
         let mut numbers = Vec::new();
         while let Some((word, at)) = rest.first() {
@@ -51,12 +51,12 @@ impl Line {
         };
         let (is_traced, is_input) = (flag(0), flag(3));
         let direction = numbers.get(2).copied().unwrap_or(0.0).to_radians();
-        Ok(Self { links: words, kind, place: [x, y], direction, is_traced, is_input, span })
+        Ok(Self { links: tokens, kind, place: [x, y], direction, is_traced, is_input, span })
     }
 }
 
-/// The words of a line with their places.
-pub(super) fn words(line: &str, offset: usize) -> Vec<(String, Range<usize>)> {
+/// Splits a line into tokens, with their places.
+pub(super) fn tokens(line: &str, offset: usize) -> Vec<(String, Range<usize>)> {
     let mut found = Vec::new();
     let mut begin = 0;
     let is_space = |rest: &str| rest.starts_with("%20") || rest.starts_with("%2C") || rest.starts_with("%2c");
@@ -80,7 +80,7 @@ pub(super) fn words(line: &str, offset: usize) -> Vec<(String, Range<usize>)> {
     found
 }
 
-/// The number of the word that is the type of joint: the last word of this kind.
-pub(super) fn kind_at(words: &[(String, Range<usize>)]) -> Option<usize> {
-    words.iter().rposition(|(word, _)| ["r", "p", "rp", "g"].contains(&word.to_ascii_lowercase().as_str()))
+/// The number of the token that is the type of joint: the last one of this kind.
+pub(super) fn kind_at(tokens: &[(String, Range<usize>)]) -> Option<usize> {
+    tokens.iter().rposition(|(word, _)| ["r", "p", "rp", "g"].contains(&word.to_ascii_lowercase().as_str()))
 }

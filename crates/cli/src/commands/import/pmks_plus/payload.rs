@@ -1,4 +1,4 @@
-//! What a link of PMKS+ holds: records between dots, tokens between commas.
+//! The content of a link of PMKS+: records between dots, tokens between commas.
 
 mod integrity;
 
