@@ -184,3 +184,35 @@ max_time = 10
     let duration: f64 = 2.0 * 4.0 / (2.0 * 9.81 / 5.0);
     near("t", summary["end_time"].as_f64().expect("a time"), duration.sqrt(), 1e-10);
 }
+
+/// Entries that are formulae of a parameter move a mass as their values do, also with another value of the parameter.
+#[test]
+#[ignore = "full tier: engine"]
+fn entries_of_tables_are_formulae_of_parameters() {
+    let scene = |entries: &str, spline: &str| {
+        format!(
+            r#"
+name = "turning"
+coordinates = ["phi"]
+parameters = {{ M = {{ value = 3, unit = "J" }} }}
+tables = {{ m = {{ x = [0, '1 rad', 3, 4.5, 6], y = [{entries}]{spline} }} }}
+bodies = {{ disc = {{ angle = 'phi', inertia = 1 }} }}
+loads = {{ push = {{ torque = 'm(phi)', on = "disc" }} }}
+outputs = {{ T = 'm(phi)' }}
+initial = {{ given = {{ phi = 0, phi_dot = 1 }} }}
+run = {{ step = 0.01, end_time = 2 }}
+"#
+        )
+    };
+    for spline in ["", ", spline = \"natural\"", ", spline = \"periodic\""] {
+        let numbers = [("3", "1, 3, -2, 6, 1"), ("4.5", "1.5, 4.5, -2, 9, 1.5")];
+        for (size, numbers) in numbers {
+            let own = run(&scene("'M/3', 'M', -2, '2*M', 'M/3'", spline), &["--set", &format!("M={size}")]);
+            let other = run(&scene(numbers, spline), &["--set", &format!("M={size}")]);
+            let (own, other) = (own.trajectory(), other.trajectory());
+            for name in ["phi", "phi_dot", "T"] {
+                near(name, own.number(own.last(), name), other.number(other.last(), name), 1e-10);
+            }
+        }
+    }
+}

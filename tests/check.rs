@@ -267,3 +267,43 @@ fn a_crank_turns_through_change_points() {
     let inner = ((ground * ground + first * first - rest * rest) / (2.0 * ground * first)).acos();
     near("the lock", after(&text, "begins, to "), 180.0 - inner.to_degrees(), 1e-3);
 }
+
+/// A rod on a pin: the torque that balances its weight is `m g l/2 cos(phi)`, with a motor and without.
+#[test]
+#[ignore = "full tier: engine"]
+fn torques_of_motors_at_standstill_do_not_balance_loads() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.toml");
+    let with = |motor: &str| {
+        let text = format!(
+            r#"
+name = "rod"
+[links]
+ground = {{ points = {{ A = [0, 0] }} }}
+rod = {{ bar = ["A", "B"], length = 1, mass = 2, angle = 0 }}
+[joints]
+A = {{ revolute = ["rod", "ground"] }}
+[loads]
+weight = {{ gravity = [0, -9.81] }}
+{motor}
+[run]
+step = 1e-3
+end_time = 0.1
+"#
+        );
+        std::fs::write(&path, text).expect("written");
+        check(&[path.to_str().expect("a path")])
+    };
+    let alone = with("");
+    for motor in [
+        "motor = { along = 'phi_rod', motor = '300 N m', no_load = '60 rpm' }",
+        "motor = { torque = '300*(1 - phi_rod_dot/6)', on = \"rod\" }",
+    ] {
+        let text = with(motor);
+        for lead in ["smallest    ", "largest     "] {
+            near(lead, after(&text, lead), after(&alone, lead), 1e-12);
+        }
+        near("largest", after(&text, "largest     "), 9.81, 1e-6);
+        assert!(text.contains("balances the loads other than `motor`"), "{text}");
+    }
+}

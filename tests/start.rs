@@ -153,3 +153,85 @@ fn starts_next_to_a_dead_point_have_their_errors() {
     assert_eq!(run.status(), 0, "{}", run.stderr());
     near("phi_crank", run.trajectory().number(0, "phi_crank"), 0.39144433900188087, 1e-14);
 }
+
+/// A four-bar linkage with a driven crank; `crank` and `near` complete it.
+fn four_bar(crank: &str, near: &str) -> common::Run {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.toml");
+    let text = format!(
+        r#"
+name = "four-bar"
+[links]
+ground  = {{ points = {{ A = [0, 0], D = [0.4, 0] }} }}
+crank   = {{ bar = ["A", "B"], length = 0.1, mass = 1, {crank} }}
+coupler = {{ bar = ["B", "C"], length = 0.35, mass = 3 }}
+rocker  = {{ bar = ["D", "C"], length = 0.25, mass = 2 }}
+[joints]
+A = {{ revolute = ["crank", "ground"], drive = '1 + 2*t' }}
+B = {{ revolute = ["crank", "coupler"] }}
+C = {{ revolute = ["coupler", "rocker"], near = [{near}] }}
+D = {{ revolute = ["rocker", "ground"] }}
+[run]
+step = 1e-2
+end_time = 1
+"#
+    );
+    std::fs::write(&path, text).expect("written");
+    run(&[path.to_str().expect("a path"), "--no-figures"])
+}
+
+#[test]
+#[ignore = "full tier: engine"]
+fn a_rate_that_a_drive_contradicts_is_refused() {
+    let refused = four_bar("rate = 3", "0.35, 0.25");
+    assert_ne!(refused.status(), 0);
+    assert!(refused.stderr().contains("a drive prescribes a rate of its own"), "{}", refused.stderr());
+    assert_eq!(four_bar("rate = 2", "0.35, 0.25").status(), 0);
+}
+
+#[test]
+#[ignore = "full tier: engine"]
+fn a_rough_place_far_from_its_joint_is_reported() {
+    let far = four_bar("", "350, 250");
+    assert_eq!(far.status(), 0);
+    assert!(far.stdout().contains("joint `C` starts 429."), "{}", far.stdout());
+    let close = four_bar("", "0.3, 0.3");
+    assert!(!close.stdout().contains("warning"), "{}", close.stdout());
+}
+
+/// Two of the first coordinates belong to one loop with one degree of freedom.
+#[test]
+#[ignore = "full tier: engine"]
+fn given_coordinates_are_independent() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.toml");
+    let text = r#"
+name = "two"
+[links]
+ground   = { points = { A = [0, 0], D = [3, 0], P = [0, 5] } }
+crank    = { bar = ["A", "B"], length = 1, mass = 1, angle = '60 deg' }
+coupler  = { bar = ["B", "C"], length = 3, mass = 1 }
+rocker   = { bar = ["D", "C"], length = 2.5, mass = 1 }
+pendulum = { bar = ["P", "Q"], length = 1, mass = 1, angle = 0 }
+[joints]
+A = { revolute = ["crank", "ground"] }
+B = { revolute = ["crank", "coupler"] }
+C = { revolute = ["coupler", "rocker"], near = [2, 2] }
+D = { revolute = ["rocker", "ground"] }
+P = { revolute = ["pendulum", "ground"] }
+[loads]
+weight = { gravity = [0, -9.81] }
+[run]
+step = 1e-3
+end_time = 0.5
+"#;
+    std::fs::write(&path, text).expect("written");
+    let run = run(&[path.to_str().expect("a path"), "--no-figures"]);
+    assert_eq!(run.status(), 0, "{}", run.stderr());
+    let table = run.trajectory();
+    near("crank", table.number(0, "phi_crank"), PI / 3.0, 1e-15);
+    near("pendulum", table.number(0, "phi_pendulum"), 0.0, 0.0);
+    // The energy of a rod about its end: phi_dot^2 = 3 g sin(-phi).
+    let [phi, rate] = ["phi_pendulum", "phi_pendulum_dot"].map(|name| table.number(table.last(), name));
+    near("rate", rate * rate, -3.0 * 9.81 * phi.sin(), 1e-9);
+}

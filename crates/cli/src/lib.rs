@@ -6,6 +6,7 @@ pub mod api;
 mod columns;
 mod commands;
 mod error;
+mod far_places;
 mod format;
 mod keys;
 mod live;

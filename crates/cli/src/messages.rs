@@ -84,10 +84,15 @@ impl Setup {
             let title = format!(
                 "the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s"
             );
-            Diagnostic::error(title, span, "cannot stay closed with the given rates").help(format!(
-                "give no more {rates} than there are degrees of freedom; if there are not, the mechanism starts at a \
-                 dead point for the coordinate that is given: start elsewhere, or give another rate"
-            ))
+            let help = if constraint.is_drive {
+                format!("a drive prescribes a rate of its own: take the {rates} out that differ from it")
+            } else {
+                format!(
+                    "give no more {rates} than there are degrees of freedom; if there are not, the mechanism starts at \
+                     a dead point for the coordinate that is given: start elsewhere, or give another rate"
+                )
+            };
+            Diagnostic::error(title, span, "cannot stay closed with the given rates").help(help)
         } else if !reason.residual.is_finite() {
             let title = format!("constraint `{name}` has no value at the first guesses");
             Diagnostic::error(title, span, "a root or another function leaves its domain")

@@ -18,6 +18,7 @@ use qrm_sim::run::{End, Observer, Outcome, Request, simulate};
 use qrm_sim::solve::{ProjectionTolerance, constraint_rank};
 
 use crate::error::{Error, Message};
+use crate::far_places::far_places;
 use crate::options::{MethodOptions, SceneOptions, StartOptions, assignments, optional_positive, parameters};
 use crate::regular_forms::{DesignSpace, Rewritten, rewritten};
 use crate::resolution;
@@ -49,7 +50,7 @@ pub(crate) struct Setup {
     pub(crate) end_time: Option<f64>,
     /// The event of the stop condition given on the command line.
     event: Option<Tape>,
-    /// The messages about rewritten constraints.
+    /// The messages about rewritten constraints and rough places.
     pub(crate) notes: Vec<Message>,
 }
 
@@ -57,10 +58,10 @@ pub(crate) struct Setup {
 const SAME_POSITION: f64 = 1e-6;
 
 impl Setup {
-    /// Prepares a scene of the command line; prints the constraints that were rewritten.
+    /// Prepares a scene of the command line; prints its notes.
     pub(crate) fn new(models: &'static [Model], options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
         let setup = Self::from_found(options.name.find(models)?, options, how)?;
-        setup.print_rewrites();
+        setup.print_notes();
         Ok(setup)
     }
 
@@ -68,7 +69,9 @@ impl Setup {
     /// name in `options` is not used.
     pub(crate) fn from_found(found: FoundScene, options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
         let one = DesignSpace { count: 1, value: &|_, _| None, range: &|_| None };
-        Self::without_rewrites(found, options, how)?.with_regular_forms(&one)
+        let mut setup = Self::without_rewrites(found, options, how)?.with_regular_forms(&one)?;
+        setup.notes.extend(far_places(&setup));
+        Ok(setup)
     }
 
     /// Prepares a scene with all constraints in their original form.
@@ -156,8 +159,8 @@ impl Setup {
         Ok(self)
     }
 
-    /// Prints the messages about rewritten constraints.
-    pub(crate) fn print_rewrites(&self) {
+    /// Prints the messages about rewritten constraints and rough places.
+    pub(crate) fn print_notes(&self) {
         for note in &self.notes {
             // Standard error may be closed.
             let _ = writeln!(std::io::stderr(), "{}", note.warning());

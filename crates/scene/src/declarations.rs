@@ -4,14 +4,33 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::dimension::Source;
+use crate::expression::Expression;
 use crate::spline::Spline;
 use crate::unit::Unit;
+
+/// A function given by points: `spline(x)`, and `formula*cardinal(x)` for each ordinate that is a formula. Its cardinal
+/// spline is one at its point and zero at the others.
+#[derive(Clone, Debug)]
+pub(crate) struct LookupTable {
+    /// The spline with zeros in place of formulae.
+    pub(crate) spline: Arc<Spline>,
+    /// The ordinates that are formulae, with their cardinal splines.
+    pub(crate) parts: Vec<(Expression<String>, Arc<Spline>)>,
+}
+
+impl From<Spline> for LookupTable {
+    fn from(spline: Spline) -> Self {
+        Self { spline: Arc::new(spline), parts: Vec::new() }
+    }
+}
 
 /// The names that formulae may contain, with their units.
 #[derive(Clone, Debug, Default)]
 pub struct Declarations {
     /// The lookup tables.
-    pub tables: Vec<Arc<Spline>>,
+    pub(crate) tables: Vec<LookupTable>,
+    /// The names of tables with formulae as entries. The formulae of parameters cannot call them.
+    pub(crate) tables_of_parameters: BTreeSet<String>,
     units: BTreeMap<String, Option<Unit>>,
     /// The names that are parameters.
     parameters: BTreeSet<String>,
@@ -45,6 +64,11 @@ impl Declarations {
     /// Adds the energies, which conditions may contain.
     pub(crate) fn declare_energies(&mut self) {
         ["kinetic_energy", "potential_energy", "energy"].into_iter().for_each(|name| self.declare(name, "J"));
+    }
+
+    /// Whether a name is that of a parameter.
+    pub(crate) fn is_parameter(&self, name: &str) -> bool {
+        self.parameters.contains(name)
     }
 
     /// Whether a name other than that of a table has been added.

@@ -51,6 +51,8 @@ pub struct Document {
     pub point_names: BTreeMap<String, String>,
     /// Loops of four links; present only in scenes with links.
     pub four_bars: Vec<FourBar>,
+    /// Rough places of joints at the start.
+    pub near: Vec<NearSyntax>,
     /// `[points]`
     pub points: Vec<(Identifier, [Formula; 2])>,
     /// `[bodies]`
@@ -90,6 +92,17 @@ pub struct FourBar {
     pub sides: [[String; 2]; 4],
     /// The angles of the two links joined to the ground.
     pub angles: [String; 2],
+}
+
+/// The rough place of a joint at the start.
+#[derive(Debug)]
+pub struct NearSyntax {
+    /// The name of the joint.
+    pub joint: Identifier,
+    /// A point of the joint.
+    pub point: String,
+    /// The rough place.
+    pub place: [Formula; 2],
 }
 
 /// An entry of `coordinates`.

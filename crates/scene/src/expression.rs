@@ -234,6 +234,14 @@ impl<N> Expression<N> {
 }
 
 impl<N: Clone> Expression<N> {
+    /// Appends the operations of another formula; the last one is its value.
+    pub(crate) fn append(&mut self, other: &Self) -> NodeId {
+        let offset = self.nodes.len();
+        self.nodes.extend(other.nodes.iter().map(|node| node.moved(offset)));
+        self.spans.extend_from_slice(&other.spans);
+        self.nodes.len() - 1
+    }
+
     /// Copies the formula with splines expressed by step functions between the pieces.
     #[must_use]
     pub fn without_splines(&self) -> Self {

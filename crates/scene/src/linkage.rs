@@ -16,6 +16,7 @@ mod four_bars;
 mod friction;
 mod gears;
 mod graph;
+mod independent_coordinates;
 mod lengths;
 mod loads;
 mod moments;
@@ -30,7 +31,7 @@ mod tree;
 use std::collections::BTreeMap;
 
 use crate::diagnostic::{Diagnostic, errors};
-use crate::document::{CoordinateSyntax, Document, DrawnSyntax, Identifier, LoadSyntax};
+use crate::document::{CoordinateSyntax, Document, DrawnSyntax, Identifier, LoadSyntax, NearSyntax};
 use angles::Angles;
 use constants::Constants;
 use friction::Frictions;
@@ -91,9 +92,15 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let frictions = Frictions::new(&linkage, findings);
     let point_names: BTreeMap<String, String> =
         graph.all_points().map(|id| (graph.full_name(id), places.name(id).to_owned())).collect();
+    let near = graph.joints.iter().filter_map(|joint| {
+        let (syntax, point) = (joint.syntax, places.name(joint.ends[0]).to_owned());
+        Some(NearSyntax { joint: syntax.identifier.clone(), point, place: syntax.near.clone()? })
+    });
+    let near = near.collect();
     let points = places.points;
     let constraints = closures.into_iter().map(|closure| closure.syntax).collect();
     document.four_bars = four_bars;
+    document.near = near;
     put_before(&mut document.coordinates, coordinates);
     put_before(&mut document.points, points);
     put_before(&mut document.bodies, bodies);

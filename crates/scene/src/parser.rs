@@ -3,14 +3,13 @@
 
 use std::sync::Arc;
 
-use crate::declarations::Declarations;
+use crate::declarations::{Declarations, LookupTable};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::dimension::{Dimension, Dimensions, Source};
 use crate::expression::{Expression, Node, NodeId, Number};
 use crate::function::Function;
 use crate::lexer::{Comparison, Token, tokenize};
 use crate::names::suggestion;
-use crate::spline::Spline;
 use crate::unit::{Unit, unknown_unit};
 
 /// The largest nesting depth of parentheses, signs and powers.
@@ -350,7 +349,7 @@ impl<'c> Parser<'c> {
     }
 
     fn name(&mut self, name: String, span: Span) -> Parsed<NodeId> {
-        if Function::named(&name).is_some() || self.declarations.tables.iter().any(|table| table.name == name) {
+        if Function::named(&name).is_some() || self.declarations.tables.iter().any(|table| table.spline.name == name) {
             let error = Diagnostic::error(format!("`{name}` is a function"), span, "its argument is missing");
             return Err(Box::new(error.help(format!("write `{name}(...)`"))));
         }
@@ -380,17 +379,33 @@ impl<'c> Parser<'c> {
         }
         let closed = self.close(&opened)?;
         let span = name_span.start..closed.end;
-        let table = self.declarations.tables.iter().find(|table| table.name == name);
+        let table = self.declarations.tables.iter().find(|table| table.spline.name == name);
         if let (Some(table), None) = (table, Function::named(name)) {
             let [argument] = arguments[..] else { return Err(wrong_arity(name, 1, arguments.len(), span)) };
-            return self.push(Node::Spline(Arc::clone(table), argument), span);
+            return self.look_up(table, argument, &span);
         }
-        let function = Function::named(name)
-            .ok_or_else(|| unknown_function(name, &self.declarations.tables, name_span.clone()))?;
+        let function =
+            Function::named(name).ok_or_else(|| unknown_function(name, self.declarations, name_span.clone()))?;
         if arguments.len() != function.arity() {
             return Err(wrong_arity(name, function.arity(), arguments.len(), span));
         }
         self.push(Node::Call(function, arguments), span)
+    }
+
+    /// Appends the value of a table.
+    fn look_up(&mut self, table: &LookupTable, argument: NodeId, span: &Span) -> Parsed<NodeId> {
+        let mut sum = self.push(Node::Spline(Arc::clone(&table.spline), argument), span.clone())?;
+        for (ordinate, cardinal) in &table.parts {
+            // Spans of ordinates lie in the table.
+            let ordinate = self.formula.append(ordinate);
+            let cardinal = self.formula.push(Node::Spline(Arc::clone(cardinal), argument), span.clone());
+            let product = self.formula.push(Node::Multiply(ordinate, cardinal), span.clone());
+            sum = self.formula.push(Node::Add(sum, product), span.clone());
+        }
+        if !table.parts.is_empty() {
+            self.dimensions.note(&self.formula, Dimension::default());
+        }
+        Ok(sum)
     }
 
     /// Takes the `)` that belongs to the `(` at `opened`.
@@ -416,8 +431,13 @@ impl<'c> Parser<'c> {
     }
 }
 
-fn unknown_function(name: &str, tables: &[Arc<Spline>], span: Span) -> Box<Diagnostic> {
-    let own = tables.iter().map(|table| table.name.as_str());
+fn unknown_function(name: &str, declarations: &Declarations, span: Span) -> Box<Diagnostic> {
+    if declarations.tables_of_parameters.contains(name) {
+        let title = format!("table `{name}` has formulae as entries");
+        let error = Diagnostic::error(title, span, "a parameter cannot call it");
+        return Box::new(error.help("call it where the value is needed, or give the table numbers"));
+    }
+    let own = declarations.tables.iter().map(|table| table.spline.name.as_str());
     let known: Vec<&str> = Function::ALL.iter().map(|f| f.name()).chain(own).collect();
     let help = suggestion(name, known.iter().copied(), || format!("known functions: {}", known.join(", ")));
     Box::new(Diagnostic::error(format!("unknown function `{name}`"), span, "not known").help(help))

@@ -28,7 +28,7 @@ use crate::document::{Document, Identifier};
 use crate::evaluate::parameter_values;
 use crate::linkage;
 use crate::parser::Condition;
-use crate::scene::{Body, Constraint, Load, Parameter, Quantity, Scene};
+use crate::scene::{Body, Constraint, Load, Near, Parameter, Quantity, Scene};
 use context::Context;
 use points::point_order;
 use scope::{Kind, Scope};
@@ -152,6 +152,7 @@ impl Resolver<'_> {
             extremes: self.extremes(document),
             run: self.run(document),
             four_bars: document.four_bars.clone(),
+            near: self.near(document),
             has_links: !document.links.is_empty(),
         };
         for (identifier, load) in &document.loads {
@@ -209,6 +210,17 @@ impl Resolver<'_> {
             document.constraints.iter().map(|constraint| &*constraint.identifier.name),
             document.outputs.iter().map(|output| &*output.identifier.name),
         );
+    }
+
+    fn near(&mut self, document: &Document) -> Vec<Near> {
+        let mut found = Vec::new();
+        for near in &document.near {
+            let place = near.place.each_ref().map(|part| self.value(part, Context::Constant));
+            let point = self.scope.points().position(|name| name == near.point);
+            let span = near.place[0].whole_span();
+            found.extend(point.map(|point| Near { joint: near.joint.name.clone(), span, point, place }));
+        }
+        found
     }
 
     fn parameters(&mut self, document: &Document) -> Vec<Parameter> {

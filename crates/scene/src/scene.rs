@@ -92,9 +92,25 @@ pub struct Scene {
     /// Loops of four links; present only in scenes with links.
     #[serde(skip)]
     pub four_bars: Vec<FourBar>,
+    /// Rough places of joints at the start.
+    #[serde(skip)]
+    pub near: Vec<Near>,
     /// Whether the scene has links: its user wrote joints, not constraints.
     #[serde(skip)]
     pub has_links: bool,
+}
+
+/// The rough place of a joint at the start.
+#[derive(Clone, Debug)]
+pub struct Near {
+    /// The name of the joint.
+    pub joint: String,
+    /// The location of the rough place.
+    pub span: Span,
+    /// A point of the joint.
+    pub point: usize,
+    /// The rough place.
+    pub place: [Value; 2],
 }
 
 /// A generalized coordinate.

@@ -91,6 +91,11 @@ impl Spline {
         if self.degree == 1 { self.breakpoints() } else { &[] }
     }
 
+    /// The number of its pieces.
+    pub(crate) fn piece_count(&self) -> usize {
+        self.pieces.len()
+    }
+
     /// The start of the spline.
     fn first(&self) -> f64 {
         self.bases[0]

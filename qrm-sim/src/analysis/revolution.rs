@@ -36,7 +36,7 @@ pub struct Revolution {
     pub returns: bool,
     /// The course of each output at rest.
     pub outputs: Vec<Series>,
-    /// The course of the generalized force on the driven coordinate that balances the loads.
+    /// The course of the generalized force on the driven coordinate that balances the loads, but those left out.
     pub balance: Series,
     /// The course of the effective inertia at the driven coordinate.
     pub inertia: Series,
@@ -51,11 +51,15 @@ pub struct Range {
     pub high: Option<(f64, Option<usize>)>,
 }
 
-/// Moves the driven coordinate through a revolution, or along its range.
+/// Moves the driven coordinate through a revolution, or along its range. `left_out` is the work of the loads that the
+/// balance leaves out, at a position and for a displacement of the coordinates.
 ///
 /// # Errors
 /// No coordinate can be driven in this way.
-pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution> {
+pub fn revolution(
+    mechanism: &dyn Mechanism,
+    left_out: &dyn Fn(&[f64], &[f64]) -> f64,
+) -> Result<Revolution, NoRevolution> {
     let sweep = TurnSweep::new(mechanism)?;
     let driven = sweep.driven;
     let description = mechanism.description();
@@ -109,7 +113,9 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
         outputs: (0..count)
             .map(|i| sweep.sample_series(&positions, returns, rounding[i], |at| sweep.outputs(&at.q)[i]))
             .collect(),
-        balance: sweep.sample_between_locks(&positions, is_locked, returns, |at| sweep.drive.balance(&at.q).1[driven]),
+        balance: sweep.sample_between_locks(&positions, is_locked, returns, |at| {
+            sweep.drive.balance(&at.q).1[driven] + left_out(&at.q, &sweep.drive.tangent(at, driven))
+        }),
         inertia: sweep.sample_between_locks(&positions, is_locked, returns, |at| sweep.inertia(at)),
         range,
         change_points,

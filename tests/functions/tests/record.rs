@@ -343,7 +343,7 @@ fn positions(model: &Model, lines: &mut String) {
             add(lines, &format!("equilibrium {way} farther"), &static_equilibrium(&*mechanism, &wanted));
         }
     }
-    match revolution(&*mechanism) {
+    match revolution(&*mechanism, &|_, _| 0.0) {
         Ok(found) => {
             add(lines, "revolution", &(found.start, found.direction, found.range, found.change_points, found.returns));
             for series in found.outputs.iter().chain([&found.balance, &found.inertia]) {

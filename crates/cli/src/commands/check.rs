@@ -5,6 +5,7 @@ mod equilibrium;
 mod full_turn;
 mod mobility;
 mod motion;
+mod motors;
 mod revolution;
 mod transmission;
 
@@ -38,7 +39,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let setup = Setup::from_found(options.scene.name.find(models)?, &options.scene, &options.method)?;
     // The full check includes both as topics.
     if !options.at_rest.is_empty() || options.branches {
-        setup.print_rewrites();
+        setup.print_notes();
     }
     if !options.at_rest.is_empty() {
         let mechanism = released(&setup, &setup.scene.drives())?;

@@ -148,7 +148,7 @@ impl<'s> Plan<'s> {
         }
         format.require()?;
         let designs = Designs::new(setup, axes)?;
-        designs.setup.print_rewrites();
+        designs.setup.print_notes();
         let designs = Designs {
             has_extremes: !options.no_extremes,
             estimate_error: !options.no_error_estimate,

@@ -5,7 +5,7 @@ use super::joints::joint;
 use super::known::{extreme, reference, values};
 use super::links::link;
 use super::loads::load;
-use super::lookup_tables::lookup_table;
+use super::lookup_tables::{has_formulae, lookup_table};
 use super::outputs::{is_force_of_joint, output};
 use super::reader::{self, Reader};
 use super::table::{self, Table};
@@ -17,6 +17,14 @@ use crate::diagnostic::Diagnostic;
 use crate::names::is_identifier;
 
 impl Document {
+    fn read_tables(&mut self, r: &mut Reader, tables: Vec<(Identifier, reader::Value)>) {
+        for (identifier, value) in tables {
+            let table = lookup_table(r, identifier.clone(), value);
+            r.declarations.tables.extend(table);
+            self.tables.push(identifier);
+        }
+    }
+
     pub(super) fn read(&mut self, r: &mut Reader, root: &table::Root) {
         let mut root = root.table();
         if let Some(name) = root.required(r, "name").and_then(|v| r.text(v)) {
@@ -48,12 +56,11 @@ impl Document {
             }
             self.coordinates.extend(coordinate);
         }
-        // Read first, since every formula may call them.
-        for (identifier, value) in root.entries(r, "tables") {
-            let function = lookup_table(r, identifier.clone(), value);
-            r.declarations.tables.extend(function);
-            self.tables.push(identifier);
-        }
+        // Tables of numbers are read first, since every formula may call them.
+        let (later, tables): (Vec<_>, Vec<_>) =
+            root.entries(r, "tables").into_iter().partition(|(_, value)| has_formulae(*value));
+        r.declarations.tables_of_parameters = later.iter().map(|(identifier, _)| identifier.name.clone()).collect();
+        self.read_tables(r, tables);
         for (identifier, value) in root.entries(r, "parameters") {
             let parameter = parameter(r, identifier, value);
             if let Some(ParameterSyntax { identifier, unit, .. }) = &parameter {
@@ -61,6 +68,7 @@ impl Document {
             }
             self.parameters.extend(parameter);
         }
+        self.read_tables(r, later);
         for (identifier, value) in root.entries(r, "links") {
             let link = link(r, identifier, value);
             r.has_unread_declarations |= link.is_none();

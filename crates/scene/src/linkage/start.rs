@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::angles::Angles;
 use super::graph::{Graph, Joint};
+use super::independent_coordinates::independent_coordinates;
 use super::places::{origin_names, slide};
 use super::terms::{is_zero, whole};
 use super::tree::{Placement, Tree};
@@ -37,8 +38,8 @@ pub(super) fn driven(graph: &Graph, angles: &Angles) -> BTreeSet<String> {
     driven.filter_map(coordinate).collect()
 }
 
-/// Writes the start of all coordinates to a scene. If the scene does not say which are given, `freedoms` of them are, but
-/// none that a drive prescribes.
+/// Writes the start of all coordinates to a scene. If the scene does not say which are given, `freedoms` independent
+/// ones are, but none that a drive prescribes.
 pub(super) fn write(
     document: &mut Document,
     values: Vec<StartValue>,
@@ -46,7 +47,9 @@ pub(super) fn write(
     driven: &BTreeSet<String>,
 ) -> Vec<String> {
     let is_open = document.given.is_empty() && values.iter().all(|value| value.rate.is_none());
-    let mut left = if is_open { freedoms } else { 0 };
+    let is_known = |name: &str| values.iter().any(|value| value.name == name && value.value.is_some());
+    let is_candidate = |name: &str| is_known(name) && !driven.contains(name);
+    let chosen = independent_coordinates(document, if is_open { freedoms } else { 0 }, is_candidate);
     let mut unknown = Vec::new();
     for StartValue { name, value, rate } in values {
         if document.given.iter().chain(&document.solve).any(|(identifier, _)| identifier.name == name) {
@@ -56,11 +59,10 @@ pub(super) fn write(
             unknown.push(name);
             continue;
         };
-        let rate = rate.or_else(|| (left > 0 && !driven.contains(&name)).then(|| whole(0)));
+        let rate = rate.or_else(|| chosen.contains(&name).then(|| whole(0)));
         let identifier = |name: String| Identifier { name, span: value.whole_span() };
         match rate {
             Some(rate) => {
-                left = left.saturating_sub(1);
                 document.given.push((identifier(name.clone()), value.clone()));
                 document.given.push((identifier(format!("{name}_dot")), rate));
             }

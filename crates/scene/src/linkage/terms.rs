@@ -82,7 +82,7 @@ pub(crate) fn call<const K: usize>(function: Function, arguments: [Formula; K]) 
     let (mut formula, mut places, mut span) = (Formula::new(), Vec::new(), 0..0);
     for argument in arguments {
         span = argument.whole_span();
-        places.push(append(&mut formula, &argument));
+        places.push(formula.append(&argument));
     }
     formula.push(Node::Call(function, places), span);
     formula
@@ -130,18 +130,9 @@ fn join(a: Formula, b: Formula, node: fn(NodeId, NodeId) -> Node<String>) -> For
     let mut formula = a;
     let left = formula.nodes().len() - 1;
     let span = if b.whole_span().is_empty() { formula.whole_span() } else { b.whole_span() };
-    let right = append(&mut formula, &b);
+    let right = formula.append(&b);
     formula.push(node(left, right), span);
     formula
-}
-
-/// Appends the operations of another formula; returns the index of its value.
-fn append(formula: &mut Formula, other: &Formula) -> NodeId {
-    let offset = formula.nodes().len();
-    for (place, node) in other.nodes().iter().enumerate() {
-        formula.push(node.moved(offset), other.span(place));
-    }
-    formula.nodes().len() - 1
 }
 
 /// The value of a formula of time at time zero.
@@ -161,7 +152,7 @@ pub(crate) fn substituted(formula: &Formula, own: &str, by: &Formula) -> Formula
     for (place, node) in formula.nodes().iter().enumerate() {
         let is_own = matches!(node, Node::Name(name) if name == own);
         let at = match is_own {
-            true => append(&mut written, by),
+            true => written.append(by),
             false => written.push(node.at(|operand| places[operand]), formula.span(place)),
         };
         places.push(at);

@@ -7,6 +7,7 @@ use qrm_scene::scene::OutputKind;
 use qrm_sim::analysis::{NoRevolution, Range, Revolution, Series, revolution};
 
 use super::full_turn::{ParameterRange, parameter_ranges};
+use super::motors::Motors;
 use super::{Topic, equilibrium, released, unit_of_force};
 use crate::error::Error;
 use crate::format::{number, quantity};
@@ -28,7 +29,8 @@ fn input_topics(setup: &Setup, drive: Option<usize>) -> Result<Vec<Topic>, Error
     let not_looked_at = |why: String| Ok(vec![Topic::new("turn", [format!("not looked at: {why}")])]);
     let mechanism = released(setup, drive.as_slice())?;
     let coordinates = mechanism.description().coordinates;
-    let turn = match revolution(&*mechanism) {
+    let motors = Motors::of(setup);
+    let turn = match revolution(&*mechanism, &|q, dq| motors.work(q, dq)) {
         Ok(turn) => turn,
         Err(NoRevolution::DegreesOfFreedom(n)) => {
             let without = if drive.is_some() { "without the drive " } else { "" };
@@ -55,7 +57,7 @@ fn input_topics(setup: &Setup, drive: Option<usize>) -> Result<Vec<Topic>, Error
             topics.push(stroke(&output.name, &output.unit, series, &turn, &driven));
         }
     }
-    topics.push(at_rest(setup, &turn, &driven));
+    topics.push(at_rest(setup, &turn, &driven, &motors.names()));
     Ok(topics)
 }
 
@@ -172,7 +174,7 @@ fn stroke(name: &str, unit: &str, series: &Series, turn: &Revolution, driven: &Q
     Topic::new(name, lines)
 }
 
-fn at_rest(setup: &Setup, turn: &Revolution, driven: &QuantityDescription) -> Topic {
+fn at_rest(setup: &Setup, turn: &Revolution, driven: &QuantityDescription, motors: &[String]) -> Topic {
     let unit = unit_of_force(driven.unit);
     let line = |which: &str, (value, angle): (f64, f64)| {
         let at = format!("{} = {}", driven.name, place(angle, turn, driven.unit));
@@ -182,7 +184,8 @@ fn at_rest(setup: &Setup, turn: &Revolution, driven: &QuantityDescription) -> To
         }
     };
     let force = if driven.unit == "rad" { "torque" } else { "force" };
-    let mut title = format!("{force} on {} that balances the loads{}", driven.name, equilibrium::when(setup));
+    let but = if motors.is_empty() { String::new() } else { format!(" other than {}", motors.join(", ")) };
+    let mut title = format!("{force} on {} that balances the loads{but}{}", driven.name, equilibrium::when(setup));
     if turn.range.is_some_and(|range| range.low.is_some() || range.high.is_some()) {
         title += ", between the limit positions";
     } else if !turn.returns {
