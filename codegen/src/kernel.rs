@@ -9,10 +9,11 @@ mod inverse;
 mod named_quantities;
 mod normal_forces;
 mod range_space;
+mod sparse;
 
 use std::collections::{HashMap, HashSet};
 
-use crate::graph::{Id, Signed};
+use crate::graph::{Graph, Id, Signed};
 use crate::lower::Lowering;
 use crate::term::{EffortGroup, Equations, KernelEquations, NormalForce, Symbol, Term};
 use algebra::{Matrix, Value};
@@ -54,6 +55,28 @@ impl Kernel {
     /// Creates the kernel of a scene; its graph may contain other operations.
     pub fn new(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Self {
         Builder::new(scene, lowering, 0, false).build(equations)
+    }
+
+    /// Creates the kernel of a scene by elimination of the sparse equations; `None` without them, or if a coordinate has
+    /// no inertia.
+    pub fn sparse(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Option<Self> {
+        Builder::new(scene, lowering, 0, false).build_sparse(equations.sparse.as_ref()?)
+    }
+
+    /// The number of operations of a step in a graph.
+    pub fn operations(&self, graph: &Graph) -> usize {
+        let definitions: HashMap<Id, Id> = self.locals.iter().map(|local| (local.input.id, local.value.id)).collect();
+        let mut pending: Vec<Id> = self.values().map(|value| value.id).collect();
+        let (mut seen, mut count) = (HashSet::new(), 0);
+        while let Some(id) = pending.pop() {
+            if !graph.is_constant(id) && seen.insert(id) {
+                let operands = graph.op(id).operands();
+                count += operands.len().saturating_sub(1);
+                pending.extend(operands);
+                pending.extend(definitions.get(&id));
+            }
+        }
+        count
     }
 
     /// Creates a kernel for inverse dynamics only: the forces and torques for given accelerations. Its locals are

@@ -24,6 +24,8 @@ pub struct Lowering {
     adds_angles: bool,
     /// The sums with such sines and cosines.
     angle_sums: BTreeMap<Id, [Signed; 2]>,
+    /// The sines and cosines of named angles.
+    pub named_angles: BTreeMap<Id, [Signed; 2]>,
 }
 
 impl Lowering {
@@ -76,19 +78,24 @@ impl Lowering {
     }
 
     /// The sine and cosine of a sum of coordinates from those of the coordinates; `None` for other values.
-    fn sine_and_cosine_of_sum(&mut self, angle: Id) -> Option<[Signed; 2]> {
-        if let Some(sum) = self.angle_sums.get(&angle) {
+    pub fn sine_and_cosine_of_sum(&mut self, angle: Id) -> Option<[Signed; 2]> {
+        if let Some(sum) = self.named_angles.get(&angle).or_else(|| self.angle_sums.get(&angle)) {
             return Some(*sum);
         }
         let Op::Sum(terms) = self.graph.op(angle).clone() else { return None };
         let is_coordinate = |term: &Signed| matches!(self.graph.op(term.id), Op::Input(Symbol::Coordinate(_)));
-        if !terms.iter().all(is_coordinate) {
+        let is_named = terms.iter().any(|term| self.named_angles.contains_key(&term.id));
+        if !terms.iter().all(|term| is_coordinate(term) || self.named_angles.contains_key(&term.id)) {
             return None;
         }
         let mut sum: Option<[Signed; 2]> = None;
         for term in terms {
-            let [sine, cosine] = [Function::Sin, Function::Cos].map(|f| self.graph.add(Op::Call(f, term.id)));
-            let own = [Signed { negative: term.negative, id: sine }, Signed { negative: false, id: cosine }];
+            let [sine, cosine] = match self.named_angles.get(&term.id) {
+                Some(known) => *known,
+                None => [Function::Sin, Function::Cos]
+                    .map(|f| Signed { negative: false, id: self.graph.add(Op::Call(f, term.id)) }),
+            };
+            let own = [if term.negative { sine.negated() } else { sine }, cosine];
             sum = Some(match sum {
                 None => own,
                 Some([sine, cosine]) => {
@@ -99,7 +106,10 @@ impl Lowering {
             });
         }
         sum.inspect(|sum| {
-            self.angle_sums.insert(angle, *sum);
+            // Named angles name their sines and cosines themselves.
+            if !is_named {
+                self.angle_sums.insert(angle, *sum);
+            }
         })
     }
 

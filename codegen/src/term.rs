@@ -2,6 +2,7 @@
 
 mod equations;
 mod named;
+mod sparse;
 
 use std::sync::Arc;
 
@@ -10,6 +11,8 @@ use num_traits::Zero as _;
 
 pub use equations::{AffineForce, EffortGroup, Equations, KernelEquations, Linearization, NormalForce, Row};
 pub use named::{Formula, Named, NamedKind, Root};
+pub use sparse::{BodyInertia, LocalEfforts, LocalFunction, NamedVariable, SparseEquations};
+
 use qrm_scene::expression::to_f64;
 use qrm_scene::function::Function;
 use qrm_scene::spline::Spline;
@@ -62,6 +65,8 @@ pub enum Symbol {
     NamedRate(usize),
     /// The second rate of a named quantity, without the part proportional to accelerations.
     NamedBias(usize),
+    /// The second rate of a named quantity.
+    NamedAcceleration(usize),
     /// The residual of a constraint, for a correction.
     Residual(usize),
     /// A function that is constant between jumps; the engine treats it as a constant.

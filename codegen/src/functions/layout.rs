@@ -48,7 +48,16 @@ impl Layout {
         roots.extend(of_friction.iter().map(|(_, value)| *value));
         // Names have other values in a kernel.
         let mut lowering = Lowering::from_kernel(lowering.graph);
+        let sparse = Kernel::sparse(scene, equations, &mut lowering);
+        // Named quantities of the other equations have other values.
+        lowering = if sparse.is_some() { Lowering::from_kernel(lowering.graph) } else { lowering };
         let mut kernel = Kernel::new(scene, equations, &mut lowering);
+        if let Some(sparse) = &sparse { eprintln!("SPARSE {} DENSE {}", sparse.operations(&lowering.graph), kernel.operations(&lowering.graph)); }
+        if let Some(sparse) = sparse
+            && sparse.operations(&lowering.graph) < kernel.operations(&lowering.graph)
+        {
+            kernel = sparse;
+        }
         let angle_sums = lowering.angle_sums(|i| scene.coordinates[i].name.to_lowercase());
         let point_names = scene.points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{}_{axis}", point.name)));
         let point_names: Vec<String> = point_names.map(|name| name.to_lowercase()).collect();

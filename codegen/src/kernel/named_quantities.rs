@@ -3,14 +3,15 @@
 use super::algebra::Value;
 use super::block::Block;
 use super::builder::Builder;
-use crate::term::{Named, NamedKind, Root, Symbol};
+use crate::graph::Signed;
+use crate::term::{Named, NamedKind, Root, Symbol, Term};
 
 impl Builder<'_> {
     /// Values and slopes of named quantities.
     pub(super) fn names(&mut self, names: &[Named]) {
         for (k, named) in names.iter().enumerate() {
             let (block, slopes, inverse) = match &named.kind {
-                NamedKind::Root(root) => (Block::Roots, &root.slopes, self.named_root(k, &named.name, root)),
+                NamedKind::Root(root) => (Block::Roots, &root.slopes, self.named_root(k, &named.name, &root.radicand)),
                 NamedKind::Formula(formula) => {
                     let value = self.named(Block::Names, &named.name, &formula.value);
                     self.bind(Symbol::Named(k), value);
@@ -27,8 +28,8 @@ impl Builder<'_> {
     }
 
     /// Defines a named root; returns its reciprocal.
-    fn named_root(&mut self, k: usize, name: &str, root: &Root) -> Value {
-        let radicand = self.lowering.term(&root.radicand);
+    pub(super) fn named_root(&mut self, k: usize, name: &str, radicand: &Term) -> Value {
+        let radicand = self.lowering.term(radicand);
         let radicand = self.keep(Block::Roots, &format!("{name}_sq"), Some(radicand));
         let value = self.root(radicand);
         let value = self.keep(Block::Roots, name, value);
@@ -42,6 +43,23 @@ impl Builder<'_> {
             self.lowering.inverses.insert(value.id, inverse.id);
         }
         inverse
+    }
+
+    /// Names the sine and cosine of an angle that is a sum of coordinates and of angles with such names.
+    pub(super) fn keep_angle(&mut self, name: &str, value: Value, kept: Value) {
+        let (Some(value), Some(kept)) = (value, kept) else { return };
+        if value.id == kept.id {
+            return;
+        }
+        if let Some(pair) = self.lowering.sine_and_cosine_of_sum(value.id) {
+            let mut named = |what: &str, value: Signed| {
+                self.keep(Block::Names, &format!("{what}_{name}"), Some(value)).unwrap_or(value)
+            };
+            let [sine, cosine] = pair;
+            let sine = named("sin", Signed { negative: sine.negative != value.negative, ..sine });
+            let cosine = named("cos", cosine);
+            self.lowering.named_angles.insert(kept.id, [Signed { negative: sine.negative != kept.negative, ..sine }, cosine]);
+        }
     }
 
     /// Rates and biases of named quantities.

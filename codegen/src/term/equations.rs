@@ -1,6 +1,7 @@
 //! The quantities that the generated functions compute, as terms.
 
 use super::named::Named;
+use super::sparse::SparseEquations;
 use super::{Symbol, Term};
 
 /// The quantities that the generated functions compute, as symbolic terms; matrices are lists of rows.
@@ -47,6 +48,8 @@ pub struct Equations {
     pub points: Vec<[Term; 2]>,
     /// The equations in the form for a kernel.
     pub kernel: KernelEquations,
+    /// The equations for a sparse elimination; only for scenes with many coordinates.
+    pub sparse: Option<SparseEquations>,
 }
 
 impl Equations {

@@ -9,6 +9,7 @@ use symbolica::symbol;
 
 use super::Place;
 use super::entry::{Entry, expands_too_much};
+use super::sparse::is_sparse;
 use super::number::exact;
 use super::spline_names::{ORDERS, spline_name, splines_of};
 use super::switch::Switch;
@@ -32,6 +33,8 @@ pub(super) struct Algebra<'s> {
     pub(super) names_roots: bool,
     /// Whether formulae that would expand too much have names.
     pub(super) names_formulae: bool,
+    /// Whether named quantities are variables: derivatives are those with respect to coordinates and names in a formula.
+    pub(super) is_local: bool,
     /// The named quantities, each after those that it uses.
     pub(super) names: RefCell<Vec<Entry>>,
     /// The switches and their arguments.
@@ -46,17 +49,22 @@ impl<'s> Algebra<'s> {
     pub(super) fn new(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
         // Linearized equations need higher derivatives than names support.
         let is_named = expands_too_much(scene) && !scene.run.stiff;
-        Self::with(number, scene, place, is_named)
+        Self::with(number, scene, place, is_named, false)
     }
 
     /// Creates the algebra of a scene in which varying roots have names.
     pub(super) fn naming_roots(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
-        Self::with(number, scene, place, true)
+        Self::with(number, scene, place, true, false)
     }
 
-    fn with(number: usize, scene: &'s Scene, place: &'s Place, names_roots: bool) -> Self {
-        let names_formulae = names_roots && expands_too_much(scene);
-        let symbols: HashMap<_, _> = symbols_of(scene, names_roots)
+    /// Creates the algebra of a scene in which all points, arguments and roots are variables.
+    pub(super) fn with_local_derivatives(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
+        Self::with(number, scene, place, true, true)
+    }
+
+    fn with(number: usize, scene: &'s Scene, place: &'s Place, names_roots: bool, is_local: bool) -> Self {
+        let names_formulae = names_roots && (is_local || expands_too_much(scene));
+        let symbols: HashMap<_, _> = symbols_of(scene, names_roots, is_local)
             .into_iter()
             .enumerate()
             .map(|(i, s)| (s, symbol!(format!("s{i}"))))
@@ -71,6 +79,7 @@ impl<'s> Algebra<'s> {
             points: Vec::new(),
             names_roots,
             names_formulae,
+            is_local,
             names: RefCell::default(),
             switches: RefCell::default(),
             splines: splines_of(scene),
@@ -282,14 +291,18 @@ pub(super) fn define_symbols(scenes: &[&Scene]) {
     for (k, order) in (0..splines).flat_map(|k| (0..=ORDERS).map(move |order| (k, order))) {
         symbol!(spline_name(k, order));
     }
-    let most = scenes.iter().map(|scene| symbols_of(scene, true).len()).max();
+    let kinds = |scene: &&Scene| {
+        let is_sparse = is_sparse(scene);
+        std::iter::once(false).chain(is_sparse.then_some(true)).map(|is_local| symbols_of(scene, true, is_local).len()).max()
+    };
+    let most = scenes.iter().filter_map(kinds).max();
     (0..most.unwrap_or(0)).for_each(|i| {
         symbol!(format!("s{i}"));
     });
 }
 
 /// The symbols of a scene, in order.
-fn symbols_of(scene: &Scene, names_roots: bool) -> Vec<Symbol> {
+fn symbols_of(scene: &Scene, names_roots: bool, is_local: bool) -> Vec<Symbol> {
     let (n, m) = (scene.coordinates.len(), scene.constraints.len());
     let mut wanted: Vec<Symbol> = (0..scene.parameters.len()).map(Symbol::Parameter).collect();
     wanted.extend([Symbol::Pi, Symbol::Time, Symbol::Displacement]);
@@ -297,9 +310,13 @@ fn symbols_of(scene: &Scene, names_roots: bool) -> Vec<Symbol> {
     wanted.extend((0..n).map(Symbol::Rate));
     wanted.extend((0..n).map(Symbol::Acceleration));
     wanted.extend((0..m).map(Symbol::Multiplier));
-    let names = if names_roots { names_at_most(scene, expands_too_much(scene)) } else { 0 };
+    let names = if names_roots { names_at_most(scene, is_local || expands_too_much(scene)) } else { 0 };
     wanted.extend((0..names).map(Symbol::Named));
-    wanted.extend((0..names).flat_map(|k| (0..n).map(move |i| Symbol::NamedSlope(k, i))));
+    if is_local {
+        wanted.extend((0..names).map(Symbol::NamedAcceleration));
+    } else {
+        wanted.extend((0..names).flat_map(|k| (0..n).map(move |i| Symbol::NamedSlope(k, i))));
+    }
     wanted.extend((0..names).map(Symbol::NamedRate));
     wanted.extend((0..names).map(Symbol::NamedBias));
     let is_piecewise = |node: &&Node<Quantity>| matches!(node, Node::Call(f, _) if f.is_piecewise());

@@ -7,7 +7,7 @@ use super::loads::Effort;
 use super::normal_forces::{Sizes, normal_forces};
 use super::system::{System, norm};
 use super::virtual_work::{self, VirtualDisplacement};
-use super::{Place, kernel, linearization};
+use super::{Place, kernel, linearization, sparse};
 use qrm_codegen::term::{Equations, Symbol, Term};
 use qrm_scene::scene::{OutputKind, Scene};
 
@@ -59,18 +59,9 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     let power = algebra.simple_term(&(&loads.power + driving));
     let outputs: Vec<Atom> =
         scene.outputs.iter().map(|own| algebra.simplify(&output(scene, &system, &own.kind))).collect();
-    let terms_of_outputs = terms(&outputs);
-    let sizes = Sizes::new(scene, &terms_of_outputs);
+    let sizes = Sizes::new(scene, &terms(&outputs));
     equations.power = vec![sizes.insert(&power)];
-    for ((own, output), term) in scene.outputs.iter().zip(&outputs).zip(&terms_of_outputs) {
-        // The engine would expand the sum of the squares.
-        let term = match (&own.kind, &own.scale) {
-            (OutputKind::Norm { components, .. }, _) => norm(components.map(|i| &equations.outputs[i])),
-            (_, Some(scale)) => sizes.insert(&algebra.simple_term(&(algebra.atom(scale) * output))),
-            _ => sizes.insert(term),
-        };
-        equations.outputs.push(term);
-    }
+    equations.outputs = terms_of_outputs(&system, &outputs, &sizes);
     equations.normal_forces = normal_forces(&system, &outputs);
     equations.points = (0..scene.points.len())
         .map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.definition(&algebra.point(i)[axis]))))
@@ -78,7 +69,33 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     (equations.rows, equations.left_out) = (rows.rows.clone(), rows.left_out.clone());
     equations.names = algebra.named();
     equations.kernel = kernel::equations(number, place, &system, &equations);
+    equations.sparse = sparse::equations(number, place, scene);
     equations
+}
+
+/// The outputs as terms.
+fn terms_of_outputs(system: &System, outputs: &[Atom], sizes: &Sizes) -> Vec<Term> {
+    let algebra = &system.algebra;
+    let mut terms: Vec<Term> = Vec::new();
+    for (own, output) in algebra.scene.outputs.iter().zip(outputs) {
+        // The engine would expand the sum of the squares.
+        let term = match (&own.kind, &own.scale) {
+            (OutputKind::Norm { components, .. }, _) => norm(components.map(|i| &terms[i])),
+            (_, Some(scale)) => sizes.insert(&algebra.simple_term(&(algebra.atom(scale) * output))),
+            _ => sizes.insert(&algebra.term(output)),
+        };
+        terms.push(term);
+    }
+    terms
+}
+
+/// The outputs of a scene without friction by normal forces.
+pub(super) fn outputs(system: &System) -> Vec<Term> {
+    let (algebra, scene) = (&system.algebra, system.algebra.scene);
+    let outputs: Vec<Atom> =
+        scene.outputs.iter().map(|own| algebra.simplify(&output(scene, system, &own.kind))).collect();
+    let terms: Vec<Term> = outputs.iter().map(|output| algebra.term(output)).collect();
+    terms_of_outputs(system, &outputs, &Sizes::new(scene, &terms))
 }
 
 /// An output; zero for a norm, which is not a single expression.
@@ -89,10 +106,7 @@ fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
         OutputKind::DrivePower(k) => &system.constraint_rates[*k] * algebra.symbol(Symbol::Multiplier(*k)),
         OutputKind::Value(value) => algebra.atom(value),
         OutputKind::Rate(value) => algebra.rate(&algebra.simplify(&algebra.atom(value))),
-        OutputKind::SecondRate(value) => {
-            let atom = algebra.simplify(&algebra.atom(value));
-            algebra.contract(&algebra.gradient(&atom), Symbol::Acceleration) + algebra.bias(&atom)
-        }
+        OutputKind::SecondRate(value) => algebra.second_rate(&algebra.simplify(&algebra.atom(value))),
         OutputKind::ReactionForce { constraint, point, along } => {
             let along = [algebra.atom(&along[0]), algebra.atom(&along[1])];
             let shifted = |p: usize, axis: usize| {

@@ -30,6 +30,7 @@ impl Algebra<'_> {
 
     /// The symbol of a quantity, which is named if necessary. Names of roots are final only at the end.
     pub(super) fn name(&self, formula: &Atom, is_root: bool, name: &str) -> Atom {
+        let formula = &if is_root { formula.clone() } else { self.in_known_sums(formula) };
         let known = self.names.borrow().iter().position(|e| e.is_root == is_root && e.formula == *formula);
         let place = known.unwrap_or_else(|| {
             let gradient = self.gradient(formula);
@@ -41,9 +42,11 @@ impl Algebra<'_> {
                 _ if is_root && self.simplify(entry).is_zero() => Atom::num(0),
                 _ => self.symbol(Symbol::NamedSlope(place, i)),
             };
-            let slopes = gradient.iter().enumerate().map(slope).collect();
+            let slopes: Vec<Atom> = gradient.iter().enumerate().map(slope).collect();
             let name = if is_root { String::new() } else { self.unique(name) };
-            let entry = Entry { name, is_root, formula: formula.clone(), gradient, slopes };
+            let moving = slopes.iter().enumerate().filter(|(_, slope)| !slope.is_zero()).map(|(i, _)| i);
+            let coordinates = if self.is_local { self.coordinates_in(formula).unwrap_or_default() } else { moving.collect() };
+            let entry = Entry { name, is_root, formula: formula.clone(), gradient, slopes, coordinates };
             self.names.borrow_mut().push(entry);
             place
         });
@@ -62,7 +65,8 @@ impl Algebra<'_> {
     /// itself.
     pub(super) fn named_if_long(&self, atom: Atom, name: &str) -> Atom {
         let is_symbol = matches!(atom.as_view(), AtomView::Num(_) | AtomView::Var(_));
-        if is_symbol || !self.names_formulae || self.coordinates(&atom).is_none_or(|count| count <= COORDINATES) {
+        let most = if self.is_local { 1 } else { COORDINATES };
+        if is_symbol || !self.names_formulae || self.coordinates(&atom).is_none_or(|count| count <= most) {
             return atom;
         }
         self.name(&self.simplify(&atom), false, name)
@@ -72,6 +76,11 @@ impl Algebra<'_> {
     ///
     /// `None` if it depends on rates or on a displacement.
     pub(super) fn coordinates(&self, atom: &Atom) -> Option<usize> {
+        Some(self.coordinates_in(atom)?.len())
+    }
+
+    /// The coordinates on which an expression depends, likewise.
+    fn coordinates_in(&self, atom: &Atom) -> Option<HashSet<usize>> {
         let (mut found, mut pending) = (HashSet::new(), self.occurring(atom));
         while let Some(symbol) = pending.pop() {
             match symbol {
@@ -80,14 +89,60 @@ impl Algebra<'_> {
                 Symbol::Coordinate(i) => {
                     found.insert(i);
                 }
-                Symbol::Named(k) => {
-                    let slopes = &self.names.borrow()[k].slopes;
-                    found.extend(slopes.iter().enumerate().filter(|(_, slope)| !slope.is_zero()).map(|(i, _)| i));
-                }
+                Symbol::Named(k) => found.extend(&self.names.borrow()[k].coordinates),
                 _ => return None,
             }
         }
-        Some(found.len())
+        Some(found)
+    }
+
+    /// The expression with named sums in place of their terms, where names are variables.
+    pub(super) fn in_known_sums(&self, atom: &Atom) -> Atom {
+        let terms = |atom: &Atom| match atom.as_view() {
+            AtomView::Add(sum) => sum.iter().map(|term| term.to_owned()).collect(),
+            _ => HashSet::new(),
+        };
+        let mut own: HashSet<Atom> = terms(atom);
+        if !self.is_local || own.len() < 3 {
+            return atom.clone();
+        }
+        let mut reduced = atom.clone();
+        for (k, entry) in self.names.borrow().iter().enumerate().filter(|(_, entry)| !entry.is_root) {
+            let part = terms(&entry.formula);
+            if !part.is_empty() && part.len() < own.len() && part.is_subset(&own) {
+                reduced = &reduced - &entry.formula + self.symbol(Symbol::Named(k));
+                own = terms(&reduced);
+            }
+        }
+        reduced
+    }
+
+    /// The derivatives with respect to the coordinates and names that occur, without zeros.
+    pub(super) fn local_derivatives(&self, atom: &Atom) -> Vec<(Symbol, Atom)> {
+        let mut occurring = self.occurring(atom);
+        occurring.retain(|symbol| matches!(symbol, Symbol::Coordinate(_) | Symbol::Named(_)));
+        occurring.sort_unstable();
+        let by = occurring.into_iter().map(|symbol| (symbol, self.simplify(&self.derivative(atom, symbol))));
+        by.filter(|(_, derivative)| !derivative.is_zero()).collect()
+    }
+
+    /// The second rate, without the parts proportional to second rates of coordinates and names.
+    pub(super) fn local_bias(&self, atom: &Atom) -> Atom {
+        self.rate(&self.simplify(&self.rate(atom)))
+    }
+
+    /// The second rate in terms of accelerations.
+    pub(super) fn second_rate(&self, atom: &Atom) -> Atom {
+        if !self.is_local {
+            return self.contract(&self.gradient(atom), Symbol::Acceleration) + self.bias(atom);
+        }
+        let acceleration = |symbol: Symbol| match symbol {
+            Symbol::Named(k) => self.symbol(Symbol::NamedAcceleration(k)),
+            Symbol::Coordinate(i) => self.symbol(Symbol::Acceleration(i)),
+            _ => Atom::num(0),
+        };
+        let by = self.local_derivatives(atom);
+        by.into_iter().fold(self.local_bias(atom), |sum, (symbol, by)| sum + by * acceleration(symbol))
     }
 
     /// The symbols that occur in an expression.
@@ -104,8 +159,11 @@ impl Algebra<'_> {
         if atom.contains_symbol(by) { self.derivative_by(atom, by) } else { Atom::num(0) }
     }
 
-    /// The derivatives with respect to all coordinates.
+    /// The derivatives with respect to all coordinates; empty where names are variables.
     pub(super) fn gradient(&self, atom: &Atom) -> Vec<Atom> {
+        if self.is_local {
+            return Vec::new();
+        }
         let occurring = self.occurring(atom);
         let direct = |i: usize| match occurring.contains(&Symbol::Coordinate(i)) {
             true => self.derivative_by(atom, self.engine_symbol(Symbol::Coordinate(i))),
@@ -140,6 +198,14 @@ impl Algebra<'_> {
         self.by_names(atom, &occurring).into_iter().fold(direct, through)
     }
 
+    /// The rate of an expression due to the rates of the coordinates.
+    pub(super) fn velocity(&self, atom: &Atom) -> Atom {
+        match self.is_local {
+            true => self.rate(atom) - self.partial_time_derivative(atom),
+            false => self.contract(&self.gradient(atom), Symbol::Rate),
+        }
+    }
+
     /// The partial derivative with respect to time, f_t.
     pub(super) fn partial_time_derivative(&self, atom: &Atom) -> Atom {
         let through = |sum: Atom, (k, slope): (usize, Atom)| {
@@ -155,8 +221,7 @@ impl Algebra<'_> {
     /// f_t)_t.
     pub(super) fn bias(&self, atom: &Atom) -> Atom {
         let through = |sum, (k, slope)| sum + slope * self.symbol(Symbol::NamedBias(k));
-        let direct = self.rate(&self.simplify(&self.rate(atom)));
-        self.by_names(atom, &self.occurring(atom)).into_iter().fold(direct, through)
+        self.by_names(atom, &self.occurring(atom)).into_iter().fold(self.local_bias(atom), through)
     }
 
     /// The sum of products of components and symbols.
@@ -223,7 +288,7 @@ impl Algebra<'_> {
 }
 
 /// A letter for roots with which no name of the scene begins.
-fn root_letter(scene: &Scene) -> &'static str {
+pub(super) fn root_letter(scene: &Scene) -> &'static str {
     let is_free = |letter: &&str| !scene.names().any(|name| name.starts_with(letter));
     ["r", "s", "u", "w", "h", "z", "k"].into_iter().find(is_free).unwrap_or("root")
 }

@@ -23,6 +23,8 @@ pub(super) struct Entry {
     pub(super) gradient: Vec<Atom>,
     /// The derivatives of the quantity: symbols, unless they are numbers.
     pub(super) slopes: Vec<Atom>,
+    /// The coordinates on which the quantity depends.
+    pub(super) coordinates: HashSet<usize>,
 }
 
 /// Whether the argument of a function other than a root depends on more than [`COORDINATES`] coordinates.

@@ -18,6 +18,7 @@ mod normal_forces;
 mod number;
 mod rows;
 mod simplify;
+mod sparse;
 mod spline_names;
 mod splines;
 mod switch;

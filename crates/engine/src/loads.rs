@@ -18,7 +18,9 @@ pub(super) struct Effort {
     pub(super) size: Atom,
     /// The output to whose size it is proportional; only for friction.
     pub(super) normal: Option<usize>,
-    /// The derivatives of the displacement with respect to the coordinates.
+    /// The displacement.
+    pub(super) displacement: Atom,
+    /// The derivatives of the displacement with respect to the coordinates; empty where names are variables.
     pub(super) along: Vec<Atom>,
 }
 
@@ -50,9 +52,10 @@ impl Loads {
                     for (k, row) in rows.rows.iter().enumerate().filter(|(_, row)| row.axis < 2) {
                         let weight = &rows.inertia[k] * &algebra.atom(&field[row.axis]);
                         let name = rows.names[k].clone();
-                        let along = rows.gradients[k].clone();
-                        let potential = &weight * &rows.x[k];
-                        adding.loads.efforts.push(Effort { group: row.body, name, size: weight, normal: None, along });
+                        let (displacement, along) = (rows.x[k].clone(), rows.gradients[k].clone());
+                        let potential = &weight * &displacement;
+                        let (group, size) = (row.body, weight);
+                        adding.loads.efforts.push(Effort { group, name, size, normal: None, displacement, along });
                         adding.loads.potential = &adding.loads.potential - &potential;
                     }
                 }
@@ -112,7 +115,11 @@ impl Loads {
 
     /// The power of one load.
     pub(super) fn power_of(&self, algebra: &Algebra, load: usize) -> Atom {
-        let power = |sum: Atom, effort: &Effort| sum + &effort.size * algebra.contract(&effort.along, Symbol::Rate);
+        let velocity = |effort: &Effort| match algebra.is_local {
+            true => algebra.velocity(&effort.displacement),
+            false => algebra.contract(&effort.along, Symbol::Rate),
+        };
+        let power = |sum: Atom, effort: &Effort| sum + &effort.size * velocity(effort);
         self.efforts(load).iter().fold(Atom::num(0), power)
     }
 }
@@ -143,13 +150,14 @@ impl Adding<'_> {
 
     /// The rate of a displacement due to the coordinates; a prescribed motion exchanges work only with its drive.
     fn velocity(&self, displacement: &Atom) -> Atom {
-        self.algebra.contract(&self.algebra.gradient(displacement), Symbol::Rate)
+        self.algebra.velocity(displacement)
     }
 
     fn add(&mut self, axis: &str, effort: &Atom, displacement: &Atom) {
         let displacement = self.algebra.simplify(displacement);
         let along = self.algebra.gradient(&displacement).iter().map(|entry| self.algebra.simplify(entry)).collect();
         let name = format!("{}{axis}", self.name);
-        self.loads.efforts.push(Effort { group: self.group, name, size: effort.clone(), normal: None, along });
+        let (group, size) = (self.group, effort.clone());
+        self.loads.efforts.push(Effort { group, name, size, normal: None, displacement, along });
     }
 }

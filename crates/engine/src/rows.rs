@@ -40,11 +40,19 @@ impl Rows {
             for (axis, (position, inertia, name)) in parts.into_iter().enumerate() {
                 let Some(position) = position else { continue };
                 let row_name = format!("{}_{name}", body.name);
-                let x = algebra.named_if_long(algebra.simplify(&algebra.atom(position)), &row_name);
+                let x = algebra.simplify(&algebra.atom(position));
+                // Where names are variables, the inertia of a body is that of its points and its angle.
+                let x = match algebra.is_local && axis < 2 {
+                    true => algebra.in_known_sums(&x),
+                    false => algebra.named_if_long(x, &row_name),
+                };
                 let m = inertia.as_ref().map_or_else(|| Atom::num(0), |m| algebra.atom(m));
                 let row = Row { body: i, axis, inertia: algebra.simple_term(&m) };
                 let gradient: Vec<Atom> = algebra.gradient(&x).iter().map(|entry| algebra.simplify(entry)).collect();
-                let moves = gradient.iter().any(|derivative| *derivative != Atom::num(0));
+                let moves = match algebra.is_local {
+                    true => !algebra.local_derivatives(&x).is_empty(),
+                    false => gradient.iter().any(|derivative| *derivative != Atom::num(0)),
+                };
                 let carries = if axis == 2 { "inertia" } else { "mass" };
                 let reason =
                     if row.inertia.is_zero() { format!("carries no {carries}") } else { "is constant".to_owned() };
@@ -83,6 +91,7 @@ impl Rows {
             name: self.names[i].clone(),
             size: -(&self.inertia[i] * &self.bias[i]),
             normal: None,
+            displacement: self.x[i].clone(),
             along: self.gradients[i].clone(),
         };
         (0..self.rows.len()).map(effort)

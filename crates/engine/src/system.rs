@@ -13,7 +13,7 @@ pub(super) struct System<'s> {
     pub(super) algebra: Algebra<'s>,
     pub(super) rows: Rows,
     pub(super) loads: Loads,
-    /// Mass matrix, T' M T.
+    /// Mass matrix, T' M T; empty where names are variables.
     pub(super) mass: Vec<Vec<Atom>>,
     /// Constraints, C.
     pub(super) constraints: Vec<Atom>,
@@ -36,7 +36,7 @@ impl<'s> System<'s> {
             constraint_jacobian: constraints.iter().map(gradient).collect(),
             constraint_rates: constraints.iter().map(|row| algebra.partial_time_derivative(row)).collect(),
             constraint_bias: constraints.iter().map(|row| simple(&algebra.bias(row))).collect(),
-            mass: rows.mass_matrix(scene, &algebra),
+            mass: if algebra.is_local { Vec::new() } else { rows.mass_matrix(scene, &algebra) },
             loads: Loads::new(scene, &algebra, &rows),
             constraints,
             rows,

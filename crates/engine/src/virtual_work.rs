@@ -123,8 +123,7 @@ pub(super) fn on_ground(system: &System, shift: &VirtualDisplacement) -> Atom {
 /// The work of inertia, `m a . d + I alpha w`.
 fn inertia(system: &System, body: usize, shift: &VirtualDisplacement) -> Atom {
     let algebra = &system.algebra;
-    let acceleration =
-        |place: &Atom| algebra.contract(&algebra.gradient(place), Symbol::Acceleration) + algebra.bias(place);
+    let acceleration = |place: &Atom| algebra.second_rate(place);
     let own = &algebra.scene.bodies[body];
     let mut work = Atom::num(0);
     if let (Some(mass), Some(com)) = (&own.mass, &own.com) {

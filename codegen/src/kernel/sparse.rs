@@ -1,0 +1,141 @@
+//! A kernel whose equations of motion are eliminated with the second rates of named quantities as unknowns. On trees
+//! of bodies this is the articulated-body recursion: the number of operations grows with that of the bodies.
+
+mod elimination;
+mod symmetric_form;
+mod variables;
+
+use super::Kernel;
+use super::algebra::Value;
+use super::block::Block;
+use super::builder::Builder;
+use crate::graph::Signed;
+use crate::term::{LocalEfforts, SparseEquations, Symbol};
+use elimination::SparseElimination;
+use symmetric_form::SymmetricForm;
+use variables::Variables;
+
+impl Builder<'_> {
+    /// Creates the kernel; `None` if a coordinate has no inertia.
+    pub(super) fn build_sparse(mut self, e: &SparseEquations) -> Option<Kernel> {
+        let (n, m) = (self.scene.coordinates.len(), self.scene.constraints.len());
+        let constraints: Vec<String> = self.scene.constraints.iter().map(|c| c.name.clone()).collect();
+        let mut variables = Variables::new(&mut self, &e.names);
+        let residuals: Vec<Value> = (0..m)
+            .map(|k| {
+                let name = format!("{}_residual", constraints[k]);
+                let value = self.value(&e.constraints[k].value);
+                self.keep(Block::Constraints, &name, value)
+            })
+            .collect();
+        let mut jacobian: Vec<Vec<(usize, Value)>> = Vec::new();
+        for (constraint, name) in e.constraints.iter().zip(&constraints) {
+            let row = constraint.by.iter().map(|(symbol, by)| {
+                let variable = variables.place(*symbol);
+                let value = self.value(by);
+                (variable, self.keep(Block::Jacobian, &format!("{name}_{}", variables.name(variable)), value))
+            });
+            jacobian.push(row.collect());
+        }
+        let own_rates: Vec<Value> = (0..m)
+            .map(|k| {
+                let value = self.value(&e.constraints[k].by_time);
+                self.keep(Block::Jacobian, &format!("{}_t", constraints[k]), value)
+            })
+            .collect();
+        let mut inertia = SymmetricForm::new(variables.count());
+        for body in &e.inertias {
+            for (i, row) in body.matrix.iter().enumerate() {
+                for (j, entry) in row.iter().enumerate() {
+                    let [a, b] = [i, j].map(|place| variables.place(body.variables[place]));
+                    let entry = self.value(entry);
+                    inertia.add(a, b, entry);
+                }
+            }
+        }
+        let elimination = SparseElimination::new(&mut self, &variables, inertia, &jacobian)?;
+
+        variables.rates(&mut self, &e.names);
+        let velocity_residual: Vec<Value> = jacobian
+            .iter()
+            .zip(own_rates)
+            .map(|(row, own)| {
+                let moved: Vec<Signed> =
+                    row.iter().filter_map(|(z, by)| self.multiply(*by, variables.rates[*z])).collect();
+                self.sum(moved.into_iter().chain(own).collect())
+            })
+            .collect();
+        let closing: Vec<Value> = (0..m)
+            .map(|k| {
+                let own = self.value(&e.constraints[k].bias);
+                let moved: Vec<Signed> =
+                    jacobian[k].iter().filter_map(|(z, by)| self.multiply(*by, variables.biases[*z])).collect();
+                let bias = self.sum(moved.into_iter().chain(own).collect());
+                self.keep(Block::Bias, &format!("{}_bias", constraints[k]), bias).map(Signed::negated)
+            })
+            .collect();
+        let forces = self.local_forces(&variables, &e.efforts);
+        let (accelerations, multipliers) = elimination.solve(
+            &mut self,
+            &variables,
+            forces,
+            &closing,
+            [Block::Accelerations, Block::Multipliers],
+            "ddot",
+        );
+        let asked: Vec<Value> =
+            (0..m).map(|k| Some(self.lowering.graph.input(Symbol::Residual(k)).negated())).collect();
+        let still = vec![Vec::new(); variables.count()];
+        let (correction, _) =
+            elimination.solve(&mut self, &variables, still, &asked, [Block::Correction; 2], "correction");
+        variables.accelerations(&mut self, &e.names);
+        let outputs: Vec<Value> = e.outputs.iter().map(|output| self.value(output)).collect();
+        let zero = self.lowering.graph.number(0.0);
+        let all = |values: Vec<Value>| values.into_iter().map(|value| value.unwrap_or(zero)).collect();
+        let mut kernel = Kernel {
+            residuals: all(residuals),
+            growth_factors: all(elimination.losses.clone()),
+            velocity_residual: all(velocity_residual),
+            correction: all(correction[..n].to_vec()),
+            accelerations: all(accelerations[..n].to_vec()),
+            multipliers: all(multipliers),
+            outputs: all(outputs),
+            is_valid_everywhere: true,
+            is_timed: self.scene.is_driven()
+                || e.names.iter().any(|named| named.function.value.any_symbol(&|symbol| symbol == Symbol::Time)),
+            ..Kernel::default()
+        };
+        let needed = self.needed(&self.locals, kernel.values().map(|value| value.id).collect());
+        kernel.locals = self.locals.into_iter().filter(|local| needed.contains(&local.input.id)).collect();
+        Some(kernel)
+    }
+
+    /// The forces along the variables, each group of efforts in the form with fewer operations.
+    fn local_forces(&mut self, variables: &Variables, efforts: &[LocalEfforts]) -> Vec<Vec<Signed>> {
+        let mut forces: Vec<Vec<Signed>> = vec![Vec::new(); variables.count()];
+        for group in efforts {
+            let places: Vec<usize> = group.variables.iter().map(|symbol| variables.place(*symbol)).collect();
+            let together: Vec<Value> = group.total.iter().map(|term| self.value(term)).collect();
+            let apart: Vec<(Value, Vec<Value>)> = group
+                .efforts
+                .iter()
+                .map(|(_, size, along)| (self.value(size), along.iter().map(|entry| self.value(entry)).collect()))
+                .collect();
+            let entries = apart.iter().flat_map(|(_, along)| along.iter().flatten()).count();
+            let apart_cost = self.cost(apart.iter().map(|(size, _)| *size)) + (2 * entries).saturating_sub(places.len());
+            if self.cost(together.iter().copied()) <= apart_cost {
+                for (place, force) in places.into_iter().zip(together) {
+                    forces[place].extend(force);
+                }
+                continue;
+            }
+            for ((name, ..), (size, along)) in group.efforts.iter().zip(apart) {
+                let size = self.keep(Block::Forces, &format!("load_{name}"), size);
+                for (place, entry) in places.iter().zip(along) {
+                    forces[*place].extend(self.multiply(entry, size));
+                }
+            }
+        }
+        forces
+    }
+}

@@ -1,0 +1,131 @@
+//! The equations of motion for a sparse elimination: named quantities are variables, each differentiated with respect
+//! to those in its own formula.
+
+use symbolica::atom::Atom;
+
+use super::algebra::Algebra;
+use super::differentiate::root_letter;
+use super::loads::Effort;
+use super::system::System;
+use super::{Place, derive};
+use qrm_codegen::term::{BodyInertia, LocalEfforts, LocalFunction, NamedVariable, SparseEquations, Symbol, Term};
+use qrm_scene::scene::Scene;
+
+/// The number of coordinates above which a sparse elimination may be cheaper.
+const MANY: usize = 4;
+
+/// Whether a scene may have a sparse elimination.
+pub(super) fn is_sparse(scene: &Scene) -> bool {
+    // Normal forces are derived with respect to the accelerations of the coordinates.
+    scene.coordinates.len() > MANY && scene.normal_forces().is_empty()
+}
+
+/// Derives the equations; `None` for scenes with few coordinates.
+pub(super) fn equations(number: usize, place: &Place, scene: &Scene) -> Option<SparseEquations> {
+    if !is_sparse(scene) {
+        return None;
+    }
+    let system = System::new(Algebra::with_local_derivatives(number, scene, place));
+    let algebra = &system.algebra;
+    let constraints = system.constraints.iter().map(|constraint| function(algebra, constraint, &Atom::num(1))).collect();
+    let inertias = (0..scene.bodies.len()).map(|body| inertia(&system, body)).collect();
+    let (efforts, outputs) = (efforts(&system), derive::outputs(&system));
+    // At the end, when all named quantities are known.
+    Some(SparseEquations { names: names(algebra), constraints, inertias, efforts, outputs })
+}
+
+/// A function with its local derivatives; all but the value are divided by a number.
+fn function(algebra: &Algebra, atom: &Atom, over: &Atom) -> LocalFunction {
+    let part = |atom: &Atom| algebra.simple_term(&(atom / over));
+    let by = algebra.local_derivatives(atom);
+    LocalFunction {
+        value: algebra.term(atom),
+        by: by.iter().map(|(symbol, derivative)| (*symbol, part(derivative))).collect(),
+        by_time: part(&algebra.derivative(atom, Symbol::Time)),
+        bias: part(&algebra.local_bias(atom)),
+    }
+}
+
+/// The named quantities.
+fn names(algebra: &Algebra) -> Vec<NamedVariable> {
+    let names = algebra.names.borrow();
+    let letter = root_letter(algebra.scene);
+    let mut roots = 0;
+    let variable = |entry: &super::entry::Entry| {
+        roots += usize::from(entry.is_root);
+        NamedVariable {
+            name: if entry.is_root { format!("{letter}{roots}") } else { entry.name.clone() },
+            is_root: entry.is_root,
+            function: function(algebra, &entry.formula, &Atom::num(if entry.is_root { 2 } else { 1 })),
+        }
+    };
+    names.iter().map(variable).collect()
+}
+
+/// The inertia of a body for the rates of the variables on which it depends.
+fn inertia(system: &System, body: usize) -> BodyInertia {
+    let (algebra, rows) = (&system.algebra, &system.rows);
+    let own = (0..rows.rows.len()).filter(|&row| rows.rows[row].body == body);
+    let own: Vec<(&Atom, Vec<(Symbol, Atom)>)> =
+        own.map(|row| (&rows.inertia[row], algebra.local_derivatives(&rows.x[row]))).collect();
+    let variables = variables(own.iter().map(|(_, by)| by));
+    let entry = |i: usize, j: usize| {
+        let sum = own.iter().fold(Atom::num(0), |sum, (inertia, by)| {
+            let part = |place: usize| by.iter().find(|(symbol, _)| *symbol == variables[place]).map(|(_, part)| part);
+            match part(i).zip(part(j)) {
+                Some((a, b)) => sum + *inertia * a * b,
+                None => sum,
+            }
+        });
+        algebra.simple_term(&sum)
+    };
+    let matrix = (0..variables.len()).map(|i| (0..=i).map(|j| entry(i, j)).collect()).collect();
+    BodyInertia { variables, matrix }
+}
+
+/// The variables of several lists of derivatives.
+fn variables<'a>(lists: impl Iterator<Item = &'a Vec<(Symbol, Atom)>>) -> Vec<Symbol> {
+    let mut variables: Vec<Symbol> = lists.flatten().map(|(symbol, _)| *symbol).collect();
+    variables.sort_unstable();
+    variables.dedup();
+    variables
+}
+
+/// The efforts on the bodies and those of the loads: those along the same displacement are summed.
+fn efforts(system: &System) -> Vec<LocalEfforts> {
+    let algebra = &system.algebra;
+    let mut efforts: Vec<Effort> = system.rows.inertial().collect();
+    for load in &system.loads.efforts {
+        match efforts.iter_mut().find(|effort| effort.group == load.group && effort.displacement == load.displacement) {
+            Some(effort) => effort.size = &effort.size + &load.size,
+            None => efforts.push(load.clone()),
+        }
+    }
+    efforts.retain(|effort| !effort.size.is_zero());
+    efforts.sort_by_key(|effort| effort.group);
+    let group = |efforts: &[Effort]| {
+        let along: Vec<Vec<(Symbol, Atom)>> =
+            efforts.iter().map(|effort| algebra.local_derivatives(&effort.displacement)).collect();
+        let variables = variables(along.iter());
+        let part = |along: &[(Symbol, Atom)], variable: Symbol| {
+            along.iter().find(|(symbol, _)| *symbol == variable).map_or_else(|| Atom::num(0), |(_, part)| part.clone())
+        };
+        let total = |&variable: &Symbol| {
+            let sum = efforts.iter().zip(&along).fold(Atom::num(0), |sum, (effort, along)| {
+                sum + &effort.size * part(along, variable)
+            });
+            algebra.simple_term(&sum)
+        };
+        let effort = |(effort, along): (&Effort, &Vec<(Symbol, Atom)>)| {
+            let along: Vec<Term> =
+                variables.iter().map(|&variable| algebra.simple_term(&part(along, variable))).collect();
+            (effort.name.clone(), algebra.simple_term(&effort.size), along)
+        };
+        LocalEfforts {
+            efforts: efforts.iter().zip(&along).map(effort).collect(),
+            total: variables.iter().map(total).collect(),
+            variables,
+        }
+    };
+    efforts.chunk_by(|a, b| a.group == b.group).map(group).collect()
+}
