@@ -195,7 +195,7 @@ fn entries_of_tables_are_formulae_of_parameters() {
 name = "turning"
 coordinates = ["phi"]
 parameters = {{ M = {{ value = 3, unit = "J" }} }}
-tables = {{ m = {{ x = [0, '1 rad', 3, 4.5, 6], y = [{entries}]{spline} }} }}
+tables = {{ m = {{ x = [0, 1, 3, 4.5, 6], y = [{entries}]{spline} }} }}
 bodies = {{ disc = {{ angle = 'phi', inertia = 1 }} }}
 loads = {{ push = {{ torque = 'm(phi)', on = "disc" }} }}
 outputs = {{ T = 'm(phi)' }}
@@ -215,4 +215,34 @@ run = {{ step = 0.01, end_time = 2 }}
             }
         }
     }
+}
+
+/// Quantities in a table have their units, and so has its value.
+#[test]
+#[ignore = "full tier: engine"]
+fn tables_of_quantities_have_units() {
+    let text = r#"
+name = "sliding"
+coordinates = [{ name = "x", unit = "m" }]
+parameters = { h = { value = 5, unit = "mm" }, F = { value = 2, unit = "kN" } }
+[tables]
+lift = { x = [0, '90 deg', '180 deg', '270 deg', '360 deg'], y = [0, 'h', '2*h', 'h', 0], spline = "periodic" }
+force = { x = ['0 mm', '10 mm'], y = ['5 kN', '10 kN'] }
+[bodies]
+block = { mass = 1, com = ['x', '0'] }
+[loads]
+push = { force = ['force(x) + F', 0], on = "block" }
+[outputs]
+height = { value = '30 mm + lift(90 deg)', unit = "mm" }
+total = { value = 'force(x) + F', unit = "kN" }
+[initial]
+given = { x = 0.004, x_dot = 0 }
+[run]
+step = 1e-5
+end_time = 1e-4
+"#;
+    let table = run(text, &[]).trajectory();
+    near("height", table.number(0, "height"), 35.0, 1e-12);
+    near("total", table.number(0, "total"), 9.0, 1e-12);
+    near("acceleration", table.number(0, "x_ddot"), 9000.0, 1e-9);
 }

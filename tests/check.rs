@@ -297,6 +297,7 @@ end_time = 0.1
     let alone = with("");
     for motor in [
         "motor = { along = 'phi_rod', motor = '300 N m', no_load = '60 rpm' }",
+        "motor = { along = 'phi_rod', force = '300*(1 - s_dot/6)', damper = 2 }",
         "motor = { torque = '300*(1 - phi_rod_dot/6)', on = \"rod\" }",
     ] {
         let text = with(motor);
@@ -305,5 +306,7 @@ end_time = 0.1
         }
         near("largest", after(&text, "largest     "), 9.81, 1e-6);
         assert!(text.contains("balances the loads other than `motor`"), "{text}");
+        let held = check(&[path.to_str().expect("a path"), "--static", "phi_rod=60deg"]);
+        near("held", after(&held, "on phi_rod"), 9.81 * 0.5, 1e-9);
     }
 }

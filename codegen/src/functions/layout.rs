@@ -52,7 +52,6 @@ impl Layout {
         // Named quantities of the other equations have other values.
         lowering = if sparse.is_some() { Lowering::from_kernel(lowering.graph) } else { lowering };
         let mut kernel = Kernel::new(scene, equations, &mut lowering);
-        if let Some(sparse) = &sparse { eprintln!("SPARSE {} DENSE {}", sparse.operations(&lowering.graph), kernel.operations(&lowering.graph)); }
         if let Some(sparse) = sparse
             && sparse.operations(&lowering.graph) < kernel.operations(&lowering.graph)
         {

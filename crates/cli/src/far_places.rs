@@ -7,30 +7,30 @@ use crate::error::Message;
 use crate::format::number;
 use crate::setup::Setup;
 
-/// Distances above this part of the size of the mechanism are reported.
-const FAR: f64 = 0.5;
-
-/// A message for each joint that is far from its `near` at the start. A start that cannot be assembled has none: its
-/// error is reported where it is needed.
+/// A message for each joint whose `near` is farther away at the start than the shorter of its links is long. A start
+/// that cannot be assembled has none: its error is reported where it is needed.
 pub(crate) fn far_places(setup: &Setup) -> Vec<Message> {
     if setup.scene.near.is_empty() {
         return Vec::new();
     }
     let Ok(q) = setup.assembled() else { return Vec::new() };
     let state = State::plain(&setup.scene, &setup.parameters(), 0.0, &q, &vec![0.0; q.len()]);
-    let points: Vec<[f64; 2]> = (0..setup.scene.points.len()).map(|point| state.point(point)).collect();
-    let range = |axis: usize| {
-        let values = points.iter().map(|point| point[axis]);
-        values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
+    let distance = |[x, y]: [f64; 2], point: usize| {
+        let [px, py] = state.point(point);
+        (x - px).hypot(y - py)
     };
-    let size = range(0).hypot(range(1));
+    let length = |points: &Vec<usize>| {
+        let pairs = points.iter().flat_map(|a| points.iter().map(|b| distance(state.point(*a), *b)));
+        pairs.fold(0.0, f64::max)
+    };
     let message = |near: &Near| {
-        let [x, y] = state.point(near.point);
+        // A block without a second point has no length.
+        let shortest = near.links.iter().map(length).filter(|length| *length > 0.0).reduce(f64::min)?;
         let place = near.place.each_ref().map(|value| state.value(value));
-        let distance = (place[0] - x).hypot(place[1] - y);
-        (distance > FAR * size).then(|| {
-            let [x, y, distance] = [x, y, distance].map(number);
-            let text = format!("joint `{}` starts {distance} m away from its `near`", near.joint);
+        let away = distance(place, near.point);
+        (away > shortest).then(|| {
+            let [x, y] = state.point(near.point).map(number);
+            let text = format!("joint `{}` starts {} m away from its `near`", near.joint, number(away));
             Message::new(text).help(format!("it starts at [{x}, {y}]; lengths without a unit are in m"))
         })
     };

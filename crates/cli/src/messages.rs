@@ -104,7 +104,7 @@ impl Setup {
                 format!("the mechanism cannot be assembled: constraint `{name}` stays {size} {unit} from closed");
             let label = format!("not zero anywhere near the first guesses; nearest at {found}");
             let others = if self.scene.has_links { "" } else { ", and the others as guesses in `solve`" };
-            if let Some(help) = self.too_many_drives() {
+            if let Some(help) = self.too_many_drives().or_else(|| self.given_beside_drives()) {
                 return self.at_place(Diagnostic::error(title, span, label).help(help));
             }
             Diagnostic::error(title, span, label).help(format!(
@@ -126,6 +126,19 @@ impl Setup {
             counted(drives as u64, "drive")
         );
         (drives > freedoms).then_some(help)
+    }
+
+    /// Help for a mechanism of links whose drives leave fewer degrees of freedom than coordinates are given.
+    fn given_beside_drives(&self) -> Option<String> {
+        let drives = self.scene.drives().len();
+        let freedoms = self.scene.coordinates.len().saturating_sub(self.scene.constraints.len());
+        let given = self.start().given.iter().filter(|given| **given).count();
+        let help = format!(
+            "{} given at the start, and the drives leave {}: take the `rate` of a link or a slider out",
+            if given == 1 { "1 coordinate is".to_owned() } else { format!("{given} coordinates are") },
+            if freedoms == 0 { "no degree of freedom".to_owned() } else { counted(freedoms as u64, "degree") + " of freedom" },
+        );
+        (self.scene.has_links && drives > 0 && given > freedoms).then_some(help)
     }
 
     /// The reason why a step could not be made.

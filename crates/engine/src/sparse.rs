@@ -12,12 +12,15 @@ use qrm_codegen::term::{BodyInertia, LocalEfforts, LocalFunction, NamedVariable,
 use qrm_scene::scene::Scene;
 
 /// The number of coordinates above which a sparse elimination may be cheaper.
-const MANY: usize = 4;
+const MANY: usize = 12;
+/// The same for scenes without constraints.
+const MANY_OF_TREE: usize = 4;
 
 /// Whether a scene may have a sparse elimination.
 pub(super) fn is_sparse(scene: &Scene) -> bool {
     // Normal forces are derived with respect to the accelerations of the coordinates.
-    scene.coordinates.len() > MANY && scene.normal_forces().is_empty()
+    let most = if scene.constraints.is_empty() { MANY_OF_TREE } else { MANY };
+    scene.coordinates.len() > most && scene.normal_forces().is_empty()
 }
 
 /// Derives the equations; `None` for scenes with few coordinates.

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::dimension::Source;
+use crate::dimension::{Dimension, Source};
 use crate::expression::Expression;
 use crate::spline::Spline;
 use crate::unit::Unit;
@@ -16,11 +16,13 @@ pub(crate) struct LookupTable {
     pub(crate) spline: Arc<Spline>,
     /// The ordinates that are formulae, with their cardinal splines.
     pub(crate) parts: Vec<(Expression<String>, Arc<Spline>)>,
+    /// The dimensions of abscissae and of ordinates; `None` for numbers without units.
+    pub(crate) dimensions: [Option<Dimension>; 2],
 }
 
 impl From<Spline> for LookupTable {
     fn from(spline: Spline) -> Self {
-        Self { spline: Arc::new(spline), parts: Vec::new() }
+        Self { spline: Arc::new(spline), parts: Vec::new(), dimensions: [None, None] }
     }
 }
 

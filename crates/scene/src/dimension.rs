@@ -75,7 +75,7 @@ impl Dimension {
         Self { unit, source: Source::Conversion, ..self }
     }
 
-    fn bare() -> Self {
+    pub(crate) fn bare() -> Self {
         Self { unit: Some(Unit::one()), is_bare: true, ..Self::default() }
     }
 
@@ -121,6 +121,11 @@ impl Dimensions {
     /// The dimension of the whole formula.
     pub(crate) fn whole(&self) -> Dimension {
         self.of.last().cloned().unwrap_or_default()
+    }
+
+    /// The dimension of an operation.
+    pub(crate) fn of(&self, id: NodeId) -> &Dimension {
+        &self.of[id]
     }
 
     /// Notes that the last operation gives a quantity that is in this unit, or has been converted from it.
@@ -214,7 +219,7 @@ impl Dimensions {
         let [a, b] = terms.map(|id| &self.of[id]);
         let is_certain = a.is_certain() || b.is_certain();
         for ((id, own), other) in terms.into_iter().zip([a, b]).zip([b, a]) {
-            let Some(unit) = other.unit.as_ref().filter(|unit| other.is_certain() && !unit.is_one()) else { continue };
+            let Some(unit) = other.unit.as_ref().filter(|unit| other.is_certain() && !unit.is_plain()) else { continue };
             let is_zero = matches!(&formula.nodes()[id], Node::Number(number) if number.value == 0.0);
             // Angles in radians are written with pi.
             let is_angle = unit.is_number() && own.has_pi;

@@ -101,6 +101,8 @@ pub struct NearSyntax {
     pub joint: Identifier,
     /// A point of the joint.
     pub point: String,
+    /// The points of each moving link of the joint.
+    pub links: Vec<Vec<String>>,
     /// The rough place.
     pub place: [Formula; 2],
 }

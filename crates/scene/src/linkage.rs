@@ -36,7 +36,7 @@ use angles::Angles;
 use constants::Constants;
 use friction::Frictions;
 pub(crate) use friction::load_of_joint;
-use graph::Graph;
+use graph::{Graph, PointId};
 pub(crate) use loads::unknown_frame;
 use places::{Places, origin_names, slide};
 use resolved::Linkage;
@@ -93,8 +93,12 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let point_names: BTreeMap<String, String> =
         graph.all_points().map(|id| (graph.full_name(id), places.name(id).to_owned())).collect();
     let near = graph.joints.iter().filter_map(|joint| {
-        let (syntax, point) = (joint.syntax, places.name(joint.ends[0]).to_owned());
-        Some(NearSyntax { joint: syntax.identifier.clone(), point, place: syntax.near.clone()? })
+        let point = places.name(joint.ends[0]).to_owned();
+        let points = |link: usize| {
+            (0..graph.points(link).len()).map(|point| places.name(PointId { link, point }).to_owned()).collect()
+        };
+        let links = joint.ends.iter().map(|end| end.link).filter(|link| *link != 0).map(points).collect();
+        Some(NearSyntax { joint: joint.syntax.identifier.clone(), point, links, place: joint.syntax.near.clone()? })
     });
     let near = near.collect();
     let points = places.points;

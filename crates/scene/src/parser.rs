@@ -394,7 +394,19 @@ impl<'c> Parser<'c> {
 
     /// Appends the value of a table.
     fn look_up(&mut self, table: &LookupTable, argument: NodeId, span: &Span) -> Parsed<NodeId> {
-        let mut sum = self.push(Node::Spline(Arc::clone(&table.spline), argument), span.clone())?;
+        let node = Node::Spline(Arc::clone(&table.spline), argument);
+        let [abscissa, ordinate] = &table.dimensions;
+        let mut sum = match abscissa.as_ref().and_then(|own| own.unit.as_ref()) {
+            None => self.push(node, span.clone())?,
+            Some(unit) => {
+                if let Some(error) = self.dimensions.of(argument).misfit(unit, self.formula.span(argument)) {
+                    return Err(Box::new(error));
+                }
+                let id = self.formula.push(node, span.clone());
+                self.dimensions.note(&self.formula, Dimension::bare());
+                id
+            }
+        };
         for (ordinate, cardinal) in &table.parts {
             // Spans of ordinates lie in the table.
             let ordinate = self.formula.append(ordinate);
@@ -402,8 +414,8 @@ impl<'c> Parser<'c> {
             let product = self.formula.push(Node::Multiply(ordinate, cardinal), span.clone());
             sum = self.formula.push(Node::Add(sum, product), span.clone());
         }
-        if !table.parts.is_empty() {
-            self.dimensions.note(&self.formula, Dimension::default());
+        if let Some(dimension) = ordinate {
+            self.dimensions.note(&self.formula, dimension.clone());
         }
         Ok(sum)
     }

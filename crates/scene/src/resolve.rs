@@ -216,9 +216,10 @@ impl Resolver<'_> {
         let mut found = Vec::new();
         for near in &document.near {
             let place = near.place.each_ref().map(|part| self.value(part, Context::Constant));
-            let point = self.scope.points().position(|name| name == near.point);
-            let span = near.place[0].whole_span();
-            found.extend(point.map(|point| Near { joint: near.joint.name.clone(), span, point, place }));
+            let place_of = |point: &String| self.scope.points().position(|name| name == point);
+            let links = near.links.iter().map(|points| points.iter().filter_map(place_of).collect()).collect();
+            let joint = near.joint.name.clone();
+            found.extend(place_of(&near.point).map(|point| Near { joint, point, links, place }));
         }
         found
     }

@@ -105,10 +105,10 @@ pub struct Scene {
 pub struct Near {
     /// The name of the joint.
     pub joint: String,
-    /// The location of the rough place.
-    pub span: Span,
     /// A point of the joint.
     pub point: usize,
+    /// The points of each moving link of the joint.
+    pub links: Vec<Vec<usize>>,
     /// The rough place.
     pub place: [Value; 2],
 }

@@ -168,6 +168,11 @@ impl Unit {
         self.exponents[..3] == [0; 3]
     }
 
+    /// Whether it is the unit of a pure number, or a power of the radian other than the radian.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.is_number() && self.exponents[3] != 1
+    }
+
     /// Whether it is the unit of a pure number.
     pub(crate) fn is_one(&self) -> bool {
         self.exponents == [0; 4]

@@ -9,7 +9,7 @@ use crate::position::{LoopSolver, NotAssembled, Start, assemble};
 pub struct StaticEquilibrium {
     /// The coordinates.
     pub q: Vec<f64>,
-    /// The generalized force on each given coordinate that balances the loads; zero for the others.
+    /// The generalized force on each given coordinate that balances the loads, but those left out; zero for the others.
     pub forces: Vec<f64>,
     /// The multipliers.
     pub multipliers: Vec<f64>,
@@ -38,13 +38,15 @@ pub enum NoEquilibrium {
 }
 
 /// Moves continuously from the scene's start to a position, and balances it. `wanted` holds values for coordinates that
-/// the scene gives at its start; other given coordinates keep their values.
+/// the scene gives at its start; other given coordinates keep their values. `left_out` is the work of the loads that the
+/// balance leaves out, at a position and for a displacement of the coordinates.
 ///
 /// # Errors
 /// The position cannot be reached, or cannot be held.
 pub fn static_equilibrium(
     mechanism: &dyn Mechanism,
     wanted: &[(usize, f64)],
+    left_out: &dyn Fn(&[f64], &[f64]) -> f64,
 ) -> Result<StaticEquilibrium, NoEquilibrium> {
     if mechanism.is_driven() {
         return Err(NoEquilibrium::Driven);
@@ -60,7 +62,10 @@ pub fn static_equilibrium(
     let position = drive
         .move_to(&from, &to)
         .map_err(|limit| NoEquilibrium::LimitPosition { constraint: drive.open_beyond(&limit), q: limit.position.q })?;
-    let (multipliers, forces) = drive.balance(&position.q);
+    let (multipliers, mut forces) = drive.balance(&position.q);
+    for i in (0..forces.len()).filter(|i| start.given[*i]) {
+        forces[i] += left_out(&position.q, &drive.tangent(&position, i));
+    }
     let outputs = drive.outputs(&position.q, &multipliers);
     if !multipliers.iter().chain(&forces).chain(&outputs).all(|value| value.is_finite()) {
         return Err(NoEquilibrium::NotFinite);

@@ -340,7 +340,7 @@ fn positions(model: &Model, lines: &mut String) {
     if let Some(first) = start.given.iter().position(|given| *given) {
         for way in [0.0, 0.2, -0.7, 3.0, -20.0] {
             let wanted = [(first, start.q[first] + way)];
-            add(lines, &format!("equilibrium {way} farther"), &static_equilibrium(&*mechanism, &wanted));
+            add(lines, &format!("equilibrium {way} farther"), &static_equilibrium(&*mechanism, &wanted, &|_, _| 0.0));
         }
     }
     match revolution(&*mechanism, &|_, _| 0.0) {

@@ -102,7 +102,7 @@ fn the_rank_counts_and_not_the_number_of_constraints() {
 fn analyses_know_the_rank() {
     let mechanism = model().mechanism(&|_| None);
     let q = [-0.5, 0.0];
-    let held = static_equilibrium(&*mechanism, &[(0, -1.0)]).expect("a position");
+    let held = static_equilibrium(&*mechanism, &[(0, -1.0)], &|_, _| 0.0).expect("a position");
     assert!((held.forces[0] - (M / 2.0 + MB) * G * R * 1.0_f64.cos()).abs() < 1e-9, "{:?}", held.forces);
     assert!((held.multipliers[1] - 2.0 * held.multipliers[0]).abs() < 1e-9, "{:?}", held.multipliers);
     let at_rest = spectrum(&*mechanism, 0.0, &[-std::f64::consts::FRAC_PI_2, 0.0], &[0.0, 0.0]).expect("a spectrum");

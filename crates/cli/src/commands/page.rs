@@ -36,10 +36,12 @@ pub(crate) fn page(found: &FoundScene, name: &str) -> Result<String, Error> {
     let FoundScene { model, path, .. } = found;
     let description = model.description;
     let (scene, _) = resolve::read(path, description.source)?;
+    // The folder of a file means nothing where the page is read.
+    let name = Path::new(name).file_name().unwrap_or_default().to_string_lossy();
     let page = SimulatorPage {
         title: description.name,
         doc: description.doc,
-        command: &shell_word(name),
+        command: &shell_word(&name),
         is_writable: false,
         module: &packing::module(),
         scene: Some(&packing::packed(DerivedScene::from_model(model), scene)?),

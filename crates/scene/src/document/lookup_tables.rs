@@ -9,6 +9,7 @@ use super::Identifier;
 use super::reader::{self, Reader};
 use crate::declarations::LookupTable;
 use crate::diagnostic::{Diagnostic, Span};
+use crate::dimension::Dimension;
 use crate::evaluate::evaluate;
 use crate::expression::{Node, to_f64};
 use crate::function::Function;
@@ -65,10 +66,11 @@ pub(super) fn lookup_table(r: &mut Reader, identifier: Identifier, value: reader
     // Avoids further errors in the formulae that use an unreadable table.
     let placeholder = || Spline::natural(name, &[0.0, 1.0], &[0.0, 0.0]).map(LookupTable::from);
     let Some((x, y)) = x.zip(y) else { return placeholder() };
-    if let Some(Entry::Formula(formula)) = x.iter().find(|entry| matches!(entry, Entry::Formula(_))) {
-        report_abscissa(r, formula);
+    if let Some(entry) = x.iter().find(|entry| matches!(entry.value, EntryValue::Formula(_))) {
+        report_abscissa(r, &entry.span);
         return placeholder();
     }
+    let dimensions = [&x, &y].map(|axis| dimension(r, axis));
     let x: Vec<f64> = x.iter().map(Entry::number).collect();
     let wrong = match x.windows(2).position(|pair| pair[0] >= pair[1]) {
         _ if x.len() != y.len() => {
@@ -87,11 +89,19 @@ pub(super) fn lookup_table(r: &mut Reader, identifier: Identifier, value: reader
         r.findings.push(Diagnostic::error(format!("{what} is no function"), value.span(), label).help(help));
         return placeholder();
     }
-    table_through(r, &identifier, kind, &x, y).or_else(placeholder)
+    let table = table_through(r, &identifier, kind, &x, y).or_else(placeholder)?;
+    Some(LookupTable { dimensions, ..table })
 }
 
 /// A coordinate of a point of a table.
-enum Entry {
+struct Entry {
+    value: EntryValue,
+    span: Span,
+    dimension: Dimension,
+}
+
+/// The value of a coordinate of a point of a table.
+enum EntryValue {
     Number(f64),
     /// A formula of parameters.
     Formula(Formula),
@@ -100,25 +110,27 @@ enum Entry {
 impl Entry {
     /// Reads a number, a quantity with its unit, or a formula of parameters.
     fn read(r: &mut Reader, item: reader::Value) -> Option<Self> {
+        let span = item.span();
         if !item.is_text() {
-            return Some(Self::Number(to_f64(&r.number(item)?)));
+            let value = EntryValue::Number(to_f64(&r.number(item)?));
+            return Some(Self { value, span, dimension: Dimension::bare() });
         }
-        let formula = r.formula(item);
+        let (formula, dimension) = r.with_dimension(item, None);
         let unknown = formula.nodes().iter().enumerate().find_map(|(id, node)| match node {
             Node::Name(name) if name != "pi" && !r.declarations.is_parameter(name) => Some((name, formula.span(id))),
             _ => None,
         });
-        let Some((name, span)) = unknown else {
+        let Some((name, place)) = unknown else {
             let is_known = formula.names().all(|name| name == "pi");
-            return Some(if is_known {
-                Self::Number(evaluate(&formula, |_| std::f64::consts::PI))
-            } else {
-                Self::Formula(formula)
-            });
+            let value = match is_known {
+                true => EntryValue::Number(evaluate(&formula, |_| std::f64::consts::PI)),
+                false => EntryValue::Formula(formula),
+            };
+            return Some(Self { value, span, dimension });
         };
         // Unreadable formulae and declarations have been reported.
         if !name.is_empty() && !r.has_unread_declarations {
-            let error = Diagnostic::error(format!("`{name}` is no parameter"), span, "stands in a table");
+            let error = Diagnostic::error(format!("`{name}` is no parameter"), place, "stands in a table");
             r.findings.push(error.help("entries of tables contain numbers and parameters"));
         }
         None
@@ -126,26 +138,45 @@ impl Entry {
 
     /// Whether two entries are the same.
     fn is(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Number(a), Self::Number(b)) => a == b,
-            (Self::Formula(a), Self::Formula(b)) => a.nodes() == b.nodes(),
+        match (&self.value, &other.value) {
+            (EntryValue::Number(a), EntryValue::Number(b)) => a == b,
+            (EntryValue::Formula(a), EntryValue::Formula(b)) => a.nodes() == b.nodes(),
             _ => false,
         }
     }
 
     /// The number; zero in place of a formula.
     fn number(&self) -> f64 {
-        match self {
-            Self::Number(number) => *number,
-            Self::Formula(_) => 0.0,
+        match self.value {
+            EntryValue::Number(number) => number,
+            EntryValue::Formula(_) => 0.0,
         }
     }
 }
 
+/// The dimension of all entries of an axis; `None` if none has a unit. Entries of another dimension are reported.
+fn dimension(r: &mut Reader, entries: &[Entry]) -> Option<Dimension> {
+    let has_unit = |entry: &&Entry| !entry.dimension.is_bare && entry.dimension.unit.is_some();
+    let surest = entries.iter().filter(has_unit).reduce(|a, b| if b.dimension.source > a.dimension.source { b } else { a })?;
+    let unit = surest.dimension.unit.as_ref()?;
+    if surest.dimension.is_certain() {
+        for entry in entries {
+            if entry.dimension.is_bare && entry.number() != 0.0 {
+                let title = format!("an entry has no unit, and {} is expected", unit.quantity());
+                let error = Diagnostic::error(title, entry.span.clone(), "in which unit?");
+                r.findings.push(error.help(format!("write it with a unit, such as `{}`", unit.base())));
+            } else if !entry.dimension.is_bare {
+                r.findings.extend(entry.dimension.misfit(unit, entry.span.clone()));
+            }
+        }
+    }
+    Some(surest.dimension.clone())
+}
+
 /// Reports an abscissa that is a formula.
-fn report_abscissa(r: &mut Reader, formula: &Formula) {
+fn report_abscissa(r: &mut Reader, span: &Span) {
     let title = "the abscissa of a table depends on a parameter";
-    let error = Diagnostic::error(title, formula.whole_span(), "not a number");
+    let error = Diagnostic::error(title, span.clone(), "not a number");
     r.findings.push(error.help("write a number here; to stretch a table, divide its argument: `NAME(x/length)`"));
 }
 
@@ -163,7 +194,7 @@ fn table_through(
     let spline = spline_through(r, identifier, kind.clone(), [x, &numbers], y[0].is(&y[last]))?;
     let mut table = LookupTable::from(spline);
     for (place, ordinate) in y.into_iter().enumerate() {
-        let Entry::Formula(formula) = ordinate else { continue };
+        let EntryValue::Formula(formula) = ordinate.value else { continue };
         // The first and the last point of a period are one.
         if is_periodic && place == last {
             continue;

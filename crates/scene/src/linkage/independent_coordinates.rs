@@ -5,29 +5,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::document::Document;
 use crate::parser::Formula;
 
-/// The first coordinates of a scene that the constraints leave free together, at most `count` of them. The rank of the
-/// constraints is that of their structure: the largest number of constraints that can each have a coordinate of their
-/// own.
-pub(super) fn independent_coordinates(
-    document: &Document,
-    count: usize,
-    is_candidate: impl Fn(&str) -> bool,
-) -> BTreeSet<String> {
+/// The first candidates among the coordinates of a scene that the constraints leave free together, at most `count` of
+/// them. The rank of the constraints is that of their structure: the largest number of constraints that can each have a
+/// coordinate of their own.
+pub(super) fn independent_coordinates(document: &Document, candidates: &[&str], count: usize) -> BTreeSet<String> {
     let names: Vec<&str> = document.coordinates.iter().map(|own| own.identifier.name.as_str()).collect();
     let places: BTreeMap<&str, usize> = names.iter().enumerate().map(|(place, name)| (*name, place)).collect();
-    let mut structure = Structure { document, places, of_points: BTreeMap::new() };
+    let mut structure = Structure { document, places: places.clone(), of_points: BTreeMap::new() };
     let rows: Vec<BTreeSet<usize>> =
         document.constraints.iter().map(|constraint| structure.coordinates(&constraint.residual)).collect();
     let mut is_free = vec![true; names.len()];
     let rank = structural_rank(&rows, &is_free);
     let mut chosen = BTreeSet::new();
-    for (place, name) in names.iter().enumerate() {
-        if chosen.len() == count {
-            break;
-        }
-        if !is_candidate(name) {
-            continue;
-        }
+    for name in candidates {
+        let Some(&place) = places.get(name).filter(|_| chosen.len() < count) else { continue };
         is_free[place] = false;
         if structural_rank(&rows, &is_free) == rank {
             chosen.insert((*name).to_owned());

@@ -18,6 +18,8 @@ pub(super) struct StartValue {
     pub(super) name: String,
     /// The value of the coordinate at the start; `None` if it is unknown.
     pub(super) value: Option<Formula>,
+    /// Whether the scene gives the value itself: the `angle` of a link, or the `start` of a slider.
+    pub(super) is_written: bool,
     /// The rate of the coordinate at the start; if present, value and rate are both given.
     pub(super) rate: Option<Formula>,
 }
@@ -39,7 +41,7 @@ pub(super) fn driven(graph: &Graph, angles: &Angles) -> BTreeSet<String> {
 }
 
 /// Writes the start of all coordinates to a scene. If the scene does not say which are given, `freedoms` independent
-/// ones are, but none that a drive prescribes.
+/// ones are: those whose values it gives itself come first, and none that a drive prescribes is one.
 pub(super) fn write(
     document: &mut Document,
     values: Vec<StartValue>,
@@ -47,11 +49,13 @@ pub(super) fn write(
     driven: &BTreeSet<String>,
 ) -> Vec<String> {
     let is_open = document.given.is_empty() && values.iter().all(|value| value.rate.is_none());
-    let is_known = |name: &str| values.iter().any(|value| value.name == name && value.value.is_some());
-    let is_candidate = |name: &str| is_known(name) && !driven.contains(name);
-    let chosen = independent_coordinates(document, if is_open { freedoms } else { 0 }, is_candidate);
+    let mut candidates: Vec<&StartValue> =
+        values.iter().filter(|own| own.value.is_some() && !driven.contains(&own.name)).collect();
+    candidates.sort_by_key(|own| !own.is_written);
+    let candidates: Vec<&str> = candidates.into_iter().map(|own| own.name.as_str()).collect();
+    let chosen = independent_coordinates(document, &candidates, if is_open { freedoms } else { 0 });
     let mut unknown = Vec::new();
-    for StartValue { name, value, rate } in values {
+    for StartValue { name, value, rate, .. } in values {
         if document.given.iter().chain(&document.solve).any(|(identifier, _)| identifier.name == name) {
             continue;
         }

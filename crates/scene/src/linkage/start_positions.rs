@@ -12,7 +12,7 @@ use super::terms::{
     subtract, sum, whole,
 };
 use super::tree::{Placement, Tree};
-use crate::document::JointKind;
+use crate::document::{JointKind, LinkSyntax};
 use crate::function::Function;
 use crate::parser::Formula;
 
@@ -154,8 +154,13 @@ impl<'g, 'd> StartPositions<'g, 'd> {
         let mut values = Vec::new();
         for (place, (name, _)) in self.angles.coordinates.iter().enumerate() {
             let members = (1..self.graph.links.len()).filter(|link| self.angles.angle(*link).class == place + 1);
-            let rate = members.filter_map(|link| self.graph.links[link]?.rate.clone()).next();
-            values.push(StartValue { name: name.clone(), value: self.of_classes[place + 1].clone(), rate });
+            let members: Vec<&LinkSyntax> = members.filter_map(|link| self.graph.links[link]).collect();
+            values.push(StartValue {
+                name: name.clone(),
+                value: self.of_classes[place + 1].clone(),
+                is_written: members.iter().any(|link| link.angle.is_some()),
+                rate: members.iter().find_map(|link| link.rate.clone()),
+            });
         }
         for &link in &self.tree.order {
             match self.tree.placements[link] {
@@ -173,6 +178,7 @@ impl<'g, 'd> StartPositions<'g, 'd> {
                         origin_names(self.graph, link).into_iter().zip(origin).map(|(name, value)| StartValue {
                             name,
                             value: Some(value),
+                            is_written: false,
                             rate: None,
                         }),
                     );
@@ -195,7 +201,8 @@ impl<'g, 'd> StartPositions<'g, 'd> {
             let way = difference(self.points.get(&ends[0])?.clone(), self.points.get(&ends[1])?.clone());
             Some(subtract(angle_between([whole(1), whole(0)], way), cam))
         };
-        StartValue { name, value: syntax.start.clone().or_else(seen), rate: None }
+        let is_written = syntax.start.is_some();
+        StartValue { name, value: syntax.start.clone().or_else(seen), is_written, rate: None }
     }
 
     fn slider(&self, joint: usize) -> StartValue {
@@ -210,6 +217,7 @@ impl<'g, 'd> StartPositions<'g, 'd> {
         StartValue {
             name: slide(self.graph, joint),
             value: start_of_slider(&self.graph.joints[joint]).or_else(seen),
+            is_written: syntax.start.is_some(),
             rate: syntax.rate.clone(),
         }
     }

@@ -57,7 +57,7 @@ fn input_topics(setup: &Setup, drive: Option<usize>) -> Result<Vec<Topic>, Error
             topics.push(stroke(&output.name, &output.unit, series, &turn, &driven));
         }
     }
-    topics.push(at_rest(setup, &turn, &driven, &motors.names()));
+    topics.push(at_rest(setup, &turn, &driven, &motors.left_out()));
     Ok(topics)
 }
 
@@ -174,7 +174,7 @@ fn stroke(name: &str, unit: &str, series: &Series, turn: &Revolution, driven: &Q
     Topic::new(name, lines)
 }
 
-fn at_rest(setup: &Setup, turn: &Revolution, driven: &QuantityDescription, motors: &[String]) -> Topic {
+fn at_rest(setup: &Setup, turn: &Revolution, driven: &QuantityDescription, left_out: &str) -> Topic {
     let unit = unit_of_force(driven.unit);
     let line = |which: &str, (value, angle): (f64, f64)| {
         let at = format!("{} = {}", driven.name, place(angle, turn, driven.unit));
@@ -184,8 +184,7 @@ fn at_rest(setup: &Setup, turn: &Revolution, driven: &QuantityDescription, motor
         }
     };
     let force = if driven.unit == "rad" { "torque" } else { "force" };
-    let but = if motors.is_empty() { String::new() } else { format!(" other than {}", motors.join(", ")) };
-    let mut title = format!("{force} on {} that balances the loads{but}{}", driven.name, equilibrium::when(setup));
+    let mut title = format!("{force} on {} that balances the loads{left_out}{}", driven.name, equilibrium::when(setup));
     if turn.range.is_some_and(|range| range.low.is_some() || range.high.is_some()) {
         title += ", between the limit positions";
     } else if !turn.returns {
