@@ -110,9 +110,13 @@ impl<'s> Writer<'s> {
                 Symbol::Acceleration(i) => format!("{}_ddot", coordinate(i)),
                 Symbol::Multiplier(i) => format!("lambda_{}", self.scene.constraints[i].name),
                 Symbol::NormalForce(i) => format!("abs({})", self.scene.outputs[i].name),
-                Symbol::Named(k) | Symbol::NamedSlope(k, _) | Symbol::NamedRate(k) | Symbol::NamedBias(k) => {
-                    self.names[k].symbol_name(symbol, self.scene)
-                }
+                Symbol::Named(k)
+                | Symbol::NamedSlope(k, _)
+                | Symbol::NamedRate(k)
+                | Symbol::NamedBias(k)
+                | Symbol::NamedAcceleration(k) => self.names[k].symbol_name(symbol, self.scene),
+                Symbol::MassEntry(i, j) => format!("mass({}, {})", coordinate(i), coordinate(j)),
+                Symbol::GeneralizedForce(i) => format!("force({})", coordinate(i)),
                 _ => unreachable!("a kernel is not written as formulae"),
             };
         }
@@ -135,6 +139,12 @@ impl<'s> Writer<'s> {
             }
             Symbol::NamedRate(k) => latex_name(r"\dot", &self.names[k].name),
             Symbol::NamedBias(k) => latex_name(r"\mathring", &self.names[k].name),
+            Symbol::NamedAcceleration(k) => latex_name(r"\ddot", &self.names[k].name),
+            Symbol::MassEntry(i, j) => {
+                let [i, j] = [i, j].map(|i| self.symbol(Symbol::Coordinate(i)));
+                format!(r"\bar{{M}}_{{{i},{j}}}")
+            }
+            Symbol::GeneralizedForce(i) => format!(r"\bar{{f}}_{{{}}}", self.symbol(Symbol::Coordinate(i))),
             _ => unreachable!("a kernel is not written as formulae"),
         }
     }

@@ -63,6 +63,14 @@ impl Kernel {
         Builder::new(scene, lowering, 0, false).build_sparse(equations.sparse.as_ref()?)
     }
 
+    /// Binds the symbols of the mass matrix and of the generalized forces to values that are valid at any position, for
+    /// plain functions.
+    pub fn bind_recursive(scene: &Scene, equations: &Equations, lowering: &mut Lowering) {
+        if let Some(sparse) = equations.sparse.as_ref().filter(|_| equations.are_recursive()) {
+            Builder::new(scene, lowering, 0, true).bind_recursive(sparse);
+        }
+    }
+
     /// The number of operations of a step in a graph.
     pub fn operations(&self, graph: &Graph) -> usize {
         let definitions: HashMap<Id, Id> = self.locals.iter().map(|local| (local.input.id, local.value.id)).collect();

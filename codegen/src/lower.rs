@@ -21,7 +21,7 @@ pub struct Lowering {
     /// Reciprocals of earlier values.
     pub inverses: HashMap<Id, Id>,
     /// Whether sines and cosines of sums of coordinates are computed from those of the coordinates.
-    adds_angles: bool,
+    pub adds_angles: bool,
     /// The sums with such sines and cosines.
     angle_sums: BTreeMap<Id, [Signed; 2]>,
     /// The sines and cosines of named angles.

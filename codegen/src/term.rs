@@ -67,6 +67,10 @@ pub enum Symbol {
     NamedBias(usize),
     /// The second rate of a named quantity.
     NamedAcceleration(usize),
+    /// An entry of the mass matrix that has no formula of its own.
+    MassEntry(usize, usize),
+    /// A generalized force that has no formula of its own.
+    GeneralizedForce(usize),
     /// The residual of a constraint, for a correction.
     Residual(usize),
     /// A function that is constant between jumps; the engine treats it as a constant.

@@ -29,6 +29,7 @@ impl Layout {
         let plans = plans(scene, equations);
         let mut lowering = Lowering::default();
         lowering.define(&equations.names);
+        Kernel::bind_recursive(scene, equations, &mut lowering);
         let of_friction = Kernel::bind_normal_forces(scene, equations, &mut lowering);
         let mut roots = Vec::new();
         let mut place = |term: &&Term| {
@@ -51,12 +52,15 @@ impl Layout {
         let sparse = Kernel::sparse(scene, equations, &mut lowering);
         // Named quantities of the other equations have other values.
         lowering = if sparse.is_some() { Lowering::from_kernel(lowering.graph) } else { lowering };
-        let mut kernel = Kernel::new(scene, equations, &mut lowering);
-        if let Some(sparse) = sparse
-            && sparse.operations(&lowering.graph) < kernel.operations(&lowering.graph)
-        {
-            kernel = sparse;
-        }
+        let mut kernel = match sparse {
+            Some(sparse) if equations.are_recursive() => sparse,
+            Some(sparse) => {
+                let dense = Kernel::new(scene, equations, &mut lowering);
+                let [of_sparse, of_dense] = [&sparse, &dense].map(|kernel| kernel.operations(&lowering.graph));
+                if of_sparse < of_dense { sparse } else { dense }
+            }
+            None => Kernel::new(scene, equations, &mut lowering),
+        };
         let angle_sums = lowering.angle_sums(|i| scene.coordinates[i].name.to_lowercase());
         let point_names = scene.points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{}_{axis}", point.name)));
         let point_names: Vec<String> = point_names.map(|name| name.to_lowercase()).collect();

@@ -17,6 +17,7 @@ impl Builder<'_> {
                     self.bind(Symbol::Named(k), value);
                     (Block::Names, &formula.slopes, Some(self.lowering.graph.number(1.0)))
                 }
+                NamedKind::Variable(_) => unreachable!("only a sparse elimination has variables"),
             };
             for (i, slope) in slopes.iter().enumerate() {
                 let slope = self.value(slope);
@@ -48,7 +49,7 @@ impl Builder<'_> {
     /// Names the sine and cosine of an angle that is a sum of coordinates and of angles with such names.
     pub(super) fn keep_angle(&mut self, name: &str, value: Value, kept: Value) {
         let (Some(value), Some(kept)) = (value, kept) else { return };
-        if value.id == kept.id {
+        if value.id == kept.id || !self.lowering.adds_angles {
             return;
         }
         if let Some(pair) = self.lowering.sine_and_cosine_of_sum(value.id) {
@@ -58,7 +59,9 @@ impl Builder<'_> {
             let [sine, cosine] = pair;
             let sine = named("sin", Signed { negative: sine.negative != value.negative, ..sine });
             let cosine = named("cos", cosine);
-            self.lowering.named_angles.insert(kept.id, [Signed { negative: sine.negative != kept.negative, ..sine }, cosine]);
+            self.lowering
+                .named_angles
+                .insert(kept.id, [Signed { negative: sine.negative != kept.negative, ..sine }, cosine]);
         }
     }
 
@@ -73,6 +76,7 @@ impl Builder<'_> {
                     let bias = self.named(Block::NamedRates, &format!("{name}_bias"), &formula.bias);
                     self.bind(Symbol::NamedBias(k), bias);
                 }
+                NamedKind::Variable(_) => unreachable!("only a sparse elimination has variables"),
             }
         }
     }

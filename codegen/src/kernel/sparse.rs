@@ -43,16 +43,7 @@ impl Builder<'_> {
                 self.keep(Block::Jacobian, &format!("{}_t", constraints[k]), value)
             })
             .collect();
-        let mut inertia = SymmetricForm::new(variables.count());
-        for body in &e.inertias {
-            for (i, row) in body.matrix.iter().enumerate() {
-                for (j, entry) in row.iter().enumerate() {
-                    let [a, b] = [i, j].map(|place| variables.place(body.variables[place]));
-                    let entry = self.value(entry);
-                    inertia.add(a, b, entry);
-                }
-            }
-        }
+        let inertia = self.inertia(&variables, e);
         let elimination = SparseElimination::new(&mut self, &variables, inertia, &jacobian)?;
 
         variables.rates(&mut self, &e.names);
@@ -110,6 +101,47 @@ impl Builder<'_> {
         Some(kernel)
     }
 
+    /// Binds the entries of the mass matrix and the generalized forces: named quantities are replaced by their
+    /// definitions one after the other, the last one first.
+    pub(super) fn bind_recursive(mut self, e: &SparseEquations) {
+        let mut variables = Variables::new(&mut self, &e.names);
+        variables.rates(&mut self, &e.names);
+        let n = variables.coordinates();
+        let mut inertia = self.inertia(&variables, e);
+        let mut forces = self.local_forces(&variables, &e.efforts);
+        for z in (n..variables.count()).rev() {
+            let definition = &variables.definitions[z - n];
+            inertia.substitute(&mut self, z, definition, |_| String::new());
+            let own = self.sum(std::mem::take(&mut forces[z]));
+            for (u, by) in definition {
+                forces[*u].extend(self.multiply(*by, own));
+            }
+        }
+        for (i, force) in forces.into_iter().enumerate().take(n) {
+            let sum = self.sum(force);
+            self.bind(Symbol::GeneralizedForce(i), sum);
+            for j in 0..=i {
+                let entry = inertia.entry(&mut self, [i, j], |_| String::new());
+                self.bind(Symbol::MassEntry(i, j), entry);
+            }
+        }
+    }
+
+    /// The inertia of all bodies for the rates of the variables.
+    fn inertia(&mut self, variables: &Variables, e: &SparseEquations) -> SymmetricForm {
+        let mut inertia = SymmetricForm::new(variables.count());
+        for body in &e.inertias {
+            for (i, row) in body.matrix.iter().enumerate() {
+                for (j, entry) in row.iter().enumerate() {
+                    let [a, b] = [i, j].map(|place| variables.place(body.variables[place]));
+                    let entry = self.value(entry);
+                    inertia.add(a, b, entry);
+                }
+            }
+        }
+        inertia
+    }
+
     /// The forces along the variables, each group of efforts in the form with fewer operations.
     fn local_forces(&mut self, variables: &Variables, efforts: &[LocalEfforts]) -> Vec<Vec<Signed>> {
         let mut forces: Vec<Vec<Signed>> = vec![Vec::new(); variables.count()];
@@ -122,7 +154,8 @@ impl Builder<'_> {
                 .map(|(_, size, along)| (self.value(size), along.iter().map(|entry| self.value(entry)).collect()))
                 .collect();
             let entries = apart.iter().flat_map(|(_, along)| along.iter().flatten()).count();
-            let apart_cost = self.cost(apart.iter().map(|(size, _)| *size)) + (2 * entries).saturating_sub(places.len());
+            let apart_cost =
+                self.cost(apart.iter().map(|(size, _)| *size)) + (2 * entries).saturating_sub(places.len());
             if self.cost(together.iter().copied()) <= apart_cost {
                 for (place, force) in places.into_iter().zip(together) {
                     forces[place].extend(force);

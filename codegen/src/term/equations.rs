@@ -53,6 +53,11 @@ pub struct Equations {
 }
 
 impl Equations {
+    /// Whether the mass matrix and the generalized forces follow from the sparse equations, by recursion.
+    pub fn are_recursive(&self) -> bool {
+        self.sparse.is_some() && self.kernel.mass_matrix.is_empty()
+    }
+
     /// All terms.
     pub fn terms(&self) -> impl Iterator<Item = &Term> {
         let of_loops = [&self.constraints, &self.constraint_bias, &self.constraint_rate];

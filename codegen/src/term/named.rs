@@ -2,6 +2,7 @@
 
 use num_rational::BigRational;
 
+use super::sparse::NamedVariable;
 use super::{Symbol, Term};
 use qrm_scene::scene::Scene;
 
@@ -21,6 +22,8 @@ pub enum NamedKind {
     Root(Root),
     /// A coordinate of a point or body, or the argument of a function.
     Formula(Formula),
+    /// Either of them, as a variable of a sparse elimination.
+    Variable(NamedVariable),
 }
 
 /// A named root.
@@ -55,6 +58,7 @@ impl Named {
         match &self.kind {
             NamedKind::Root(root) => &root.radicand,
             NamedKind::Formula(formula) => &formula.value,
+            NamedKind::Variable(variable) => &variable.function.value,
         }
     }
 
@@ -64,6 +68,7 @@ impl Named {
             Symbol::NamedSlope(_, i) => format!("{}_{}", self.name, scene.coordinates[i].name),
             Symbol::NamedRate(_) => format!("{}_dot", self.name),
             Symbol::NamedBias(_) => format!("{}_bias", self.name),
+            Symbol::NamedAcceleration(_) => format!("{}_ddot", self.name),
             _ => self.name.clone(),
         }
     }
@@ -75,6 +80,7 @@ impl Named {
                 (formula.value.clone(), formula.slopes.clone(), formula.rate.clone(), formula.bias.clone())
             }
             NamedKind::Root(root) => root.terms(place),
+            NamedKind::Variable(variable) => return variable.definitions(place),
         };
         let slopes = slopes.into_iter().enumerate().filter(|(_, slope)| !slope.is_zero());
         std::iter::once((Symbol::Named(place), value))
@@ -102,6 +108,6 @@ impl Root {
 }
 
 /// A power with the exponent `numerator / denominator`.
-fn power(base: Term, numerator: i32, denominator: i32) -> Term {
+pub(super) fn power(base: Term, numerator: i32, denominator: i32) -> Term {
     Term::Power(Box::new(base), BigRational::new(numerator.into(), denominator.into()))
 }

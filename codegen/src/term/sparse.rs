@@ -1,6 +1,9 @@
 //! The equations of motion with the second rates of named quantities as unknowns beside the accelerations: sparse,
 //! whatever the coordinates are.
 
+use num_rational::BigRational;
+
+use super::named::power;
 use super::{Symbol, Term};
 
 /// The equations of motion for a sparse elimination. The variables are the coordinates and the named quantities, each
@@ -41,6 +44,55 @@ pub struct NamedVariable {
     pub is_root: bool,
     /// The function.
     pub function: LocalFunction,
+    /// The coordinates on which the quantity depends, each with the places in `by` of the variables through which it
+    /// does.
+    pub slopes: Vec<(usize, Vec<usize>)>,
+}
+
+impl NamedVariable {
+    /// The symbols of the quantity with this index and of its derivatives, with their terms.
+    pub(super) fn definitions(&self, place: usize) -> Vec<(Symbol, Term)> {
+        let LocalFunction { value, by, by_time, bias } = &self.function;
+        let over = |terms: Vec<Term>| match self.is_root {
+            true => Term::Product(vec![Term::Sum(terms), power(Term::Symbol(Symbol::Named(place)), -1, 1)]),
+            false => Term::Sum(terms),
+        };
+        let times = |by: &Term, symbol: Symbol| Term::Product(vec![by.clone(), Term::Symbol(symbol)]);
+        let slope = |(i, places): &(usize, Vec<usize>)| {
+            let through = |&place: &usize| match &by[place] {
+                (Symbol::Named(k), by) => times(by, Symbol::NamedSlope(*k, *i)),
+                (_, by) => by.clone(),
+            };
+            (Symbol::NamedSlope(place, *i), over(places.iter().map(through).collect()))
+        };
+        let moved = |of_coordinate: fn(usize) -> Symbol, of_name: fn(usize) -> Symbol| {
+            by.iter().filter_map(move |(variable, by)| match variable {
+                Symbol::Coordinate(i) => Some(times(by, of_coordinate(*i))),
+                Symbol::Named(k) => Some(times(by, of_name(*k))),
+                _ => None,
+            })
+        };
+        let square = self.is_root.then(|| {
+            let square = power(Term::Symbol(Symbol::NamedRate(place)), 2, 1);
+            Term::Product(vec![Term::Number(BigRational::from_integer((-1).into())), square])
+        });
+        let own = std::iter::once(bias.clone()).chain(square);
+        let through_names = by.iter().filter_map(|(variable, by)| match variable {
+            Symbol::Named(k) => Some(times(by, Symbol::NamedBias(*k))),
+            _ => None,
+        });
+        let value = if self.is_root { power(value.clone(), 1, 2) } else { value.clone() };
+        let rate = over(moved(Symbol::Rate, Symbol::NamedRate).chain([by_time.clone()]).collect());
+        let acceleration = over(moved(Symbol::Acceleration, Symbol::NamedAcceleration).chain(own.clone()).collect());
+        std::iter::once((Symbol::Named(place), value))
+            .chain(self.slopes.iter().map(slope))
+            .chain([
+                (Symbol::NamedRate(place), rate),
+                (Symbol::NamedBias(place), over(through_names.chain(own).collect())),
+                (Symbol::NamedAcceleration(place), acceleration),
+            ])
+            .collect()
+    }
 }
 
 /// The inertia of a body.

@@ -136,7 +136,11 @@ impl Setup {
         let help = format!(
             "{} given at the start, and the drives leave {}: take the `rate` of a link or a slider out",
             if given == 1 { "1 coordinate is".to_owned() } else { format!("{given} coordinates are") },
-            if freedoms == 0 { "no degree of freedom".to_owned() } else { counted(freedoms as u64, "degree") + " of freedom" },
+            if freedoms == 0 {
+                "no degree of freedom".to_owned()
+            } else {
+                counted(freedoms as u64, "degree") + " of freedom"
+            },
         );
         (self.scene.has_links && drives > 0 && given > freedoms).then_some(help)
     }

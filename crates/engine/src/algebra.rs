@@ -9,8 +9,8 @@ use symbolica::symbol;
 
 use super::Place;
 use super::entry::{Entry, expands_too_much};
-use super::sparse::is_sparse;
 use super::number::exact;
+use super::sparse::is_sparse;
 use super::spline_names::{ORDERS, spline_name, splines_of};
 use super::switch::Switch;
 use super::translate::term;
@@ -293,7 +293,10 @@ pub(super) fn define_symbols(scenes: &[&Scene]) {
     }
     let kinds = |scene: &&Scene| {
         let is_sparse = is_sparse(scene);
-        std::iter::once(false).chain(is_sparse.then_some(true)).map(|is_local| symbols_of(scene, true, is_local).len()).max()
+        std::iter::once(false)
+            .chain(is_sparse.then_some(true))
+            .map(|is_local| symbols_of(scene, true, is_local).len())
+            .max()
     };
     let most = scenes.iter().filter_map(kinds).max();
     (0..most.unwrap_or(0)).for_each(|i| {

@@ -13,6 +13,9 @@ use qrm_scene::scene::{OutputKind, Scene};
 
 /// Derives all terms of the generated functions. `number` distinguishes the scenes of a process.
 pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equations {
+    if let Some(equations) = sparse::all_equations(number, place, scene) {
+        return equations;
+    }
     let system = System::new(Algebra::new(number, scene, place));
     let (algebra, rows, c) = (&system.algebra, &system.rows, &system.constraints);
     let terms = |atoms: &[Atom]| -> Vec<Term> { atoms.iter().map(|atom| algebra.term(atom)).collect() };

@@ -45,7 +45,8 @@ impl Algebra<'_> {
             let slopes: Vec<Atom> = gradient.iter().enumerate().map(slope).collect();
             let name = if is_root { String::new() } else { self.unique(name) };
             let moving = slopes.iter().enumerate().filter(|(_, slope)| !slope.is_zero()).map(|(i, _)| i);
-            let coordinates = if self.is_local { self.coordinates_in(formula).unwrap_or_default() } else { moving.collect() };
+            let coordinates =
+                if self.is_local { self.coordinates_in(formula).unwrap_or_default() } else { moving.collect() };
             let entry = Entry { name, is_root, formula: formula.clone(), gradient, slopes, coordinates };
             self.names.borrow_mut().push(entry);
             place
@@ -98,23 +99,24 @@ impl Algebra<'_> {
 
     /// The expression with named sums in place of their terms, where names are variables.
     pub(super) fn in_known_sums(&self, atom: &Atom) -> Atom {
-        let terms = |atom: &Atom| match atom.as_view() {
-            AtomView::Add(sum) => sum.iter().map(|term| term.to_owned()).collect(),
-            _ => HashSet::new(),
+        let terms = |atom: &Atom| -> Vec<Atom> {
+            match atom.as_view() {
+                AtomView::Add(sum) => sum.iter().map(|term| term.to_owned()).collect(),
+                _ => Vec::new(),
+            }
         };
-        let mut own: HashSet<Atom> = terms(atom);
+        let mut own = terms(atom);
         if !self.is_local || own.len() < 3 {
             return atom.clone();
         }
-        let mut reduced = atom.clone();
         for (k, entry) in self.names.borrow().iter().enumerate().filter(|(_, entry)| !entry.is_root) {
             let part = terms(&entry.formula);
-            if !part.is_empty() && part.len() < own.len() && part.is_subset(&own) {
-                reduced = &reduced - &entry.formula + self.symbol(Symbol::Named(k));
-                own = terms(&reduced);
+            if !part.is_empty() && part.len() < own.len() && part.iter().all(|term| own.contains(term)) {
+                own.retain(|term| !part.contains(term));
+                own.push(self.symbol(Symbol::Named(k)));
             }
         }
-        reduced
+        own.into_iter().fold(Atom::num(0), |sum, term| sum + term)
     }
 
     /// The derivatives with respect to the coordinates and names that occur, without zeros.

@@ -5,36 +5,96 @@ use symbolica::atom::Atom;
 
 use super::algebra::Algebra;
 use super::differentiate::root_letter;
+use super::entry::Entry;
 use super::loads::Effort;
 use super::system::System;
 use super::{Place, derive};
-use qrm_codegen::term::{BodyInertia, LocalEfforts, LocalFunction, NamedVariable, SparseEquations, Symbol, Term};
-use qrm_scene::scene::Scene;
+use qrm_codegen::kernel::Kernel;
+use qrm_codegen::lower::Lowering;
+use qrm_codegen::term::{
+    BodyInertia, Equations, LocalEfforts, LocalFunction, Named, NamedKind, NamedVariable, SparseEquations, Symbol, Term,
+};
+use qrm_scene::scene::{MANY_COORDINATES, Scene};
 
-/// The number of coordinates above which a sparse elimination may be cheaper.
-const MANY: usize = 12;
-/// The same for scenes without constraints.
+/// The number of coordinates above which a sparse elimination may be cheaper in a scene without constraints.
 const MANY_OF_TREE: usize = 4;
 
 /// Whether a scene may have a sparse elimination.
 pub(super) fn is_sparse(scene: &Scene) -> bool {
     // Normal forces are derived with respect to the accelerations of the coordinates.
-    let most = if scene.constraints.is_empty() { MANY_OF_TREE } else { MANY };
+    let most = if scene.constraints.is_empty() { MANY_OF_TREE } else { MANY_COORDINATES };
     scene.coordinates.len() > most && scene.normal_forces().is_empty()
 }
 
-/// Derives the equations; `None` for scenes with few coordinates.
+/// Derives the sparse equations; `None` for scenes with few coordinates.
 pub(super) fn equations(number: usize, place: &Place, scene: &Scene) -> Option<SparseEquations> {
-    if !is_sparse(scene) {
+    is_sparse(scene).then(|| sparse_equations(&System::new(Algebra::with_local_derivatives(number, scene, place))))
+}
+
+/// Derives all equations from the sparse ones; `None` for scenes with loops or few coordinates, for those that need more
+/// than their accelerations, and for those with coordinates without inertia.
+pub(super) fn all_equations(number: usize, place: &Place, scene: &Scene) -> Option<Equations> {
+    if !scene.is_large_tree() {
         return None;
     }
     let system = System::new(Algebra::with_local_derivatives(number, scene, place));
-    let algebra = &system.algebra;
-    let constraints = system.constraints.iter().map(|constraint| function(algebra, constraint, &Atom::num(1))).collect();
-    let inertias = (0..scene.bodies.len()).map(|body| inertia(&system, body)).collect();
-    let (efforts, outputs) = (efforts(&system), derive::outputs(&system));
+    let sparse = sparse_equations(&system);
+    let (algebra, rows) = (&system.algebra, &system.rows);
+    let terms = |atoms: &[Atom]| -> Vec<Term> { atoms.iter().map(|atom| algebra.term(atom)).collect() };
+    let n = scene.coordinates.len();
+    let entry = |i: usize, j: usize| Term::Symbol(Symbol::MassEntry(i.max(j), i.min(j)));
+    let equations = Equations {
+        rows: rows.rows.clone(),
+        left_out: rows.left_out.clone(),
+        com_positions: terms(&rows.x),
+        com_jacobian: rows.x.iter().map(|x| slopes(algebra, x)).collect(),
+        com_bias: terms(&rows.bias),
+        mass_matrix: (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect(),
+        generalized_forces: (0..n).map(|i| Term::Symbol(Symbol::GeneralizedForce(i))).collect(),
+        energy: [&system.kinetic_energy(), &system.loads.potential].map(|atom| algebra.simple_term(atom)).to_vec(),
+        power: vec![algebra.simple_term(&system.loads.power)],
+        outputs: sparse.outputs.clone(),
+        points: (0..scene.points.len())
+            .map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.definition(&algebra.point(i)[axis]))))
+            .collect(),
+        names: sparse
+            .names
+            .iter()
+            .map(|own| Named { name: own.name.clone(), kind: NamedKind::Variable(own.clone()) })
+            .collect(),
+        sparse: Some(sparse),
+        ..Equations::default()
+    };
+    Kernel::sparse(scene, &equations, &mut Lowering::default()).is_some().then_some(equations)
+}
+
+/// The derivatives of an expression with respect to all coordinates, also through names.
+fn slopes(algebra: &Algebra, atom: &Atom) -> Vec<Term> {
+    let by: Vec<(Symbol, Term)> =
+        algebra.local_derivatives(atom).iter().map(|(symbol, by)| (*symbol, algebra.simple_term(by))).collect();
+    let names = algebra.names.borrow();
+    let slope = |i: usize| {
+        let through = |(variable, by): &(Symbol, Term)| match variable {
+            Symbol::Coordinate(j) => (i == *j).then(|| by.clone()),
+            Symbol::Named(k) if names[*k].coordinates.contains(&i) => {
+                Some(Term::Product(vec![by.clone(), Term::Symbol(Symbol::NamedSlope(*k, i))]))
+            }
+            _ => None,
+        };
+        let terms: Vec<Term> = by.iter().filter_map(through).collect();
+        if terms.is_empty() { Term::zero() } else { Term::Sum(terms) }
+    };
+    (0..algebra.scene.coordinates.len()).map(slope).collect()
+}
+
+fn sparse_equations(system: &System) -> SparseEquations {
+    let (algebra, scene) = (&system.algebra, system.algebra.scene);
+    let constraints =
+        system.constraints.iter().map(|constraint| function(algebra, constraint, &Atom::num(1))).collect();
+    let inertias = (0..scene.bodies.len()).map(|body| inertia(system, body)).collect();
+    let (efforts, outputs) = (efforts(system), derive::outputs(system));
     // At the end, when all named quantities are known.
-    Some(SparseEquations { names: names(algebra), constraints, inertias, efforts, outputs })
+    SparseEquations { names: names(algebra), constraints, inertias, efforts, outputs }
 }
 
 /// A function with its local derivatives; all but the value are divided by a number.
@@ -54,12 +114,22 @@ fn names(algebra: &Algebra) -> Vec<NamedVariable> {
     let names = algebra.names.borrow();
     let letter = root_letter(algebra.scene);
     let mut roots = 0;
-    let variable = |entry: &super::entry::Entry| {
+    let depends = |variable: Symbol, i: usize| match variable {
+        Symbol::Named(k) => names[k].coordinates.contains(&i),
+        other => other == Symbol::Coordinate(i),
+    };
+    let variable = |entry: &Entry| {
         roots += usize::from(entry.is_root);
+        let function = function(algebra, &entry.formula, &Atom::num(if entry.is_root { 2 } else { 1 }));
+        let slope = |i: usize| {
+            let places = (0..function.by.len()).filter(|place| depends(function.by[*place].0, i)).collect::<Vec<_>>();
+            (!places.is_empty()).then_some((i, places))
+        };
         NamedVariable {
             name: if entry.is_root { format!("{letter}{roots}") } else { entry.name.clone() },
             is_root: entry.is_root,
-            function: function(algebra, &entry.formula, &Atom::num(if entry.is_root { 2 } else { 1 })),
+            slopes: (0..algebra.scene.coordinates.len()).filter_map(slope).collect(),
+            function,
         }
     };
     names.iter().map(variable).collect()
@@ -114,9 +184,10 @@ fn efforts(system: &System) -> Vec<LocalEfforts> {
             along.iter().find(|(symbol, _)| *symbol == variable).map_or_else(|| Atom::num(0), |(_, part)| part.clone())
         };
         let total = |&variable: &Symbol| {
-            let sum = efforts.iter().zip(&along).fold(Atom::num(0), |sum, (effort, along)| {
-                sum + &effort.size * part(along, variable)
-            });
+            let sum = efforts
+                .iter()
+                .zip(&along)
+                .fold(Atom::num(0), |sum, (effort, along)| sum + &effort.size * part(along, variable));
             algebra.simple_term(&sum)
         };
         let effort = |(effort, along): (&Effort, &Vec<(Symbol, Atom)>)| {

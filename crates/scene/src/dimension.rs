@@ -219,7 +219,9 @@ impl Dimensions {
         let [a, b] = terms.map(|id| &self.of[id]);
         let is_certain = a.is_certain() || b.is_certain();
         for ((id, own), other) in terms.into_iter().zip([a, b]).zip([b, a]) {
-            let Some(unit) = other.unit.as_ref().filter(|unit| other.is_certain() && !unit.is_plain()) else { continue };
+            let Some(unit) = other.unit.as_ref().filter(|unit| other.is_certain() && !unit.is_plain()) else {
+                continue;
+            };
             let is_zero = matches!(&formula.nodes()[id], Node::Number(number) if number.value == 0.0);
             // Angles in radians are written with pi.
             let is_angle = unit.is_number() && own.has_pi;

@@ -253,7 +253,19 @@ pub struct Run {
     pub inverse: bool,
 }
 
+/// The number of coordinates above which a scene is large.
+pub const MANY_COORDINATES: usize = 12;
+
 impl Scene {
+    /// Whether points are variables of the equations of motion, which are then derived body by body: a scene with many
+    /// coordinates, without constraints, that asks for nothing but its motion.
+    pub fn is_large_tree(&self) -> bool {
+        self.coordinates.len() > MANY_COORDINATES
+            && self.constraints.is_empty()
+            && self.normal_forces().is_empty()
+            && !(self.run.stiff || self.run.inverse)
+    }
+
     /// The names that formulae can contain.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         let coordinates = self.coordinates.iter().map(|c| c.name.as_str());

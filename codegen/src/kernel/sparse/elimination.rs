@@ -113,8 +113,7 @@ impl SparseElimination {
                     builder.keep(Block::Inertia, &format!("ratio_{}_{}", names[z], names[u]), ratio)
                 }
             };
-            let ratios: Vec<(usize, Value)> =
-                row.iter().map(|(u, entry)| (*u, ratio(builder, *u, *entry))).collect();
+            let ratios: Vec<(usize, Value)> = row.iter().map(|(u, entry)| (*u, ratio(builder, *u, *entry))).collect();
             for (i, (u, entry)) in row.iter().enumerate() {
                 for (v, ratio) in &ratios[..=i] {
                     let product = builder.multiply(*entry, *ratio).map(Signed::negated);
@@ -177,8 +176,10 @@ impl SparseElimination {
                 }
                 Step::Pivot { variable, inverse, ratios } => {
                     let own = builder.multiply(reduced[*variable], *inverse);
-                    let others =
-                        ratios.iter().filter_map(|(u, ratio)| builder.multiply(*ratio, solved[*u])).map(Signed::negated);
+                    let others = ratios
+                        .iter()
+                        .filter_map(|(u, ratio)| builder.multiply(*ratio, solved[*u]))
+                        .map(Signed::negated);
                     (*variable, own.into_iter().chain(others.collect::<Vec<_>>()).collect())
                 }
             };

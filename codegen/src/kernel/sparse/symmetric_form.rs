@@ -72,7 +72,8 @@ impl SymmetricForm {
         name: impl Fn(usize) -> String + Copy,
     ) {
         let own = self.entry(builder, [z, z], name);
-        let beside: Vec<(usize, Value)> = self.neighbours[z].clone().into_iter().map(|u| (u, self.entry(builder, [z, u], name))).collect();
+        let beside: Vec<(usize, Value)> =
+            self.neighbours[z].clone().into_iter().map(|u| (u, self.entry(builder, [z, u], name))).collect();
         let coupling = |u: usize| beside.iter().find(|(other, _)| *other == u).and_then(|(_, value)| *value);
         self.remove(z);
         // The couplings of the defining variables, as far as they come from this one: once by it, once more by its own

@@ -35,7 +35,7 @@ impl Variables {
             biases: Vec::new(),
             own_biases: Vec::new(),
         };
-        for (k, NamedVariable { name, is_root, function }) in named.iter().enumerate() {
+        for (k, NamedVariable { name, is_root, function, .. }) in named.iter().enumerate() {
             variables.names.push(name.clone());
             let (block, inverse) = match is_root {
                 true => (Block::Roots, builder.named_root(k, name, &function.value)),
@@ -90,7 +90,7 @@ impl Variables {
             self.rates.push(Some(builder.lowering.graph.input(Symbol::Rate(i))));
             self.biases.push(None);
         }
-        for (k, NamedVariable { name, is_root, function }) in named.iter().enumerate() {
+        for (k, NamedVariable { name, is_root, function, .. }) in named.iter().enumerate() {
             let inverse = self.inverses[k];
             let block = if *is_root { Block::Rates } else { Block::NamedRates };
             let by_time = builder.value(&function.by_time);

@@ -157,7 +157,8 @@ impl Entry {
 /// The dimension of all entries of an axis; `None` if none has a unit. Entries of another dimension are reported.
 fn dimension(r: &mut Reader, entries: &[Entry]) -> Option<Dimension> {
     let has_unit = |entry: &&Entry| !entry.dimension.is_bare && entry.dimension.unit.is_some();
-    let surest = entries.iter().filter(has_unit).reduce(|a, b| if b.dimension.source > a.dimension.source { b } else { a })?;
+    let surest =
+        entries.iter().filter(has_unit).reduce(|a, b| if b.dimension.source > a.dimension.source { b } else { a })?;
     let unit = surest.dimension.unit.as_ref()?;
     if surest.dimension.is_certain() {
         for entry in entries {
@@ -210,7 +211,8 @@ fn table_through(
     let terms: usize = table.parts.iter().map(|(_, spline)| spline.piece_count()).sum();
     if terms > MOST_POINTS {
         let title = format!("table `{}` has {} entries with parameters", identifier.name, table.parts.len());
-        let error = Diagnostic::error(title, identifier.span.clone(), format!("{terms} terms, more than {MOST_POINTS}"));
+        let error =
+            Diagnostic::error(title, identifier.span.clone(), format!("{terms} terms, more than {MOST_POINTS}"));
         r.findings.push(error.help("leave out points, or multiply a table of numbers by the parameter"));
         return None;
     }

@@ -48,7 +48,9 @@ impl<'d> Structure<'d> {
                 found.extend(known);
                 continue;
             }
-            let Some((own, position)) = self.document.points.iter().find(|(own, _)| own.name == point) else { continue };
+            let Some((own, position)) = self.document.points.iter().find(|(own, _)| own.name == point) else {
+                continue;
+            };
             // A point that is defined by itself has been reported.
             self.of_points.insert(&own.name, BTreeSet::new());
             let [x, y] = position.each_ref().map(|part| self.coordinates(part));
@@ -63,7 +65,9 @@ impl<'d> Structure<'d> {
 /// The largest number of rows that can each have a free column of their own.
 fn structural_rank(rows: &[BTreeSet<usize>], is_free: &[bool]) -> usize {
     let mut owners: Vec<Option<usize>> = vec![None; is_free.len()];
-    (0..rows.len()).filter(|row| takes_column(rows, is_free, &mut owners, *row, &mut vec![false; is_free.len()])).count()
+    (0..rows.len())
+        .filter(|row| takes_column(rows, is_free, &mut owners, *row, &mut vec![false; is_free.len()]))
+        .count()
 }
 
 /// Whether a row finds a column, where others may move to another one.

@@ -61,7 +61,7 @@ pub(super) fn sizes(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     };
     for point in &scene.points {
         let size = [0, 1].map(|axis| measured(&point.position[axis], &points, Size::LEAF, TERMS));
-        points.push(size);
+        points.push(if scene.is_large_tree() { [Size::LEAF; 2] } else { size });
     }
     let laws = scene.loads.iter().filter_map(|load| match &load.kind {
         LoadKind::Spring { along, potential, force, friction, .. } => {

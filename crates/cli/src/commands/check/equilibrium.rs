@@ -78,9 +78,11 @@ pub(super) fn when(setup: &Setup) -> &'static str {
 pub(super) fn text(setup: &Setup, mechanism: &dyn Mechanism, wanted: &[(usize, f64)]) -> Result<String, Error> {
     let description = mechanism.description();
     let motors = Motors::of(setup);
-    let rest = static_equilibrium(mechanism, wanted, &|q, dq| motors.work(q, dq)).map_err(|reason| no_equilibrium(setup, mechanism, &reason))?;
+    let rest = static_equilibrium(mechanism, wanted, &|q, dq| motors.work(q, dq))
+        .map_err(|reason| no_equilibrium(setup, mechanism, &reason))?;
     let is_given = Start::new(mechanism).given;
-    let role = if setup.mechanism().is_driven() { "instead of the drive" } else { "in addition to the loads of the scene" };
+    let role =
+        if setup.mechanism().is_driven() { "instead of the drive" } else { "in addition to the loads of the scene" };
     let role = format!("{role}{}", motors.left_out());
     let mut text = format!("{} at rest{}\n\n", description.name, when(setup));
     let mut line = |name: &str, value: f64, unit: &str, more: &str| {

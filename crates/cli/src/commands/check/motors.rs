@@ -82,7 +82,9 @@ fn falling_terms(law: &Value, along: &Value) -> Vec<NodeId> {
     };
     let is_one = |id: NodeId| matches!(&nodes[id], Node::Number(number) if number.value == 1.0);
     let falls = |id: NodeId| match &nodes[id] {
-        Node::Subtract(one, slip) if is_one(*one) => matches!(&nodes[*slip], Node::Divide(rate, _) if is_own_rate(*rate)),
+        Node::Subtract(one, slip) if is_one(*one) => {
+            matches!(&nodes[*slip], Node::Divide(rate, _) if is_own_rate(*rate))
+        }
         _ => false,
     };
     let (mut found, mut pending) = (Vec::new(), vec![nodes.len() - 1]);
