@@ -136,6 +136,9 @@ impl Builder<'_> {
                     let [a, b] = [i, j].map(|place| variables.place(body.variables[place]));
                     let entry = self.value(entry);
                     inertia.add(a, b, entry);
+                    if a == b {
+                        inertia.add_whole(a, entry);
+                    }
                 }
             }
         }

@@ -1,7 +1,6 @@
 //! Elimination of the sparse equations of motion, in an order that preserves zeros.
 
 use std::cmp::Reverse;
-use std::collections::HashMap;
 
 use super::super::algebra::Value;
 use super::super::block::Block;
@@ -46,7 +45,6 @@ impl SparseElimination {
             .chain(builder.scene.constraints.iter().map(|constraint| constraint.name.clone()))
             .collect();
         let name = |z: usize| names[z].clone();
-        let mut whole = inertia.clone();
         let mut form = inertia;
         form.grow(count + m);
         for (k, row) in jacobian.iter().enumerate() {
@@ -59,8 +57,6 @@ impl SparseElimination {
         }
         let is_named = |z: usize| z >= variables.coordinates() && z < count;
         let definition = |z: usize| &variables.definitions[z - variables.coordinates()];
-        // The parts of the pivots of multipliers before other multipliers are eliminated.
-        let mut loops: HashMap<usize, Vec<Signed>> = HashMap::new();
         let mut elimination = Self { steps: Vec::new(), losses: Vec::new(), constraints: m };
         let mut left: Vec<usize> = (0..count + m).collect();
         while !left.is_empty() {
@@ -77,7 +73,6 @@ impl SparseElimination {
             if is_named(z) {
                 definition(z).iter().for_each(|(u, _)| uses[*u] -= 1);
                 form.substitute(builder, z, definition(z), name);
-                whole.substitute(builder, z, definition(z), |z| format!("whole_{}", names[z]));
                 elimination.steps.push(Step::Substitution(z));
                 continue;
             }
@@ -85,14 +80,7 @@ impl SparseElimination {
             let pivot = form.entry(builder, [z, z], name)?;
             let inverse = builder.reciprocal(Some(pivot));
             let inverse = builder.keep(Block::Inertia, &format!("inv_{}", names[z]), inverse);
-            let before = match is_multiplier {
-                true => {
-                    let terms = loops.remove(&z).unwrap_or_default();
-                    let sum = builder.sum(terms);
-                    builder.keep(Block::Inertia, &format!("whole_{}", names[z]), sum)
-                }
-                false => whole.entry(builder, [z, z], |z| format!("whole_{}", names[z])),
-            };
+            let before = form.whole(builder, z, &names[z]);
             if before.is_some_and(|before| before.id != pivot.id) {
                 let loss = builder.multiply(before, inverse);
                 elimination.losses.push(builder.keep(Block::Inertia, &format!("loss_{}", names[z]), loss));
@@ -100,9 +88,6 @@ impl SparseElimination {
             let row: Vec<(usize, Value)> =
                 form.neighbours(z).clone().into_iter().map(|u| (u, form.entry(builder, [z, u], name))).collect();
             form.remove(z);
-            if z < count {
-                whole.remove(z);
-            }
             let ratio = |builder: &mut Builder, u: usize, entry: Value| match entry {
                 Some(entry) if entry.id == pivot.id => {
                     let one = builder.lowering.graph.number(1.0);
@@ -114,12 +99,17 @@ impl SparseElimination {
                 }
             };
             let ratios: Vec<(usize, Value)> = row.iter().map(|(u, entry)| (*u, ratio(builder, *u, *entry))).collect();
+            // An angle that is a sum with this coordinate has the same row: all of it is subtracted.
+            for (u, _) in row.iter().filter(|(_, entry)| entry.is_some_and(|entry| entry.id == pivot.id)) {
+                form.remove_whole(*u, before);
+            }
             for (i, (u, entry)) in row.iter().enumerate() {
                 for (v, ratio) in &ratios[..=i] {
                     let product = builder.multiply(*entry, *ratio).map(Signed::negated);
                     form.add(*u, *v, product);
-                    if u == v && *u >= count && !is_multiplier {
-                        loops.entry(*u).or_default().extend(product);
+                    // Pivots of multipliers are negative.
+                    if u == v && (*u >= count) != is_multiplier {
+                        form.add_whole(*u, product);
                     }
                 }
             }

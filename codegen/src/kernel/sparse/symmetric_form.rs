@@ -12,6 +12,8 @@ use crate::graph::Signed;
 pub(super) struct SymmetricForm {
     /// The terms of the entries, by row and column, of which the row is not the larger.
     terms: HashMap<(usize, usize), Vec<Signed>>,
+    /// The terms of each diagonal entry without what was subtracted from it, and from the entries that went into it.
+    whole: Vec<Vec<Signed>>,
     /// The columns of the entries of each row beside the diagonal.
     neighbours: Vec<BTreeSet<usize>>,
 }
@@ -19,12 +21,13 @@ pub(super) struct SymmetricForm {
 impl SymmetricForm {
     /// Creates a matrix of zeros.
     pub(super) fn new(size: usize) -> Self {
-        Self { terms: HashMap::new(), neighbours: vec![BTreeSet::new(); size] }
+        Self { terms: HashMap::new(), whole: vec![Vec::new(); size], neighbours: vec![BTreeSet::new(); size] }
     }
 
     /// Adds rows of zeros up to a size.
     pub(super) fn grow(&mut self, size: usize) {
         self.neighbours.resize(size, BTreeSet::new());
+        self.whole.resize(size, Vec::new());
     }
 
     /// Adds to an entry, and to the one opposite to it.
@@ -35,6 +38,24 @@ impl SymmetricForm {
             self.neighbours[i].insert(j);
             self.neighbours[j].insert(i);
         }
+    }
+
+    /// Adds to what a diagonal entry is without subtractions.
+    pub(super) fn add_whole(&mut self, i: usize, value: Value) {
+        self.whole[i].extend(value);
+    }
+
+    /// Takes a value out of what a diagonal entry is without subtractions: it was subtracted without an error.
+    pub(super) fn remove_whole(&mut self, i: usize, value: Value) {
+        if let Some(place) = self.whole[i].iter().position(|own| Some(*own) == value) {
+            self.whole[i].remove(place);
+        }
+    }
+
+    /// What a diagonal entry is without subtractions.
+    pub(super) fn whole(&mut self, builder: &mut Builder, i: usize, name: &str) -> Value {
+        let sum = builder.sum(std::mem::take(&mut self.whole[i]));
+        builder.keep(Block::Inertia, &format!("whole_{name}"), sum)
     }
 
     /// The value of an entry, with a name.
@@ -72,6 +93,7 @@ impl SymmetricForm {
         name: impl Fn(usize) -> String + Copy,
     ) {
         let own = self.entry(builder, [z, z], name);
+        let whole = self.whole(builder, z, &name(z));
         let beside: Vec<(usize, Value)> =
             self.neighbours[z].clone().into_iter().map(|u| (u, self.entry(builder, [z, u], name))).collect();
         let coupling = |u: usize| beside.iter().find(|(other, _)| *other == u).and_then(|(_, value)| *value);
@@ -88,6 +110,9 @@ impl SymmetricForm {
             let both = builder.sum(shares[i].into_iter().chain(coupling(*u)).collect());
             let product = builder.multiply(*by, both);
             self.add(*u, *u, product);
+            let square = builder.multiply(*by, *by);
+            let product = builder.multiply(square, whole);
+            self.add_whole(*u, product);
             for (j, (v, by_v)) in definition.iter().enumerate().take(i) {
                 let products = [builder.multiply(*by, shares[j]), builder.multiply(*by_v, coupling(*u))];
                 products.into_iter().for_each(|product| self.add(*u, *v, product));
