@@ -52,6 +52,60 @@ step = 1e-3
 end_time = 1
 ";
 
+/// Fourteen coordinates of a tree with a branch, with all that named quantities occur in: roots of points, drives by
+/// time, loads along rates, outputs of accelerations and powers, a point without a body.
+const TREE: &str = r"
+name = 'tree'
+coordinates = [
+    'a', 'b', 'c', 'd', 'e', 'f', 'g', { name = 'x', unit = 'm' }, 'h', 'i', 'j', 'k', 'l', { name = 'y', unit = 'm' },
+]
+[parameters]
+r = 0.5
+m = 1.2
+J = 0.1
+k1 = 40
+cd = 2
+w = 3
+[points]
+A = ['r*sin(a) + r*sin(a + b)', '-r*cos(a) - r*cos(a + b)']
+B = ['A.x + r*sin(a + b + c)', 'A.y - r*cos(a + b + c)']
+C = ['B.x + (r + x)*sin(a + b + c + d)', 'B.y - (r + x)*cos(a + b + c + d)']
+D = ['C.x + r*sin(a + b + c + d + e)', 'C.y - r*cos(a + b + c + d + e)']
+E = ['D.x + r*sin(f) + r*sin(g)', 'D.y - r*cos(f) - r*cos(g)']
+F = ['A.x + r*sin(a + b + h)', 'A.y - r*cos(a + b + h)']
+G = ['F.x + r*sin(a + b + h + i)', 'F.y - r*cos(a + b + h + i)']
+H = ['G.x + r*sin(j) + r*cos(k)', 'G.y - r*cos(j) + r*sin(k)']
+I = ['H.x + y*sin(l)', 'H.y - y*cos(l)']
+[bodies]
+one = { mass = 'm', com = 'A', angle = 'a + b', inertia = 'J' }
+two = { mass = 'm', com = ['(A.x + B.x)/2', '(A.y + B.y)/2'], angle = 'a + b + c', inertia = 'J' }
+three = { mass = 'm', com = 'C', angle = 'a + b + c + d', inertia = 'J' }
+four = { mass = 'm', com = ['(C.x + D.x)/2', '(C.y + D.y)/2'], angle = 'a + b + c + d + e', inertia = 'J' }
+five = { mass = 'm', com = 'E', angle = 'f', inertia = 'J' }
+six = { angle = 'g', inertia = 'J' }
+seven = { mass = 'm', com = 'F', angle = 'a + b + h', inertia = 'J' }
+eight = { mass = 'm', com = 'G', angle = 'a + b + h + i', inertia = 'J' }
+nine = { mass = 'm', com = 'H', angle = 'j', inertia = 'J' }
+ten = { angle = 'k', inertia = 'J' }
+eleven = { mass = 'm', com = 'I', angle = 'l', inertia = 'J' }
+[loads]
+weight = { gravity = ['0', '-9.81'] }
+spring = { along = 'hypot(E.x - I.x + r/9*sin(w*t), E.y - I.y)', spring = 'k1', rest = 'r', damper = 'cd' }
+push = { force = ['-cd*B.x_dot', '3*t'], at = 'H' }
+turn = { torque = 'k1*sin(a + b + c + d)', on = 'three' }
+brake = { torque = '-cd*h_dot', on = 'seven' }
+[initial]
+given = { a = 0.9, b = 0.3, c = -0.2, d = 0.4, e = 0.3, f = 0.1, g = 0.5, x = 0.1, h = -0.4, i = 0.2, j = 0.3, k = 0.7, l = 0.2, y = 0.6, a_dot = 0, b_dot = 1, c_dot = 0, d_dot = 0, e_dot = 0, f_dot = 0, g_dot = 0, x_dot = 0, h_dot = 0, i_dot = 0, j_dot = 0, k_dot = 0, l_dot = 0, y_dot = 0 }
+[outputs]
+place = 'C.y'
+speed = { rate = 'I.x' }
+acceleration = { second_rate = 'sqrt(B.x^2 + I.y^2)' }
+power = { power = 'spring' }
+[run]
+step = 1e-3
+end_time = 1
+";
+
 fn read(text: &str) -> Scene {
     let (scene, _) = resolve::read("made.toml", text).unwrap_or_else(|report| panic!("{report}"));
     scene
@@ -72,6 +126,13 @@ fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
         LOOP.to_owned(),
         stiff(make::chain(4, make::Chain::Relative)),
         make::chain(8, make::Chain::Relative),
+        make::chain(7, make::Chain::Relative),
+        make::chain(14, make::Chain::Relative),
+        make::chain(28, make::Chain::Relative),
+        make::chain(7, make::Chain::Angles),
+        make::chain(14, make::Chain::Angles),
+        make::chain(28, make::Chain::Angles),
+        TREE.to_owned(),
     ];
     let scenes = texts.each_ref().map(|text| read(text));
     let equations = qrm_engine::derive(&scenes.each_ref(), &|_| ()).expect("the equations");
@@ -97,6 +158,11 @@ fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
             10 * large <= 12 * small * 2_usize.pow(degree),
             "{function}: {small} operations, twice as many links {large}"
         );
+    }
+    // The kernel of a tree has about as many operations for each of its links.
+    for (scene, most) in [(5, 490), (6, 1060), (7, 2200), (8, 380), (9, 840), (10, 1750)] {
+        let kernel = tapes[scene].solution.sum();
+        assert!(kernel <= most, "scene {scene}: {kernel} operations, more than {most}");
     }
     // The output for a scene does not depend on scenes derived earlier.
     let code =

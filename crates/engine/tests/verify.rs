@@ -144,6 +144,7 @@ fn equations() -> Equations {
         linearization: Some(linearization()),
         points: vec![x],
         kernel: KernelEquations::default(),
+        sparse: None,
     };
     equations.kernel = KernelEquations::without_roots(&equations);
     equations
