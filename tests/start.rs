@@ -199,8 +199,8 @@ fn a_rough_place_far_from_its_joint_is_reported() {
     assert!(!close.stdout().contains("warning"), "{}", close.stdout());
 }
 
-/// Two of the first coordinates belong to one loop with one degree of freedom. Links whose angles are written keep them,
-/// wherever they stand.
+/// Two of the first coordinates belong to one loop with one degree of freedom. Links whose angles are written keep
+/// them, wherever they stand.
 #[test]
 #[ignore = "full tier: engine"]
 fn given_coordinates_are_independent() {

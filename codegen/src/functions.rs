@@ -51,7 +51,7 @@ pub fn tape(scene: &Scene, equations: &Equations) -> NamedTape {
     };
     tape.given = is_given(|c| &c.position).chain(is_given(|c| &c.rate)).collect();
     tape.is_driven = scene.is_driven();
-    tape.notes = notes(scene, equations, &tape);
+    tape.notes = notes(scene, equations, &tape, &layout.forms);
     tape
 }
 

@@ -45,6 +45,8 @@ pub struct Kernel {
     pub outputs: Vec<Signed>,
     /// The independent coordinates with the forces along them for given accelerations; only for inverse dynamics.
     pub forces: Vec<(usize, Signed)>,
+    /// The form of the elimination.
+    pub form: EliminationForm,
     /// Whether the kernel is valid at every position.
     pub is_valid_everywhere: bool,
     /// Whether the quantities of a position depend on time too, through constraints or lengths.
@@ -57,8 +59,8 @@ impl Kernel {
         Builder::new(scene, lowering, 0, false).build(equations)
     }
 
-    /// Creates the kernel of a scene by elimination of the sparse equations; `None` without them, or if a coordinate has
-    /// no inertia.
+    /// Creates the kernel of a scene by elimination of the sparse equations; `None` without these, or if a coordinate
+    /// has no inertia.
     pub fn sparse(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Option<Self> {
         Builder::new(scene, lowering, 0, false).build_sparse(equations.sparse.as_ref()?)
     }
@@ -127,6 +129,29 @@ impl Kernel {
     }
 }
 
+/// The forms in which a kernel may solve the equations of motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EliminationForm {
+    /// Constraints are solved for the dependent coordinates, `T' Mbar T` is factored.
+    #[default]
+    NullSpace,
+    /// `Mbar` and `C_q Mbar^-1 C_q'` are factored.
+    RangeSpace,
+    /// Named quantities are unknowns too. On trees this is the articulated-body recursion.
+    Recursive,
+}
+
+impl EliminationForm {
+    /// The name of the form.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NullSpace => "null space",
+            Self::RangeSpace => "range space",
+            Self::Recursive => "recursion over bodies",
+        }
+    }
+}
+
 /// The solved linear equations of a kernel.
 struct Solved {
     locals: Vec<Local>,
@@ -178,12 +203,13 @@ impl Builder<'_> {
         let locals = self.locals.clone();
         let mut solved = Solved { locals, growth_factors, accelerations, multipliers, correction };
         let mut is_valid_everywhere = elimination.is_valid_everywhere();
+        let mut form = EliminationForm::NullSpace;
         if m > 0 && n > MANY {
             self.locals.retain(|local| !local.block.is_solution());
             self.by_value = self.locals.iter().enumerate().map(|(place, local)| (local.value.id, place)).collect();
             let other = self.by_range_space((&jacobian, &mass), (&bias, &forces, &asked), &e.normal_forces);
             if let Some(other) = other.filter(|other| !is_valid_everywhere || self.total(other) < self.total(&solved)) {
-                (solved, is_valid_everywhere) = (other, true);
+                (solved, is_valid_everywhere, form) = (other, true, EliminationForm::RangeSpace);
             }
         }
         let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
@@ -203,6 +229,7 @@ impl Builder<'_> {
             accelerations: all(solved.accelerations),
             multipliers: all(solved.multipliers),
             outputs: all(outputs),
+            form,
             is_valid_everywhere,
             is_timed: self.scene.is_driven()
                 || e.names.iter().any(|named| named.inside().any_symbol(&|symbol| symbol == Symbol::Time)),

@@ -3,6 +3,7 @@
 use qrm_core::NamedTape;
 use qrm_scene::scene::Scene;
 
+use crate::kernel::EliminationForm;
 use crate::omissions;
 use crate::term::Equations;
 
@@ -11,7 +12,12 @@ const OF_LITTLE_COST: [&str; 8] =
     ["parameters", "constants", "growth_factor", "start", "schedule", "event", "switching_functions", "tanh_arguments"];
 
 /// The operations of each function, those of the accelerations by other methods, and the omissions; line by line.
-pub(crate) fn notes(scene: &Scene, equations: &Equations, tape: &NamedTape) -> Vec<String> {
+pub(crate) fn notes(
+    scene: &Scene,
+    equations: &Equations,
+    tape: &NamedTape,
+    forms: &[(EliminationForm, usize)],
+) -> Vec<String> {
     let mut lines = vec!["Operations:".to_owned()];
     let functions = || tape.functions.iter().filter(|function| !OF_LITTLE_COST.contains(&&*function.name));
     let width = functions().map(|function| function.name.len()).max().unwrap_or(0);
@@ -29,6 +35,11 @@ pub(crate) fn notes(scene: &Scene, equations: &Equations, tape: &NamedTape) -> V
         format!("    {solved:5} operations  by the function `dynamics` and one full system"),
         format!("    {:5} operations  by the kernel: {}", tape.solution.sum(), tape.solution),
     ]);
+    // A single form is that of all scenes with few coordinates.
+    if forms.iter().any(|(form, _)| *form == EliminationForm::Recursive) {
+        lines.extend([String::new(), "Forms of the kernel, before pairs are shared:".to_owned()]);
+        lines.extend(forms.iter().map(|(form, count)| format!("    {count:5} operations  by {}", form.name())));
+    }
     lines.extend([String::new(), "Left out:".to_owned()]);
     lines.extend(omissions::omissions(scene, equations).iter().map(|line| format!("    {line}")));
     lines

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::plan::{Plan, plans};
 use crate::graph::{Graph, Id, Op, Signed};
-use crate::kernel::Kernel;
+use crate::kernel::{EliminationForm, Kernel};
 use crate::lower::Lowering;
 use crate::share::share_pairs;
 use crate::term::{Equations, Named, Symbol, Term};
@@ -20,6 +20,8 @@ pub(super) struct Layout {
     /// Other named quantities and their derivatives.
     pub(super) names: Vec<(String, Signed)>,
     pub(super) kernel: Kernel,
+    /// The forms of the elimination that were counted, with their operations before pairs are shared.
+    pub(super) forms: Vec<(EliminationForm, usize)>,
     /// The inverse dynamics, if the scene requests them.
     pub(super) inverse: Option<Kernel>,
 }
@@ -52,15 +54,11 @@ impl Layout {
         let sparse = Kernel::sparse(scene, equations, &mut lowering);
         // Named quantities of the other equations have other values.
         lowering = if sparse.is_some() { Lowering::from_kernel(lowering.graph) } else { lowering };
-        let mut kernel = match sparse {
-            Some(sparse) if equations.are_recursive() => sparse,
-            Some(sparse) => {
-                let dense = Kernel::new(scene, equations, &mut lowering);
-                let [of_sparse, of_dense] = [&sparse, &dense].map(|kernel| kernel.operations(&lowering.graph));
-                if of_sparse < of_dense { sparse } else { dense }
-            }
-            None => Kernel::new(scene, equations, &mut lowering),
-        };
+        let dense = (!equations.are_recursive()).then(|| Kernel::new(scene, equations, &mut lowering));
+        let count = |kernel: &Kernel| kernel.operations(&lowering.graph);
+        let forms = sparse.iter().chain(&dense).map(|kernel| (kernel.form, count(kernel))).collect();
+        let kernels = dense.into_iter().chain(sparse);
+        let mut kernel = kernels.min_by_key(count).unwrap_or_default();
         let angle_sums = lowering.angle_sums(|i| scene.coordinates[i].name.to_lowercase());
         let point_names = scene.points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{}_{axis}", point.name)));
         let point_names: Vec<String> = point_names.map(|name| name.to_lowercase()).collect();
@@ -98,7 +96,7 @@ impl Layout {
         let names = names.zip(roots[name_place..].iter().copied()).collect();
         let named_values =
             point_names.into_iter().zip(roots[point_place..name_place].iter().copied()).chain(named).collect();
-        Self { graph, plans, named_values, names, kernel, inverse }
+        Self { graph, plans, named_values, names, kernel, forms, inverse }
     }
 }
 

@@ -5,10 +5,10 @@ mod elimination;
 mod symmetric_form;
 mod variables;
 
-use super::Kernel;
 use super::algebra::Value;
 use super::block::Block;
 use super::builder::Builder;
+use super::{EliminationForm, Kernel};
 use crate::graph::Signed;
 use crate::term::{LocalEfforts, SparseEquations, Symbol};
 use elimination::SparseElimination;
@@ -91,6 +91,7 @@ impl Builder<'_> {
             accelerations: all(accelerations[..n].to_vec()),
             multipliers: all(multipliers),
             outputs: all(outputs),
+            form: EliminationForm::Recursive,
             is_valid_everywhere: true,
             is_timed: self.scene.is_driven()
                 || e.names.iter().any(|named| named.function.value.any_symbol(&|symbol| symbol == Symbol::Time)),

@@ -33,7 +33,7 @@ pub(super) struct Algebra<'s> {
     pub(super) names_roots: bool,
     /// Whether formulae that would expand too much have names.
     pub(super) names_formulae: bool,
-    /// Whether named quantities are variables: derivatives are those with respect to coordinates and names in a formula.
+    /// Whether named quantities are variables: derivatives are those with respect to what stands in a formula.
     pub(super) is_local: bool,
     /// The named quantities, each after those that it uses.
     pub(super) names: RefCell<Vec<Entry>>,

@@ -31,8 +31,8 @@ pub(super) fn equations(number: usize, place: &Place, scene: &Scene) -> Option<S
     is_sparse(scene).then(|| sparse_equations(&System::new(Algebra::with_local_derivatives(number, scene, place))))
 }
 
-/// Derives all equations from the sparse ones; `None` for scenes with loops or few coordinates, for those that need more
-/// than their accelerations, and for those with coordinates without inertia.
+/// Derives all equations from the sparse ones; `None` unless the scene is a large tree and all its coordinates have
+/// inertia.
 pub(super) fn all_equations(number: usize, place: &Place, scene: &Scene) -> Option<Equations> {
     if !scene.is_large_tree() {
         return None;

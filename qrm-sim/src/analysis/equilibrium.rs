@@ -38,8 +38,8 @@ pub enum NoEquilibrium {
 }
 
 /// Moves continuously from the scene's start to a position, and balances it. `wanted` holds values for coordinates that
-/// the scene gives at its start; other given coordinates keep their values. `left_out` is the work of the loads that the
-/// balance leaves out, at a position and for a displacement of the coordinates.
+/// the scene gives at its start; other given coordinates keep their values. `left_out` is the work of the loads that
+/// the balance leaves out, at a position and for a displacement of the coordinates.
 ///
 /// # Errors
 /// The position cannot be reached, or cannot be held.
