@@ -194,11 +194,11 @@ fn entries_of_tables_are_formulae_of_parameters() {
             r#"
 name = "turning"
 coordinates = ["phi"]
-parameters = {{ M = {{ value = 3, unit = "J" }} }}
+parameters = {{ M = 3 }}
 tables = {{ m = {{ x = [0, 1, 3, 4.5, 6], y = [{entries}]{spline} }} }}
 bodies = {{ disc = {{ angle = 'phi', inertia = 1 }} }}
 loads = {{ push = {{ torque = 'm(phi)', on = "disc" }} }}
-outputs = {{ T = 'm(phi)' }}
+outputs = {{ T = 'm(phi) + sin(phi)' }}
 initial = {{ given = {{ phi = 0, phi_dot = 1 }} }}
 run = {{ step = 0.01, end_time = 2 }}
 "#

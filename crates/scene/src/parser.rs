@@ -414,8 +414,8 @@ impl<'c> Parser<'c> {
             let product = self.formula.push(Node::Multiply(ordinate, cardinal), span.clone());
             sum = self.formula.push(Node::Add(sum, product), span.clone());
         }
-        if let Some(dimension) = ordinate {
-            self.dimensions.note(&self.formula, dimension.clone());
+        if ordinate.is_some() || !table.parts.is_empty() {
+            self.dimensions.note(&self.formula, ordinate.clone().unwrap_or_default());
         }
         Ok(sum)
     }
