@@ -211,7 +211,7 @@ run = {{ step = 0.01, end_time = 2 }}
             let other = run(&scene(numbers, spline), &["--set", &format!("M={size}")]);
             let (own, other) = (own.trajectory(), other.trajectory());
             for name in ["phi", "phi_dot", "T"] {
-                near(name, own.number(own.last(), name), other.number(other.last(), name), 1e-10);
+                near(name, own.number(own.last(), name), other.number(other.last(), name), 1e-9);
             }
         }
     }
