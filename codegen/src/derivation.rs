@@ -100,7 +100,7 @@ impl Derivation<'_> {
             return String::new();
         }
         let mut text = String::from(
-            "## Named quantities\n\nArguments, points and positions of bodies that depend on many coordinates stand \
+            "## Named quantities\n\nArguments, points and positions of bodies that depend on several coordinates stand \
              under a name in other formulae, and so do their derivatives. A ring marks what a second rate has beside \
              the accelerations.\n",
         );
@@ -142,6 +142,13 @@ impl Derivation<'_> {
     }
 
     fn mass(&self) -> String {
+        if self.equations.has_only_sparse() {
+            let text = "## Reduced mass matrix: `mass_matrix`\n\nThe kinetic energy is a sum over bodies, each a form \
+                        in the rates of the named quantities in its position. These are replaced by their definitions \
+                        one after the other, the last one first, until rates of coordinates are left: their \
+                        coefficients are the entries of the matrix.\n";
+            return text.to_owned();
+        }
         let matrix = self.matrix(&set("@m"), &self.equations.mass_matrix);
         format!("## Reduced mass matrix: `mass_matrix`\n\n{}\n\n{matrix}\n", set(r"$$@m = @T^{T} @M\,@T$$"))
     }
@@ -155,7 +162,12 @@ impl Derivation<'_> {
             text += "There are no loads.\n";
         }
         text += &set("\n$$@f = @Q + @T^{T}\\left(@F - @M\\,(@T\\,@qd)_{@q}\\,@qd\\right)$$\n\n");
-        text += &self.vector(&set("@f"), &set("@f"), &self.equations.generalized_forces);
+        if self.equations.has_only_sparse() {
+            text += "The forces along named quantities are those along the quantities in their definitions, times the \
+                     derivatives: this leads to the forces along the coordinates.\n";
+        } else {
+            text += &self.vector(&set("@f"), &set("@f"), &self.equations.generalized_forces);
+        }
         let [kinetic, potential] = [0, 1].map(|i| &self.equations.energy[i]);
         text += &format!(
             "\n\nKinetic energy, and the potential of the loads that have one:\n\n{}\n\n{}\n",

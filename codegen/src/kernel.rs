@@ -21,7 +21,7 @@ pub use block::Block;
 use builder::Builder;
 pub use builder::Local;
 use elimination::Elimination;
-use qrm_scene::scene::Scene;
+use qrm_scene::scene::{MANY_COORDINATES, Scene};
 use range_space::RangeSpace;
 
 /// A kernel as operations of a graph.
@@ -49,7 +49,7 @@ pub struct Kernel {
     pub form: EliminationForm,
     /// Whether the kernel is valid at every position.
     pub is_valid_everywhere: bool,
-    /// Whether the quantities of a position depend on time too, through constraints or lengths.
+    /// Whether the quantities of a position depend on time too, through constraints, lengths or named quantities.
     pub is_timed: bool,
 }
 
@@ -59,17 +59,17 @@ impl Kernel {
         Builder::new(scene, lowering, 0, false).build(equations)
     }
 
-    /// Creates the kernel of a scene by elimination of the sparse equations; `None` without these, or if a coordinate
-    /// has no inertia.
+    /// Creates the kernel of a scene by elimination of the sparse equations; `None` without these, and if a pivot is zero
+    /// by structure: that of a coordinate without inertia, or of a constraint that repeats others.
     pub fn sparse(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Option<Self> {
         Builder::new(scene, lowering, 0, false).build_sparse(equations.sparse.as_ref()?)
     }
 
     /// Binds the symbols of the mass matrix and of the generalized forces to values that are valid at any position, for
     /// plain functions.
-    pub fn bind_recursive(scene: &Scene, equations: &Equations, lowering: &mut Lowering) {
-        if let Some(sparse) = equations.sparse.as_ref().filter(|_| equations.are_recursive()) {
-            Builder::new(scene, lowering, 0, true).bind_recursive(sparse);
+    pub fn bind_dynamics(scene: &Scene, equations: &Equations, lowering: &mut Lowering) {
+        if let Some(sparse) = equations.sparse.as_ref().filter(|_| equations.has_only_sparse()) {
+            Builder::new(scene, lowering, 0, true).bind_dynamics(sparse);
         }
     }
 
@@ -137,17 +137,17 @@ pub enum EliminationForm {
     NullSpace,
     /// `Mbar` and `C_q Mbar^-1 C_q'` are factored.
     RangeSpace,
-    /// Named quantities are unknowns too. On trees this is the articulated-body recursion.
-    Recursive,
+    /// Second rates of named quantities are unknowns too. On trees this is the articulated-body recursion.
+    Sparse,
 }
 
 impl EliminationForm {
     /// The name of the form.
     pub fn name(self) -> &'static str {
         match self {
-            Self::NullSpace => "null space",
-            Self::RangeSpace => "range space",
-            Self::Recursive => "recursion over bodies",
+            Self::NullSpace => "null space of C_q, or Mbar without constraints",
+            Self::RangeSpace => "range space of C_q",
+            Self::Sparse => "points and angles as unknowns",
         }
     }
 }
@@ -160,9 +160,6 @@ struct Solved {
     multipliers: Vec<Value>,
     correction: Vec<Value>,
 }
-
-/// The number of coordinates above which a second method of solution is tried.
-const MANY: usize = 12;
 
 impl Builder<'_> {
     fn build(mut self, equations: &Equations) -> Kernel {
@@ -204,7 +201,7 @@ impl Builder<'_> {
         let mut solved = Solved { locals, growth_factors, accelerations, multipliers, correction };
         let mut is_valid_everywhere = elimination.is_valid_everywhere();
         let mut form = EliminationForm::NullSpace;
-        if m > 0 && n > MANY {
+        if m > 0 && n > MANY_COORDINATES {
             self.locals.retain(|local| !local.block.is_solution());
             self.by_value = self.locals.iter().enumerate().map(|(place, local)| (local.value.id, place)).collect();
             let other = self.by_range_space((&jacobian, &mass), (&bias, &forces, &asked), &e.normal_forces);

@@ -24,7 +24,7 @@ pub struct Lowering {
     pub adds_angles: bool,
     /// The sums with such sines and cosines.
     angle_sums: BTreeMap<Id, [Signed; 2]>,
-    /// The sines and cosines of named angles.
+    /// The sines and cosines of named angles, by the values of their names.
     pub named_angles: BTreeMap<Id, [Signed; 2]>,
 }
 
@@ -77,7 +77,7 @@ impl Lowering {
         }
     }
 
-    /// The sine and cosine of a sum of coordinates from those of the coordinates; `None` for other values.
+    /// The sine and cosine of a sum of coordinates and named angles from those of its terms; `None` for other values.
     pub fn sine_and_cosine_of_sum(&mut self, angle: Id) -> Option<[Signed; 2]> {
         if let Some(sum) = self.named_angles.get(&angle).or_else(|| self.angle_sums.get(&angle)) {
             return Some(*sum);

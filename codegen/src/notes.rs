@@ -35,8 +35,8 @@ pub(crate) fn notes(
         format!("    {solved:5} operations  by the function `dynamics` and one full system"),
         format!("    {:5} operations  by the kernel: {}", tape.solution.sum(), tape.solution),
     ]);
-    // A single form is that of all scenes with few coordinates.
-    if forms.iter().any(|(form, _)| *form == EliminationForm::Recursive) {
+    // Scenes with few coordinates have one form, which needs no list.
+    if forms.iter().any(|(form, _)| *form == EliminationForm::Sparse) {
         lines.extend([String::new(), "Forms of the kernel, before pairs are shared:".to_owned()]);
         lines.extend(forms.iter().map(|(form, count)| format!("    {count:5} operations  by {}", form.name())));
     }

@@ -13,7 +13,11 @@ pub fn omissions(scene: &Scene, equations: &Equations) -> Vec<String> {
     list.extend(constraints(scene, equations));
     list.extend(outputs(scene));
     let is_timed = |terms: &[Term]| terms.iter().any(|term| term.any_symbol(&|symbol| symbol == Symbol::Time));
-    if !is_timed(&equations.generalized_forces) {
+    let is_timed = match equations.has_only_sparse() {
+        true => scene.loads.iter().flat_map(|load| load.kind.formulae()).any(|value| scene.depends_on_time(value)),
+        false => is_timed(&equations.generalized_forces),
+    };
+    if !is_timed {
         list.push("time in the forces: no load depends on it".to_owned());
     }
     if equations.linearization.is_none() {

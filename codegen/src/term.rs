@@ -11,7 +11,7 @@ use num_traits::Zero as _;
 
 pub use equations::{AffineForce, EffortGroup, Equations, KernelEquations, Linearization, NormalForce, Row};
 pub use named::{Formula, Named, NamedKind, Root};
-pub use sparse::{BodyInertia, LocalEfforts, LocalFunction, NamedVariable, SparseEquations};
+pub use sparse::{BodyInertia, EffortsAlongVariables, FunctionOfVariables, NamedVariable, SparseEquations};
 
 use qrm_scene::expression::to_f64;
 use qrm_scene::function::Function;

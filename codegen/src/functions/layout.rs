@@ -31,7 +31,7 @@ impl Layout {
         let plans = plans(scene, equations);
         let mut lowering = Lowering::default();
         lowering.define(&equations.names);
-        Kernel::bind_recursive(scene, equations, &mut lowering);
+        Kernel::bind_dynamics(scene, equations, &mut lowering);
         let of_friction = Kernel::bind_normal_forces(scene, equations, &mut lowering);
         let mut roots = Vec::new();
         let mut place = |term: &&Term| {
@@ -53,12 +53,13 @@ impl Layout {
         let mut lowering = Lowering::from_kernel(lowering.graph);
         let sparse = Kernel::sparse(scene, equations, &mut lowering);
         // Named quantities of the other equations have other values.
-        lowering = if sparse.is_some() { Lowering::from_kernel(lowering.graph) } else { lowering };
-        let dense = (!equations.are_recursive()).then(|| Kernel::new(scene, equations, &mut lowering));
+        lowering = Lowering::from_kernel(lowering.graph);
+        let dense = (!equations.has_only_sparse()).then(|| Kernel::new(scene, equations, &mut lowering));
         let count = |kernel: &Kernel| kernel.operations(&lowering.graph);
         let forms = sparse.iter().chain(&dense).map(|kernel| (kernel.form, count(kernel))).collect();
         let kernels = dense.into_iter().chain(sparse);
-        let mut kernel = kernels.min_by_key(count).unwrap_or_default();
+        let mut kernel =
+            kernels.min_by_key(count).expect("the engine tried the sparse form, or there is the other one");
         let angle_sums = lowering.angle_sums(|i| scene.coordinates[i].name.to_lowercase());
         let point_names = scene.points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{}_{axis}", point.name)));
         let point_names: Vec<String> = point_names.map(|name| name.to_lowercase()).collect();

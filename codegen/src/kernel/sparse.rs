@@ -1,8 +1,8 @@
-//! A kernel whose equations of motion are eliminated with the second rates of named quantities as unknowns. On trees
-//! of bodies this is the articulated-body recursion: the number of operations grows with that of the bodies.
+//! A kernel that solves for the second rates of points and angles together with the accelerations of the coordinates.
+//! On trees of bodies this is the articulated-body recursion: the number of operations grows with that of the bodies.
 
 mod elimination;
-mod symmetric_form;
+mod sparse_symmetric_matrix;
 mod variables;
 
 use super::algebra::Value;
@@ -10,13 +10,13 @@ use super::block::Block;
 use super::builder::Builder;
 use super::{EliminationForm, Kernel};
 use crate::graph::Signed;
-use crate::term::{LocalEfforts, SparseEquations, Symbol};
+use crate::term::{EffortsAlongVariables, SparseEquations, Symbol};
 use elimination::SparseElimination;
-use symmetric_form::SymmetricForm;
+use sparse_symmetric_matrix::SparseSymmetricMatrix;
 use variables::Variables;
 
 impl Builder<'_> {
-    /// Creates the kernel; `None` if a coordinate has no inertia.
+    /// Creates the kernel; `None` if a pivot is zero by structure.
     pub(super) fn build_sparse(mut self, e: &SparseEquations) -> Option<Kernel> {
         let (n, m) = (self.scene.coordinates.len(), self.scene.constraints.len());
         let constraints: Vec<String> = self.scene.constraints.iter().map(|c| c.name.clone()).collect();
@@ -91,7 +91,7 @@ impl Builder<'_> {
             accelerations: all(accelerations[..n].to_vec()),
             multipliers: all(multipliers),
             outputs: all(outputs),
-            form: EliminationForm::Recursive,
+            form: EliminationForm::Sparse,
             is_valid_everywhere: true,
             is_timed: self.scene.is_driven()
                 || e.names.iter().any(|named| named.function.value.any_symbol(&|symbol| symbol == Symbol::Time)),
@@ -104,7 +104,7 @@ impl Builder<'_> {
 
     /// Binds the entries of the mass matrix and the generalized forces: named quantities are replaced by their
     /// definitions one after the other, the last one first.
-    pub(super) fn bind_recursive(mut self, e: &SparseEquations) {
+    pub(super) fn bind_dynamics(mut self, e: &SparseEquations) {
         let mut variables = Variables::new(&mut self, &e.names);
         variables.rates(&mut self, &e.names);
         let n = variables.coordinates();
@@ -129,8 +129,8 @@ impl Builder<'_> {
     }
 
     /// The inertia of all bodies for the rates of the variables.
-    fn inertia(&mut self, variables: &Variables, e: &SparseEquations) -> SymmetricForm {
-        let mut inertia = SymmetricForm::new(variables.count());
+    fn inertia(&mut self, variables: &Variables, e: &SparseEquations) -> SparseSymmetricMatrix {
+        let mut inertia = SparseSymmetricMatrix::new(variables.count());
         for body in &e.inertias {
             for (i, row) in body.matrix.iter().enumerate() {
                 for (j, entry) in row.iter().enumerate() {
@@ -138,7 +138,7 @@ impl Builder<'_> {
                     let entry = self.value(entry);
                     inertia.add(a, b, entry);
                     if a == b {
-                        inertia.add_whole(a, entry);
+                        inertia.add_unreduced(a, entry);
                     }
                 }
             }
@@ -147,7 +147,7 @@ impl Builder<'_> {
     }
 
     /// The forces along the variables, each group of efforts in the form with fewer operations.
-    fn local_forces(&mut self, variables: &Variables, efforts: &[LocalEfforts]) -> Vec<Vec<Signed>> {
+    fn local_forces(&mut self, variables: &Variables, efforts: &[EffortsAlongVariables]) -> Vec<Vec<Signed>> {
         let mut forces: Vec<Vec<Signed>> = vec![Vec::new(); variables.count()];
         for group in efforts {
             let places: Vec<usize> = group.variables.iter().map(|symbol| variables.place(*symbol)).collect();

@@ -13,18 +13,18 @@ pub struct SparseEquations {
     /// The named quantities, each after those that it uses.
     pub names: Vec<NamedVariable>,
     /// Constraints, C(q).
-    pub constraints: Vec<LocalFunction>,
+    pub constraints: Vec<FunctionOfVariables>,
     /// The inertia of each body.
     pub inertias: Vec<BodyInertia>,
     /// The forces of inertia at zero accelerations of the coordinates, and the loads.
-    pub efforts: Vec<LocalEfforts>,
+    pub efforts: Vec<EffortsAlongVariables>,
     /// The outputs of the scene.
     pub outputs: Vec<Term>,
 }
 
 /// A function of variables and time, with its derivatives.
 #[derive(Clone, Debug)]
-pub struct LocalFunction {
+pub struct FunctionOfVariables {
     /// The value of the function.
     pub value: Term,
     /// The derivatives with respect to variables that are not zero.
@@ -43,7 +43,7 @@ pub struct NamedVariable {
     /// Whether the quantity is the root of the function; derivatives and bias are then halved.
     pub is_root: bool,
     /// The function.
-    pub function: LocalFunction,
+    pub function: FunctionOfVariables,
     /// The coordinates on which the quantity depends, each with the places in `by` of the variables through which it
     /// does.
     pub slopes: Vec<(usize, Vec<usize>)>,
@@ -52,7 +52,7 @@ pub struct NamedVariable {
 impl NamedVariable {
     /// The symbols of the quantity with this index and of its derivatives, with their terms.
     pub(super) fn definitions(&self, place: usize) -> Vec<(Symbol, Term)> {
-        let LocalFunction { value, by, by_time, bias } = &self.function;
+        let FunctionOfVariables { value, by, by_time, bias } = &self.function;
         let over = |terms: Vec<Term>| match self.is_root {
             true => Term::Product(vec![Term::Sum(terms), power(Term::Symbol(Symbol::Named(place)), -1, 1)]),
             false => Term::Sum(terms),
@@ -106,7 +106,7 @@ pub struct BodyInertia {
 
 /// The forces and torques on a body, or of a load.
 #[derive(Clone, Debug)]
-pub struct LocalEfforts {
+pub struct EffortsAlongVariables {
     /// The variables on which the displacements depend.
     pub variables: Vec<Symbol>,
     /// Forces and torques, each with its name and the derivatives of its displacement with respect to the variables.

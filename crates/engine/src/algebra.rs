@@ -34,7 +34,7 @@ pub(super) struct Algebra<'s> {
     /// Whether formulae that would expand too much have names.
     pub(super) names_formulae: bool,
     /// Whether named quantities are variables: derivatives are those with respect to what stands in a formula.
-    pub(super) is_local: bool,
+    pub(super) names_are_variables: bool,
     /// The named quantities, each after those that it uses.
     pub(super) names: RefCell<Vec<Entry>>,
     /// The switches and their arguments.
@@ -58,13 +58,13 @@ impl<'s> Algebra<'s> {
     }
 
     /// Creates the algebra of a scene in which all points, arguments and roots are variables.
-    pub(super) fn with_local_derivatives(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
+    pub(super) fn with_names_as_variables(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
         Self::with(number, scene, place, true, true)
     }
 
-    fn with(number: usize, scene: &'s Scene, place: &'s Place, names_roots: bool, is_local: bool) -> Self {
-        let names_formulae = names_roots && (is_local || expands_too_much(scene));
-        let symbols: HashMap<_, _> = symbols_of(scene, names_roots, is_local)
+    fn with(number: usize, scene: &'s Scene, place: &'s Place, names_roots: bool, names_are_variables: bool) -> Self {
+        let names_formulae = names_roots && (names_are_variables || expands_too_much(scene));
+        let symbols: HashMap<_, _> = symbols_of(scene, names_roots, names_are_variables)
             .into_iter()
             .enumerate()
             .map(|(i, s)| (s, symbol!(format!("s{i}"))))
@@ -79,7 +79,7 @@ impl<'s> Algebra<'s> {
             points: Vec::new(),
             names_roots,
             names_formulae,
-            is_local,
+            names_are_variables,
             names: RefCell::default(),
             switches: RefCell::default(),
             splines: splines_of(scene),
@@ -276,9 +276,14 @@ fn is_root(function: &Function) -> bool {
 /// An upper bound of the number of named quantities: roots, and with `formulae` arguments, points and positions of
 /// bodies.
 fn names_at_most(scene: &Scene, formulae: bool) -> usize {
-    let nodes = || all_values(scene).into_iter().flat_map(|value| value.nodes());
-    let is_named = |node: &&Node<Quantity>| matches!(node, Node::Call(function, _) if formulae || is_root(function));
-    nodes().filter(is_named).count() + if formulae { 2 * scene.points.len() + 3 * scene.bodies.len() } else { 0 }
+    let nodes = all_values(scene).into_iter().flat_map(|value| value.nodes());
+    let named = |node: &Node<Quantity>| match node {
+        Node::Call(function, _) if is_root(function) => 1,
+        Node::Call(_, arguments) if formulae => arguments.len(),
+        Node::Spline(..) if formulae => 1,
+        _ => 0,
+    };
+    nodes.map(named).sum::<usize>() + if formulae { 2 * scene.points.len() + 3 * scene.bodies.len() } else { 0 }
 }
 
 /// Defines the largest number of symbols that any of the scenes needs, before anything else. The order of terms follows
@@ -295,7 +300,7 @@ pub(super) fn define_symbols(scenes: &[&Scene]) {
         let is_sparse = is_sparse(scene);
         std::iter::once(false)
             .chain(is_sparse.then_some(true))
-            .map(|is_local| symbols_of(scene, true, is_local).len())
+            .map(|names_are_variables| symbols_of(scene, true, names_are_variables).len())
             .max()
     };
     let most = scenes.iter().filter_map(kinds).max();
@@ -305,7 +310,7 @@ pub(super) fn define_symbols(scenes: &[&Scene]) {
 }
 
 /// The symbols of a scene, in order.
-fn symbols_of(scene: &Scene, names_roots: bool, is_local: bool) -> Vec<Symbol> {
+fn symbols_of(scene: &Scene, names_roots: bool, names_are_variables: bool) -> Vec<Symbol> {
     let (n, m) = (scene.coordinates.len(), scene.constraints.len());
     let mut wanted: Vec<Symbol> = (0..scene.parameters.len()).map(Symbol::Parameter).collect();
     wanted.extend([Symbol::Pi, Symbol::Time, Symbol::Displacement]);
@@ -313,9 +318,9 @@ fn symbols_of(scene: &Scene, names_roots: bool, is_local: bool) -> Vec<Symbol> {
     wanted.extend((0..n).map(Symbol::Rate));
     wanted.extend((0..n).map(Symbol::Acceleration));
     wanted.extend((0..m).map(Symbol::Multiplier));
-    let names = if names_roots { names_at_most(scene, is_local || expands_too_much(scene)) } else { 0 };
+    let names = if names_roots { names_at_most(scene, names_are_variables || expands_too_much(scene)) } else { 0 };
     wanted.extend((0..names).map(Symbol::Named));
-    if is_local {
+    if names_are_variables {
         wanted.extend((0..names).map(Symbol::NamedAcceleration));
     } else {
         wanted.extend((0..names).flat_map(|k| (0..n).map(move |i| Symbol::NamedSlope(k, i))));

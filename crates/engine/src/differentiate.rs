@@ -45,9 +45,14 @@ impl Algebra<'_> {
             let slopes: Vec<Atom> = gradient.iter().enumerate().map(slope).collect();
             let name = if is_root { String::new() } else { self.unique(name) };
             let moving = slopes.iter().enumerate().filter(|(_, slope)| !slope.is_zero()).map(|(i, _)| i);
-            let coordinates =
-                if self.is_local { self.coordinates_in(formula).unwrap_or_default() } else { moving.collect() };
-            let entry = Entry { name, is_root, formula: formula.clone(), gradient, slopes, coordinates };
+            let coordinates = if self.names_are_variables {
+                self.coordinates_in(formula).unwrap_or_default()
+            } else {
+                moving.collect()
+            };
+            let time_derivative = self.partial_time_derivative(formula);
+            let formula = formula.clone();
+            let entry = Entry { name, is_root, formula, gradient, slopes, time_derivative, coordinates };
             self.names.borrow_mut().push(entry);
             place
         });
@@ -66,7 +71,7 @@ impl Algebra<'_> {
     /// itself.
     pub(super) fn named_if_long(&self, atom: Atom, name: &str) -> Atom {
         let is_symbol = matches!(atom.as_view(), AtomView::Num(_) | AtomView::Var(_));
-        let most = if self.is_local { 1 } else { COORDINATES };
+        let most = if self.names_are_variables { 1 } else { COORDINATES };
         if is_symbol || !self.names_formulae || self.coordinates(&atom).is_none_or(|count| count <= most) {
             return atom;
         }
@@ -106,7 +111,7 @@ impl Algebra<'_> {
             }
         };
         let mut own = terms(atom);
-        if !self.is_local || own.len() < 3 {
+        if !self.names_are_variables || own.len() < 3 {
             return atom.clone();
         }
         for (k, entry) in self.names.borrow().iter().enumerate().filter(|(_, entry)| !entry.is_root) {
@@ -135,7 +140,7 @@ impl Algebra<'_> {
 
     /// The second rate in terms of accelerations.
     pub(super) fn second_rate(&self, atom: &Atom) -> Atom {
-        if !self.is_local {
+        if !self.names_are_variables {
             return self.contract(&self.gradient(atom), Symbol::Acceleration) + self.bias(atom);
         }
         let acceleration = |symbol: Symbol| match symbol {
@@ -163,7 +168,7 @@ impl Algebra<'_> {
 
     /// The derivatives with respect to all coordinates; empty where names are variables.
     pub(super) fn gradient(&self, atom: &Atom) -> Vec<Atom> {
-        if self.is_local {
+        if self.names_are_variables {
             return Vec::new();
         }
         let occurring = self.occurring(atom);
@@ -202,7 +207,7 @@ impl Algebra<'_> {
 
     /// The rate of an expression due to the rates of the coordinates.
     pub(super) fn velocity(&self, atom: &Atom) -> Atom {
-        match self.is_local {
+        match self.names_are_variables {
             true => self.rate(atom) - self.partial_time_derivative(atom),
             false => self.contract(&self.gradient(atom), Symbol::Rate),
         }
@@ -210,11 +215,10 @@ impl Algebra<'_> {
 
     /// The partial derivative with respect to time, f_t.
     pub(super) fn partial_time_derivative(&self, atom: &Atom) -> Atom {
+        let names = self.names.borrow();
         let through = |sum: Atom, (k, slope): (usize, Atom)| {
-            let names = self.names.borrow();
-            let time_derivative = self.partial_time_derivative(&names[k].formula);
             let over = if names[k].is_root { Atom::num(2) * self.symbol(Symbol::Named(k)) } else { Atom::num(1) };
-            sum + slope * time_derivative / over
+            sum + slope * &names[k].time_derivative / over
         };
         self.by_names(atom, &self.occurring(atom)).into_iter().fold(self.derivative(atom, Symbol::Time), through)
     }

@@ -19,10 +19,12 @@ pub(super) struct Entry {
     pub(super) is_root: bool,
     /// The formula, or the radicand of a root.
     pub(super) formula: Atom,
-    /// The derivatives of `formula`.
+    /// The derivatives of `formula`; empty where names are variables.
     pub(super) gradient: Vec<Atom>,
-    /// The derivatives of the quantity: symbols, unless they are numbers.
+    /// The derivatives of the quantity: symbols, unless they are numbers; empty where names are variables.
     pub(super) slopes: Vec<Atom>,
+    /// The partial derivative of `formula` with respect to time.
+    pub(super) time_derivative: Atom,
     /// The coordinates on which the quantity depends.
     pub(super) coordinates: HashSet<usize>,
 }

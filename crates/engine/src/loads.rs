@@ -115,7 +115,7 @@ impl Loads {
 
     /// The power of one load.
     pub(super) fn power_of(&self, algebra: &Algebra, load: usize) -> Atom {
-        let velocity = |effort: &Effort| match algebra.is_local {
+        let velocity = |effort: &Effort| match algebra.names_are_variables {
             true => algebra.velocity(&effort.displacement),
             false => algebra.contract(&effort.along, Symbol::Rate),
         };
@@ -154,7 +154,7 @@ impl Adding<'_> {
     }
 
     fn add(&mut self, axis: &str, effort: &Atom, displacement: &Atom) {
-        let displacement = self.algebra.simplify(displacement);
+        let displacement = self.algebra.in_known_sums(&self.algebra.simplify(displacement));
         let along = self.algebra.gradient(&displacement).iter().map(|entry| self.algebra.simplify(entry)).collect();
         let name = format!("{}{axis}", self.name);
         let (group, size) = (self.group, effort.clone());

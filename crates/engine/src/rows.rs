@@ -41,15 +41,15 @@ impl Rows {
                 let Some(position) = position else { continue };
                 let row_name = format!("{}_{name}", body.name);
                 let x = algebra.simplify(&algebra.atom(position));
-                // Where names are variables, the inertia of a body is that of its points and its angle.
-                let x = match algebra.is_local && axis < 2 {
+                // A centre of mass needs no name: inertia is expressed by the points in its formula.
+                let x = match algebra.names_are_variables && axis < 2 {
                     true => algebra.in_known_sums(&x),
                     false => algebra.named_if_long(x, &row_name),
                 };
                 let m = inertia.as_ref().map_or_else(|| Atom::num(0), |m| algebra.atom(m));
                 let row = Row { body: i, axis, inertia: algebra.simple_term(&m) };
                 let gradient: Vec<Atom> = algebra.gradient(&x).iter().map(|entry| algebra.simplify(entry)).collect();
-                let moves = match algebra.is_local {
+                let moves = match algebra.names_are_variables {
                     true => !algebra.local_derivatives(&x).is_empty(),
                     false => gradient.iter().any(|derivative| *derivative != Atom::num(0)),
                 };

@@ -5,14 +5,14 @@ use symbolica::atom::Atom;
 
 use super::algebra::Algebra;
 use super::differentiate::root_letter;
-use super::entry::Entry;
 use super::loads::Effort;
 use super::system::System;
 use super::{Place, derive};
 use qrm_codegen::kernel::Kernel;
 use qrm_codegen::lower::Lowering;
 use qrm_codegen::term::{
-    BodyInertia, Equations, LocalEfforts, LocalFunction, Named, NamedKind, NamedVariable, SparseEquations, Symbol, Term,
+    BodyInertia, EffortsAlongVariables, Equations, FunctionOfVariables, Named, NamedKind, NamedVariable,
+    SparseEquations, Symbol, Term,
 };
 use qrm_scene::scene::{MANY_COORDINATES, Scene};
 
@@ -26,9 +26,9 @@ pub(super) fn is_sparse(scene: &Scene) -> bool {
     scene.coordinates.len() > most && scene.normal_forces().is_empty()
 }
 
-/// Derives the sparse equations; `None` for scenes with few coordinates.
+/// Derives the sparse equations; `None` for scenes with few coordinates, or with friction by normal forces.
 pub(super) fn equations(number: usize, place: &Place, scene: &Scene) -> Option<SparseEquations> {
-    is_sparse(scene).then(|| sparse_equations(&System::new(Algebra::with_local_derivatives(number, scene, place))))
+    is_sparse(scene).then(|| sparse_equations(&System::new(Algebra::with_names_as_variables(number, scene, place))))
 }
 
 /// Derives all equations from the sparse ones; `None` unless the scene is a large tree and all its coordinates have
@@ -37,7 +37,7 @@ pub(super) fn all_equations(number: usize, place: &Place, scene: &Scene) -> Opti
     if !scene.is_large_tree() {
         return None;
     }
-    let system = System::new(Algebra::with_local_derivatives(number, scene, place));
+    let system = System::new(Algebra::with_names_as_variables(number, scene, place));
     let sparse = sparse_equations(&system);
     let (algebra, rows) = (&system.algebra, &system.rows);
     let terms = |atoms: &[Atom]| -> Vec<Term> { atoms.iter().map(|atom| algebra.term(atom)).collect() };
@@ -47,7 +47,7 @@ pub(super) fn all_equations(number: usize, place: &Place, scene: &Scene) -> Opti
         rows: rows.rows.clone(),
         left_out: rows.left_out.clone(),
         com_positions: terms(&rows.x),
-        com_jacobian: rows.x.iter().map(|x| slopes(algebra, x)).collect(),
+        com_jacobian: rows.x.iter().map(|x| slopes(algebra, &sparse.names, x)).collect(),
         com_bias: terms(&rows.bias),
         mass_matrix: (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect(),
         generalized_forces: (0..n).map(|i| Term::Symbol(Symbol::GeneralizedForce(i))).collect(),
@@ -69,14 +69,13 @@ pub(super) fn all_equations(number: usize, place: &Place, scene: &Scene) -> Opti
 }
 
 /// The derivatives of an expression with respect to all coordinates, also through names.
-fn slopes(algebra: &Algebra, atom: &Atom) -> Vec<Term> {
+fn slopes(algebra: &Algebra, variables: &[NamedVariable], atom: &Atom) -> Vec<Term> {
     let by: Vec<(Symbol, Term)> =
         algebra.local_derivatives(atom).iter().map(|(symbol, by)| (*symbol, algebra.simple_term(by))).collect();
-    let names = algebra.names.borrow();
     let slope = |i: usize| {
         let through = |(variable, by): &(Symbol, Term)| match variable {
             Symbol::Coordinate(j) => (i == *j).then(|| by.clone()),
-            Symbol::Named(k) if names[*k].coordinates.contains(&i) => {
+            Symbol::Named(k) if depends_on(variables, *variable, i) => {
                 Some(Term::Product(vec![by.clone(), Term::Symbol(Symbol::NamedSlope(*k, i))]))
             }
             _ => None,
@@ -98,10 +97,10 @@ fn sparse_equations(system: &System) -> SparseEquations {
 }
 
 /// A function with its local derivatives; all but the value are divided by a number.
-fn function(algebra: &Algebra, atom: &Atom, over: &Atom) -> LocalFunction {
+fn function(algebra: &Algebra, atom: &Atom, over: &Atom) -> FunctionOfVariables {
     let part = |atom: &Atom| algebra.simple_term(&(atom / over));
     let by = algebra.local_derivatives(atom);
-    LocalFunction {
+    FunctionOfVariables {
         value: algebra.term(atom),
         by: by.iter().map(|(symbol, derivative)| (*symbol, part(derivative))).collect(),
         by_time: part(&algebra.derivative(atom, Symbol::Time)),
@@ -114,25 +113,31 @@ fn names(algebra: &Algebra) -> Vec<NamedVariable> {
     let names = algebra.names.borrow();
     let letter = root_letter(algebra.scene);
     let mut roots = 0;
-    let depends = |variable: Symbol, i: usize| match variable {
-        Symbol::Named(k) => names[k].coordinates.contains(&i),
-        other => other == Symbol::Coordinate(i),
-    };
-    let variable = |entry: &Entry| {
+    let mut variables: Vec<NamedVariable> = Vec::new();
+    for entry in names.iter() {
         roots += usize::from(entry.is_root);
         let function = function(algebra, &entry.formula, &Atom::num(if entry.is_root { 2 } else { 1 }));
         let slope = |i: usize| {
-            let places = (0..function.by.len()).filter(|place| depends(function.by[*place].0, i)).collect::<Vec<_>>();
+            let depends = |place: &usize| depends_on(&variables, function.by[*place].0, i);
+            let places: Vec<usize> = (0..function.by.len()).filter(depends).collect();
             (!places.is_empty()).then_some((i, places))
         };
-        NamedVariable {
+        variables.push(NamedVariable {
             name: if entry.is_root { format!("{letter}{roots}") } else { entry.name.clone() },
             is_root: entry.is_root,
             slopes: (0..algebra.scene.coordinates.len()).filter_map(slope).collect(),
             function,
-        }
-    };
-    names.iter().map(variable).collect()
+        });
+    }
+    variables
+}
+
+/// Whether a variable depends on a coordinate.
+fn depends_on(variables: &[NamedVariable], variable: Symbol, i: usize) -> bool {
+    match variable {
+        Symbol::Named(k) => variables[k].slopes.iter().any(|(other, _)| *other == i),
+        other => other == Symbol::Coordinate(i),
+    }
 }
 
 /// The inertia of a body for the rates of the variables on which it depends.
@@ -165,7 +170,7 @@ fn variables<'a>(lists: impl Iterator<Item = &'a Vec<(Symbol, Atom)>>) -> Vec<Sy
 }
 
 /// The efforts on the bodies and those of the loads: those along the same displacement are summed.
-fn efforts(system: &System) -> Vec<LocalEfforts> {
+fn efforts(system: &System) -> Vec<EffortsAlongVariables> {
     let algebra = &system.algebra;
     let mut efforts: Vec<Effort> = system.rows.inertial().collect();
     for load in &system.loads.efforts {
@@ -195,7 +200,7 @@ fn efforts(system: &System) -> Vec<LocalEfforts> {
                 variables.iter().map(|&variable| algebra.simple_term(&part(along, variable))).collect();
             (effort.name.clone(), algebra.simple_term(&effort.size), along)
         };
-        LocalEfforts {
+        EffortsAlongVariables {
             efforts: efforts.iter().zip(&along).map(effort).collect(),
             total: variables.iter().map(total).collect(),
             variables,

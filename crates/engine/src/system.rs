@@ -36,7 +36,7 @@ impl<'s> System<'s> {
             constraint_jacobian: constraints.iter().map(gradient).collect(),
             constraint_rates: constraints.iter().map(|row| algebra.partial_time_derivative(row)).collect(),
             constraint_bias: constraints.iter().map(|row| simple(&algebra.bias(row))).collect(),
-            mass: if algebra.is_local { Vec::new() } else { rows.mass_matrix(scene, &algebra) },
+            mass: if algebra.names_are_variables { Vec::new() } else { rows.mass_matrix(scene, &algebra) },
             loads: Loads::new(scene, &algebra, &rows),
             constraints,
             rows,

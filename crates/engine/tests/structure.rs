@@ -111,6 +111,14 @@ fn read(text: &str) -> Scene {
     scene
 }
 
+/// The chain with a massless link, whose coordinates have no pivots of their own, and a spring between two links.
+fn without_inertia(chain: &str) -> String {
+    let massless = |line: &str| line.starts_with("link3 = ");
+    let kept = chain.lines().filter(|line| !massless(line)).collect::<Vec<_>>().join("\n");
+    let spring = "[loads]\nspring = { along = 'hypot(x5 - x1, y5 - y1 + 1)', spring = 40, rest = 0.2 }";
+    kept.replacen("[loads]", spring, 1)
+}
+
 fn operations(tape: &NamedTape, function: &str) -> usize {
     let function = tape.function(function).unwrap_or_else(|| panic!("no function `{function}`"));
     tape.operations(function).sum()
@@ -133,6 +141,7 @@ fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
         make::chain(14, make::Chain::Angles),
         make::chain(28, make::Chain::Angles),
         TREE.to_owned(),
+        without_inertia(&make::chain(7, make::Chain::Absolute)),
     ];
     let scenes = texts.each_ref().map(|text| read(text));
     let equations = qrm_engine::derive(&scenes.each_ref(), &|_| ()).expect("the equations");

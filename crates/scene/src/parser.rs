@@ -407,6 +407,12 @@ impl<'c> Parser<'c> {
                 id
             }
         };
+        let added: usize = table.parts.iter().map(|(ordinate, _)| ordinate.nodes().len() + 3).sum();
+        if self.formula.nodes().len() + added > OPERATION_LIMIT {
+            let label = format!("{added} numbers, names and operations in its entries");
+            let error = Diagnostic::error("a formula is too long", span.clone(), label);
+            return Err(Box::new(error.help("call the table in a point, or give it fewer formulae")));
+        }
         for (ordinate, cardinal) in &table.parts {
             // Spans of ordinates lie in the table.
             let ordinate = self.formula.append(ordinate);

@@ -1609,4 +1609,4 @@ step = 1e-3
 end_time = 1
 "#;
 
-// Hash of this file, its tape and its derivation: f66665693f7813c6
+// Hash of this file, its tape and its derivation: 2d18a3de4b4fca95

@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use super::super::algebra::Value;
 use super::super::block::Block;
 use super::super::builder::Builder;
-use super::symmetric_form::SymmetricForm;
+use super::sparse_symmetric_matrix::SparseSymmetricMatrix;
 use super::variables::Variables;
 use crate::graph::Signed;
 
@@ -25,18 +25,20 @@ enum Step {
 /// The factored equations of motion.
 pub(super) struct SparseElimination {
     steps: Vec<Step>,
-    /// How much of each pivot cancelled.
+    /// The growth factor of each pivot: its unreduced value divided by it.
     pub(super) losses: Vec<Value>,
     constraints: usize,
+    /// The names of the variables and of the constraints.
+    names: Vec<String>,
 }
 
 impl SparseElimination {
-    /// Factors the equations; `None` if a pivot is zero. Multipliers follow the variables, and are eliminated after all
+    /// Factors the equations; `None` if a pivot is zero by structure. Multipliers follow the variables, and are eliminated after all
     /// coordinates of their constraints: pivots of coordinates are then positive, those of multipliers negative.
     pub(super) fn new(
         builder: &mut Builder,
         variables: &Variables,
-        inertia: SymmetricForm,
+        inertia: SparseSymmetricMatrix,
         jacobian: &[Vec<(usize, Value)>],
     ) -> Option<Self> {
         let (count, m) = (variables.count(), jacobian.len());
@@ -57,7 +59,7 @@ impl SparseElimination {
         }
         let is_named = |z: usize| z >= variables.coordinates() && z < count;
         let definition = |z: usize| &variables.definitions[z - variables.coordinates()];
-        let mut elimination = Self { steps: Vec::new(), losses: Vec::new(), constraints: m };
+        let (mut steps, mut losses) = (Vec::new(), Vec::new());
         let mut left: Vec<usize> = (0..count + m).collect();
         while !left.is_empty() {
             let is_ready = |&&z: &&usize| uses[z] == 0 && (z < count || form.neighbours(z).iter().all(|u| *u >= count));
@@ -73,17 +75,17 @@ impl SparseElimination {
             if is_named(z) {
                 definition(z).iter().for_each(|(u, _)| uses[*u] -= 1);
                 form.substitute(builder, z, definition(z), name);
-                elimination.steps.push(Step::Substitution(z));
+                steps.push(Step::Substitution(z));
                 continue;
             }
             let is_multiplier = z >= count;
             let pivot = form.entry(builder, [z, z], name)?;
             let inverse = builder.reciprocal(Some(pivot));
             let inverse = builder.keep(Block::Inertia, &format!("inv_{}", names[z]), inverse);
-            let before = form.whole(builder, z, &names[z]);
+            let before = form.unreduced(builder, z, &names[z]);
             if before.is_some_and(|before| before.id != pivot.id) {
                 let loss = builder.multiply(before, inverse);
-                elimination.losses.push(builder.keep(Block::Inertia, &format!("loss_{}", names[z]), loss));
+                losses.push(builder.keep(Block::Inertia, &format!("loss_{}", names[z]), loss));
             }
             let row: Vec<(usize, Value)> =
                 form.neighbours(z).clone().into_iter().map(|u| (u, form.entry(builder, [z, u], name))).collect();
@@ -99,9 +101,9 @@ impl SparseElimination {
                 }
             };
             let ratios: Vec<(usize, Value)> = row.iter().map(|(u, entry)| (*u, ratio(builder, *u, *entry))).collect();
-            // An angle that is a sum with this coordinate has the same row: all of it is subtracted.
+            // If `u = z + ...`, both columns are equal: the whole inertia of `z` leaves `u` without cancellation.
             for (u, _) in row.iter().filter(|(_, entry)| entry.is_some_and(|entry| entry.id == pivot.id)) {
-                form.remove_whole(*u, before);
+                form.remove_unreduced(*u, before);
             }
             for (i, (u, entry)) in row.iter().enumerate() {
                 for (v, ratio) in &ratios[..=i] {
@@ -109,13 +111,13 @@ impl SparseElimination {
                     form.add(*u, *v, product);
                     // Pivots of multipliers are negative.
                     if u == v && (*u >= count) != is_multiplier {
-                        form.add_whole(*u, product);
+                        form.add_unreduced(*u, product);
                     }
                 }
             }
-            elimination.steps.push(Step::Pivot { variable: z, inverse, ratios });
+            steps.push(Step::Pivot { variable: z, inverse, ratios });
         }
-        Some(elimination)
+        Some(Self { steps, losses, constraints: m, names })
     }
 
     /// Solves the equations for forces along the variables, and a required `C_q qdd`. Returns the accelerations of all
@@ -132,10 +134,7 @@ impl SparseElimination {
         let count = variables.count();
         let mut right: Vec<Vec<Signed>> = forces;
         right.extend(closing.iter().map(|value| value.iter().copied().collect()));
-        let names: Vec<String> = (0..count)
-            .map(|z| variables.name(z).to_owned())
-            .chain(builder.scene.constraints.iter().map(|constraint| constraint.name.clone()))
-            .collect();
+        let names = &self.names;
         let block_of = |z: usize| if z < count { block } else { block_of_multipliers };
         let definition = |z: usize| &variables.definitions[z - variables.coordinates()];
         let mut reduced: Vec<Value> = vec![None; count + self.constraints];
@@ -174,7 +173,7 @@ impl SparseElimination {
                 }
             };
             let sum = builder.sum(terms);
-            let name = if z < count { format!("{}_{what}", names[z]) } else { format!("lambda_{}_{what}", names[z]) };
+            let name = if z < count { format!("{}_{what}", names[z]) } else { format!("lambda_{}", names[z]) };
             solved[z] = builder.keep(block_of(z), &name, sum);
         }
         let multipliers = solved.split_off(count);

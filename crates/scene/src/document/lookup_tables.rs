@@ -137,7 +137,7 @@ impl Entry {
     }
 
     /// Whether two entries are the same.
-    fn is(&self, other: &Self) -> bool {
+    fn is_same_as(&self, other: &Self) -> bool {
         match (&self.value, &other.value) {
             (EntryValue::Number(a), EntryValue::Number(b)) => a == b,
             (EntryValue::Formula(a), EntryValue::Formula(b)) => a.nodes() == b.nodes(),
@@ -192,7 +192,7 @@ fn table_through(
     let numbers: Vec<f64> = y.iter().map(Entry::number).collect();
     let is_periodic = kind.as_ref().is_some_and(|(_, kind)| kind.as_ref().is_some_and(|kind| kind.name == "periodic"));
     let last = y.len() - 1;
-    let spline = spline_through(r, identifier, kind.clone(), [x, &numbers], y[0].is(&y[last]))?;
+    let spline = spline_through(r, identifier, kind.clone(), [x, &numbers], y[0].is_same_as(&y[last]))?;
     let mut table = LookupTable::from(spline);
     for (place, ordinate) in y.into_iter().enumerate() {
         let EntryValue::Formula(formula) = ordinate.value else { continue };
@@ -225,7 +225,7 @@ fn spline_through(
     identifier: &Identifier,
     kind: Option<(Span, Option<Identifier>)>,
     [x, y]: [&[f64]; 2],
-    comes_back: bool,
+    ends_where_it_begins: bool,
 ) -> Option<Spline> {
     let name = &identifier.name;
     let natural = Spline::natural(name, x, y);
@@ -244,7 +244,7 @@ fn spline_through(
         Some("periodic") if x.len() < 4 => {
             ("too few points", "needs four or more", "the last point repeats the first one")
         }
-        Some("periodic") if !comes_back => {
+        Some("periodic") if !ends_where_it_begins => {
             ("a last point that is not the first one", "does not come back", "repeat the first `y` after a period")
         }
         Some("periodic") => return Spline::periodic(name, x, y).or(natural),

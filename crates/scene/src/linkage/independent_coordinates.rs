@@ -5,10 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::document::Document;
 use crate::parser::Formula;
 
-/// The first candidates among the coordinates of a scene that the constraints leave free together, at most `count` of
-/// them. The rank of the constraints is that of their structure: the largest number of constraints that can each have a
-/// coordinate of their own.
+/// The first candidates that may be given together, at most `count`: by their structure, the constraints can still be
+/// solved for the other coordinates. That is so if as many of them as before can each have a coordinate of their own.
 pub(super) fn independent_coordinates(document: &Document, candidates: &[&str], count: usize) -> BTreeSet<String> {
+    if count == 0 {
+        return BTreeSet::new();
+    }
     let names: Vec<&str> = document.coordinates.iter().map(|own| own.identifier.name.as_str()).collect();
     let places: BTreeMap<&str, usize> = names.iter().enumerate().map(|(place, name)| (*name, place)).collect();
     let mut structure = Structure { document, places: places.clone(), of_points: BTreeMap::new() };

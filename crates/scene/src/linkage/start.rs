@@ -41,7 +41,7 @@ pub(super) fn driven(graph: &Graph, angles: &Angles) -> BTreeSet<String> {
 }
 
 /// Writes the start of all coordinates to a scene. If the scene does not say which are given, `freedoms` independent
-/// ones are: those whose values it gives itself come first, and none that a drive prescribes is one.
+/// ones are: those whose values it gives itself come first, and coordinates that drives prescribe are not chosen.
 pub(super) fn write(
     document: &mut Document,
     values: Vec<StartValue>,

@@ -1,6 +1,8 @@
 //! Limits on the formulae of a scene. The symbolic engine expands products; the sizes of the results are counted in
 //! advance, without expanding.
 
+use std::collections::BTreeSet;
+
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier};
 use crate::evaluate::known_values;
@@ -51,6 +53,7 @@ pub(super) fn are_too_many(document: &Document, findings: &mut Vec<Diagnostic>) 
 
 /// Reports formulae that are too large for the engine after the substitution of points.
 pub(super) fn sizes(scene: &Scene, findings: &mut Vec<Diagnostic>) {
+    let coordinates = coordinates_of_points(scene);
     let mut points: Vec<[Size; 2]> = Vec::with_capacity(scene.points.len());
     let mut measured = |value: &Value, points: &[[Size; 2]], length: Size, terms: f64| {
         measure(value, points, length, terms).unwrap_or_else(|finding| {
@@ -59,9 +62,11 @@ pub(super) fn sizes(scene: &Scene, findings: &mut Vec<Diagnostic>) {
             Size::LEAF
         })
     };
-    for point in &scene.points {
+    for (place, point) in scene.points.iter().enumerate() {
         let size = [0, 1].map(|axis| measured(&point.position[axis], &points, Size::LEAF, TERMS));
-        points.push(if scene.is_large_tree() { [Size::LEAF; 2] } else { size });
+        // Points of several coordinates have names in large trees.
+        let is_named = |axis: usize| scene.is_large_tree() && coordinates[place][axis].len() > 1;
+        points.push([0, 1].map(|axis| if is_named(axis) { Size::LEAF } else { size[axis] }));
     }
     let laws = scene.loads.iter().filter_map(|load| match &load.kind {
         LoadKind::Spring { along, potential, force, friction, .. } => {
@@ -83,6 +88,29 @@ pub(super) fn sizes(scene: &Scene, findings: &mut Vec<Diagnostic>) {
         let terms = if is_force { TERMS_OF_LOADS } else { TERMS };
         measured(value, &points, length.unwrap_or(Size::LEAF), terms);
     }
+}
+
+/// The coordinates on which abscissa and ordinate of each point depend.
+fn coordinates_of_points(scene: &Scene) -> Vec<[BTreeSet<usize>; 2]> {
+    let mut points: Vec<[BTreeSet<usize>; 2]> = Vec::with_capacity(scene.points.len());
+    for point in &scene.points {
+        let coordinates = |value: &Value| {
+            let mut found = BTreeSet::new();
+            for name in value.names() {
+                match *name {
+                    Quantity::Coordinate(i) => {
+                        found.insert(i);
+                    }
+                    Quantity::Point(p, axis) => found.extend(points.get(p).into_iter().flat_map(|own| &own[axis])),
+                    _ => {}
+                }
+            }
+            found
+        };
+        let position = point.position.each_ref().map(coordinates);
+        points.push(position);
+    }
+    points
 }
 
 /// The size of an expression.

@@ -107,6 +107,9 @@ pub(super) fn text(setup: &Setup, mechanism: &dyn Mechanism, wanted: &[(usize, f
             line(&output.name, *value, &output.unit, &output.doc);
         }
     }
+    if motors.exist() {
+        text += "\n  outputs count the torques of motors at standstill\n";
+    }
     Ok(text)
 }
 

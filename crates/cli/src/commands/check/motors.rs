@@ -41,6 +41,11 @@ impl<'s> Motors<'s> {
         Self { setup, parameters: setup.parameters(), motors }
     }
 
+    /// Whether there are motors.
+    pub(super) fn exist(&self) -> bool {
+        !self.motors.is_empty()
+    }
+
     /// The words that leave the motors out of all loads; empty without motors.
     pub(super) fn left_out(&self) -> String {
         let names: Vec<String> = self.motors.iter().map(|motor| format!("`{}`", motor.name)).collect();
@@ -91,6 +96,7 @@ fn falling_terms(law: &Value, along: &Value) -> Vec<NodeId> {
     while let Some(id) = pending.pop() {
         match &nodes[id] {
             Node::Add(a, b) => pending.extend([*a, *b]),
+            Node::Subtract(a, _) => pending.push(*a),
             Node::Multiply(a, b) if falls(*a) || falls(*b) => found.push(id),
             _ => {}
         }

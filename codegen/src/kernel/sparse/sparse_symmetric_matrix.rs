@@ -9,25 +9,25 @@ use crate::graph::Signed;
 
 /// A sparse symmetric matrix.
 #[derive(Clone)]
-pub(super) struct SymmetricForm {
+pub(super) struct SparseSymmetricMatrix {
     /// The terms of the entries, by row and column, of which the row is not the larger.
     terms: HashMap<(usize, usize), Vec<Signed>>,
-    /// The terms of each diagonal entry without what was subtracted from it, and from the entries that went into it.
-    whole: Vec<Vec<Signed>>,
+    /// The positive terms of each diagonal entry: its value if nothing had been subtracted since the last substitution.
+    unreduced: Vec<Vec<Signed>>,
     /// The columns of the entries of each row beside the diagonal.
     neighbours: Vec<BTreeSet<usize>>,
 }
 
-impl SymmetricForm {
+impl SparseSymmetricMatrix {
     /// Creates a matrix of zeros.
     pub(super) fn new(size: usize) -> Self {
-        Self { terms: HashMap::new(), whole: vec![Vec::new(); size], neighbours: vec![BTreeSet::new(); size] }
+        Self { terms: HashMap::new(), unreduced: vec![Vec::new(); size], neighbours: vec![BTreeSet::new(); size] }
     }
 
     /// Adds rows of zeros up to a size.
     pub(super) fn grow(&mut self, size: usize) {
         self.neighbours.resize(size, BTreeSet::new());
-        self.whole.resize(size, Vec::new());
+        self.unreduced.resize(size, Vec::new());
     }
 
     /// Adds to an entry, and to the one opposite to it.
@@ -40,22 +40,22 @@ impl SymmetricForm {
         }
     }
 
-    /// Adds to what a diagonal entry is without subtractions.
-    pub(super) fn add_whole(&mut self, i: usize, value: Value) {
-        self.whole[i].extend(value);
+    /// Adds to the unreduced value of a diagonal entry.
+    pub(super) fn add_unreduced(&mut self, i: usize, value: Value) {
+        self.unreduced[i].extend(value);
     }
 
-    /// Takes a value out of what a diagonal entry is without subtractions: it was subtracted without an error.
-    pub(super) fn remove_whole(&mut self, i: usize, value: Value) {
-        if let Some(place) = self.whole[i].iter().position(|own| Some(*own) == value) {
-            self.whole[i].remove(place);
+    /// Takes a value out of the unreduced value of a diagonal entry: it cancelled exactly.
+    pub(super) fn remove_unreduced(&mut self, i: usize, value: Value) {
+        if let Some(place) = self.unreduced[i].iter().position(|own| Some(*own) == value) {
+            self.unreduced[i].remove(place);
         }
     }
 
-    /// What a diagonal entry is without subtractions.
-    pub(super) fn whole(&mut self, builder: &mut Builder, i: usize, name: &str) -> Value {
-        let sum = builder.sum(std::mem::take(&mut self.whole[i]));
-        builder.keep(Block::Inertia, &format!("whole_{name}"), sum)
+    /// The unreduced value of a diagonal entry.
+    pub(super) fn unreduced(&mut self, builder: &mut Builder, i: usize, name: &str) -> Value {
+        let sum = builder.sum(std::mem::take(&mut self.unreduced[i]));
+        builder.keep(Block::Inertia, &format!("unreduced_{name}"), sum)
     }
 
     /// The value of an entry, with a name.
@@ -93,13 +93,12 @@ impl SymmetricForm {
         name: impl Fn(usize) -> String + Copy,
     ) {
         let own = self.entry(builder, [z, z], name);
-        let whole = self.whole(builder, z, &name(z));
+        let unreduced = self.unreduced(builder, z, &name(z));
         let beside: Vec<(usize, Value)> =
             self.neighbours[z].clone().into_iter().map(|u| (u, self.entry(builder, [z, u], name))).collect();
         let coupling = |u: usize| beside.iter().find(|(other, _)| *other == u).and_then(|(_, value)| *value);
         self.remove(z);
-        // The couplings of the defining variables, as far as they come from this one: once by it, once more by its own
-        // entry.
+        // With `z = by*u + ...` the entries of `u` grow by `by*own + coupling` in the column of `z`.
         let mut shares: Vec<Value> = Vec::new();
         for (u, by) in definition {
             let product = builder.multiply(*by, own);
@@ -111,8 +110,8 @@ impl SymmetricForm {
             let product = builder.multiply(*by, both);
             self.add(*u, *u, product);
             let square = builder.multiply(*by, *by);
-            let product = builder.multiply(square, whole);
-            self.add_whole(*u, product);
+            let product = builder.multiply(square, unreduced);
+            self.add_unreduced(*u, product);
             for (j, (v, by_v)) in definition.iter().enumerate().take(i) {
                 let products = [builder.multiply(*by, shares[j]), builder.multiply(*by_v, coupling(*u))];
                 products.into_iter().for_each(|product| self.add(*u, *v, product));
