@@ -140,11 +140,6 @@ impl<'s> Writer<'s> {
             Symbol::NamedRate(k) => latex_name(r"\dot", &self.names[k].name),
             Symbol::NamedBias(k) => latex_name(r"\mathring", &self.names[k].name),
             Symbol::NamedAcceleration(k) => latex_name(r"\ddot", &self.names[k].name),
-            Symbol::MassEntry(i, j) => {
-                let [i, j] = [i, j].map(|i| self.symbol(Symbol::Coordinate(i)));
-                format!(r"\bar{{M}}_{{{i},{j}}}")
-            }
-            Symbol::GeneralizedForce(i) => format!(r"\bar{{f}}_{{{}}}", self.symbol(Symbol::Coordinate(i))),
             _ => unreachable!("a kernel is not written as formulae"),
         }
     }

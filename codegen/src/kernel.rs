@@ -59,8 +59,8 @@ impl Kernel {
         Builder::new(scene, lowering, 0, false).build(equations)
     }
 
-    /// Creates the kernel of a scene by elimination of the sparse equations; `None` without these, and if a pivot is zero
-    /// by structure: that of a coordinate without inertia, or of a constraint that repeats others.
+    /// Creates the kernel of a scene by elimination of the sparse equations; `None` without these, and if a pivot is
+    /// zero by structure: that of a coordinate without inertia, or of a constraint that repeats others.
     pub fn sparse(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Option<Self> {
         Builder::new(scene, lowering, 0, false).build_sparse(equations.sparse.as_ref()?)
     }
@@ -75,18 +75,9 @@ impl Kernel {
 
     /// The number of operations of a step in a graph.
     pub fn operations(&self, graph: &Graph) -> usize {
-        let definitions: HashMap<Id, Id> = self.locals.iter().map(|local| (local.input.id, local.value.id)).collect();
-        let mut pending: Vec<Id> = self.values().map(|value| value.id).collect();
-        let (mut seen, mut count) = (HashSet::new(), 0);
-        while let Some(id) = pending.pop() {
-            if !graph.is_constant(id) && seen.insert(id) {
-                let operands = graph.op(id).operands();
-                count += operands.len().saturating_sub(1);
-                pending.extend(operands);
-                pending.extend(definitions.get(&id));
-            }
-        }
-        count
+        let needed = needed(graph, &self.locals, self.values().map(|value| value.id).collect());
+        let counted = needed.iter().filter(|id| !graph.is_constant(**id));
+        counted.map(|&id| graph.op(id).operands().len().saturating_sub(1)).sum()
     }
 
     /// Creates a kernel for inverse dynamics only: the forces and torques for given accelerations. Its locals are
@@ -295,28 +286,9 @@ impl Builder<'_> {
     fn forces(&mut self, effort_groups: &[EffortGroup]) -> Vec<Value> {
         let coordinates: Vec<String> = self.scene.coordinates.iter().map(|c| c.name.clone()).collect();
         let mut parts: Vec<Vec<Signed>> = vec![Vec::new(); coordinates.len()];
+        let all: Vec<usize> = (0..coordinates.len()).collect();
         for group in effort_groups {
-            let together = group.total.iter().map(|term| self.value(term)).collect::<Vec<Value>>();
-            let apart: Vec<(Value, Vec<Value>)> = group
-                .efforts
-                .iter()
-                .map(|(_, size, along)| (self.value(size), along.iter().map(|entry| self.value(entry)).collect()))
-                .collect();
-            let apart_cost = self.cost(apart.iter().map(|(size, _)| *size))
-                + apart.iter().map(|(_, along)| 2 * along.iter().flatten().count()).sum::<usize>()
-                - apart.iter().flat_map(|(_, along)| along.iter().flatten()).count().min(coordinates.len());
-            if group.efforts.is_empty() || self.cost(together.iter().copied()) <= apart_cost {
-                for (part, force) in parts.iter_mut().zip(together) {
-                    part.extend(force);
-                }
-                continue;
-            }
-            for ((name, ..), (size, along)) in group.efforts.iter().zip(apart) {
-                let size = self.keep(Block::Forces, &format!("load_{name}"), size);
-                for (part, entry) in parts.iter_mut().zip(along) {
-                    part.extend(self.multiply(entry, size));
-                }
-            }
+            self.add_efforts(&group.efforts, &group.total, &all, &mut parts);
         }
         let force = |(part, name): (Vec<Signed>, &String)| {
             let sum = self.sum(part);
@@ -325,17 +297,39 @@ impl Builder<'_> {
         parts.into_iter().zip(&coordinates).map(force).collect()
     }
 
-    /// All values that `pending` depends on, also through names.
-    fn needed(&self, locals: &[Local], mut pending: Vec<Id>) -> HashSet<Id> {
-        let definitions: HashMap<Id, Id> = locals.iter().map(|local| (local.input.id, local.value.id)).collect();
-        let mut needed = HashSet::new();
-        while let Some(id) = pending.pop() {
-            if needed.insert(id) {
-                pending.extend(self.lowering.graph.op(id).operands());
-                pending.extend(definitions.get(&id));
+    /// Adds efforts to the forces in these places, in the form with fewer operations: the sizes times the derivatives
+    /// of the displacements, or their total.
+    fn add_efforts(
+        &mut self,
+        efforts: &[(String, Term, Vec<Term>)],
+        total: &[Term],
+        places: &[usize],
+        forces: &mut [Vec<Signed>],
+    ) {
+        let together: Vec<Value> = total.iter().map(|term| self.value(term)).collect();
+        let apart: Vec<(Value, Vec<Value>)> = efforts
+            .iter()
+            .map(|(_, size, along)| (self.value(size), along.iter().map(|entry| self.value(entry)).collect()))
+            .collect();
+        let entries = apart.iter().flat_map(|(_, along)| along.iter().flatten()).count();
+        let apart_cost = self.cost(apart.iter().map(|(size, _)| *size)) + 2 * entries - entries.min(places.len());
+        if efforts.is_empty() || self.cost(together.iter().copied()) <= apart_cost {
+            for (place, force) in places.iter().zip(together) {
+                forces[*place].extend(force);
+            }
+            return;
+        }
+        for ((name, ..), (size, along)) in efforts.iter().zip(apart) {
+            let size = self.keep(Block::Forces, &format!("load_{name}"), size);
+            for (place, entry) in places.iter().zip(along) {
+                forces[*place].extend(self.multiply(entry, size));
             }
         }
-        needed
+    }
+
+    /// All values that `pending` depends on, also through names.
+    fn needed(&self, locals: &[Local], pending: Vec<Id>) -> HashSet<Id> {
+        needed(&self.lowering.graph, locals, pending)
     }
 
     /// The value of a term, with a name unless it needs no computation.
@@ -343,4 +337,17 @@ impl Builder<'_> {
         let value = self.value(term);
         self.keep(block, name, value)
     }
+}
+
+/// All values of a graph that `pending` depends on, also through the names of locals.
+fn needed(graph: &Graph, locals: &[Local], mut pending: Vec<Id>) -> HashSet<Id> {
+    let definitions: HashMap<Id, Id> = locals.iter().map(|local| (local.input.id, local.value.id)).collect();
+    let mut needed = HashSet::new();
+    while let Some(id) = pending.pop() {
+        if needed.insert(id) {
+            pending.extend(graph.op(id).operands());
+            pending.extend(definitions.get(&id));
+        }
+    }
+    needed
 }

@@ -67,9 +67,9 @@ pub enum Symbol {
     NamedBias(usize),
     /// The second rate of a named quantity.
     NamedAcceleration(usize),
-    /// An entry of the mass matrix that has no formula of its own.
+    /// An entry of the mass matrix, where the sparse equations give its value.
     MassEntry(usize, usize),
-    /// A generalized force that has no formula of its own.
+    /// A generalized force, where the sparse equations give its value.
     GeneralizedForce(usize),
     /// The residual of a constraint, for a correction.
     Residual(usize),

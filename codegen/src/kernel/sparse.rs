@@ -65,7 +65,7 @@ impl Builder<'_> {
                 self.keep(Block::Bias, &format!("{}_bias", constraints[k]), bias).map(Signed::negated)
             })
             .collect();
-        let forces = self.local_forces(&variables, &e.efforts);
+        let forces = self.forces_along_variables(&variables, &e.efforts);
         let (accelerations, multipliers) = elimination.solve(
             &mut self,
             &variables,
@@ -85,7 +85,7 @@ impl Builder<'_> {
         let all = |values: Vec<Value>| values.into_iter().map(|value| value.unwrap_or(zero)).collect();
         let mut kernel = Kernel {
             residuals: all(residuals),
-            growth_factors: all(elimination.losses.clone()),
+            growth_factors: all(elimination.growth_factors.clone()),
             velocity_residual: all(velocity_residual),
             correction: all(correction[..n].to_vec()),
             accelerations: all(accelerations[..n].to_vec()),
@@ -109,7 +109,7 @@ impl Builder<'_> {
         variables.rates(&mut self, &e.names);
         let n = variables.coordinates();
         let mut inertia = self.inertia(&variables, e);
-        let mut forces = self.local_forces(&variables, &e.efforts);
+        let mut forces = self.forces_along_variables(&variables, &e.efforts);
         for z in (n..variables.count()).rev() {
             let definition = &variables.definitions[z - n];
             inertia.substitute(&mut self, z, definition, |_| String::new());
@@ -146,32 +146,12 @@ impl Builder<'_> {
         inertia
     }
 
-    /// The forces along the variables, each group of efforts in the form with fewer operations.
-    fn local_forces(&mut self, variables: &Variables, efforts: &[EffortsAlongVariables]) -> Vec<Vec<Signed>> {
+    /// The forces along the variables.
+    fn forces_along_variables(&mut self, variables: &Variables, efforts: &[EffortsAlongVariables]) -> Vec<Vec<Signed>> {
         let mut forces: Vec<Vec<Signed>> = vec![Vec::new(); variables.count()];
         for group in efforts {
             let places: Vec<usize> = group.variables.iter().map(|symbol| variables.place(*symbol)).collect();
-            let together: Vec<Value> = group.total.iter().map(|term| self.value(term)).collect();
-            let apart: Vec<(Value, Vec<Value>)> = group
-                .efforts
-                .iter()
-                .map(|(_, size, along)| (self.value(size), along.iter().map(|entry| self.value(entry)).collect()))
-                .collect();
-            let entries = apart.iter().flat_map(|(_, along)| along.iter().flatten()).count();
-            let apart_cost =
-                self.cost(apart.iter().map(|(size, _)| *size)) + (2 * entries).saturating_sub(places.len());
-            if self.cost(together.iter().copied()) <= apart_cost {
-                for (place, force) in places.into_iter().zip(together) {
-                    forces[place].extend(force);
-                }
-                continue;
-            }
-            for ((name, ..), (size, along)) in group.efforts.iter().zip(apart) {
-                let size = self.keep(Block::Forces, &format!("load_{name}"), size);
-                for (place, entry) in places.iter().zip(along) {
-                    forces[*place].extend(self.multiply(entry, size));
-                }
-            }
+            self.add_efforts(&group.efforts, &group.total, &places, &mut forces);
         }
         forces
     }

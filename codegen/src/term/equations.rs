@@ -48,14 +48,13 @@ pub struct Equations {
     pub points: Vec<[Term; 2]>,
     /// The equations in the form for a kernel.
     pub kernel: KernelEquations,
-    /// The equations for a sparse elimination; for scenes with more than twelve coordinates, and for trees with more than
-    /// four.
+    /// The equations for a sparse elimination; for scenes with more than twelve coordinates, and for trees with more
+    /// than four.
     pub sparse: Option<SparseEquations>,
 }
 
 impl Equations {
-    /// Whether the mass matrix and the generalized forces have no formulae of their own, and follow from the sparse
-    /// equations.
+    /// Whether the sparse equations give the mass matrix and the generalized forces.
     pub fn has_only_sparse(&self) -> bool {
         self.sparse.is_some() && self.kernel.mass_matrix.is_empty()
     }

@@ -1,5 +1,5 @@
-//! The equations of motion with the second rates of named quantities as unknowns beside the accelerations: sparse,
-//! whatever the coordinates are.
+//! The equations of motion with the second rates of named quantities as unknowns together with the accelerations. They
+//! are sparse for all choices of coordinates.
 
 use num_rational::BigRational;
 

@@ -85,7 +85,7 @@ impl Setup {
                 "the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s"
             );
             let help = if constraint.is_drive {
-                format!("a drive prescribes a rate of its own: take the {rates} out that differ from it")
+                format!("a drive prescribes a rate of its own: remove the {rates} that differ from it")
             } else {
                 format!(
                     "give no more {rates} than there are degrees of freedom; if there are not, the mechanism starts at \

@@ -296,14 +296,8 @@ pub(super) fn define_symbols(scenes: &[&Scene]) {
     for (k, order) in (0..splines).flat_map(|k| (0..=ORDERS).map(move |order| (k, order))) {
         symbol!(spline_name(k, order));
     }
-    let kinds = |scene: &&Scene| {
-        let is_sparse = is_sparse(scene);
-        std::iter::once(false)
-            .chain(is_sparse.then_some(true))
-            .map(|names_are_variables| symbols_of(scene, true, names_are_variables).len())
-            .max()
-    };
-    let most = scenes.iter().filter_map(kinds).max();
+    let counts = |scene: &&Scene| [false, is_sparse(scene)].map(|variables| symbols_of(scene, true, variables).len());
+    let most = scenes.iter().flat_map(counts).max();
     (0..most.unwrap_or(0)).for_each(|i| {
         symbol!(format!("s{i}"));
     });

@@ -60,15 +60,11 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     // A constraint that depends on time does work: -lambda' C_q qd = lambda' C_t.
     let driving = algebra.contract(&system.constraint_rates, Symbol::Multiplier);
     let power = algebra.simple_term(&(&loads.power + driving));
-    let outputs: Vec<Atom> =
-        scene.outputs.iter().map(|own| algebra.simplify(&output(scene, &system, &own.kind))).collect();
-    let sizes = Sizes::new(scene, &terms(&outputs));
+    let (outputs, sizes) = outputs_and_sizes(&system);
     equations.power = vec![sizes.insert(&power)];
     equations.outputs = terms_of_outputs(&system, &outputs, &sizes);
     equations.normal_forces = normal_forces(&system, &outputs);
-    equations.points = (0..scene.points.len())
-        .map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.definition(&algebra.point(i)[axis]))))
-        .collect();
+    equations.points = points(algebra);
     (equations.rows, equations.left_out) = (rows.rows.clone(), rows.left_out.clone());
     equations.names = algebra.named();
     equations.kernel = kernel::equations(number, place, &system, &equations);
@@ -92,13 +88,26 @@ fn terms_of_outputs(system: &System, outputs: &[Atom], sizes: &Sizes) -> Vec<Ter
     terms
 }
 
-/// The outputs of a scene without friction by normal forces.
-pub(super) fn outputs(system: &System) -> Vec<Term> {
+/// The outputs as expressions, and the sizes of normal forces in them.
+fn outputs_and_sizes(system: &System) -> (Vec<Atom>, Sizes) {
     let (algebra, scene) = (&system.algebra, system.algebra.scene);
     let outputs: Vec<Atom> =
         scene.outputs.iter().map(|own| algebra.simplify(&output(scene, system, &own.kind))).collect();
     let terms: Vec<Term> = outputs.iter().map(|output| algebra.term(output)).collect();
-    terms_of_outputs(system, &outputs, &Sizes::new(scene, &terms))
+    let sizes = Sizes::new(scene, &terms);
+    (outputs, sizes)
+}
+
+/// The outputs of a scene.
+pub(super) fn outputs(system: &System) -> Vec<Term> {
+    let (outputs, sizes) = outputs_and_sizes(system);
+    terms_of_outputs(system, &outputs, &sizes)
+}
+
+/// Abscissa and ordinate of each named point.
+pub(super) fn points(algebra: &Algebra) -> Vec<[Term; 2]> {
+    let coordinate = |i: usize, axis: usize| algebra.simple_term(&algebra.definition(&algebra.point(i)[axis]));
+    (0..algebra.scene.points.len()).map(|i| [0, 1].map(|axis| coordinate(i, axis))).collect()
 }
 
 /// An output; zero for a norm, which is not a single expression.

@@ -205,7 +205,8 @@ impl Algebra<'_> {
         self.by_names(atom, &occurring).into_iter().fold(direct, through)
     }
 
-    /// The rate of an expression due to the rates of the coordinates.
+    /// The rate of an expression due to the rates of the coordinates: a prescribed motion exchanges work only with its
+    /// drive.
     pub(super) fn velocity(&self, atom: &Atom) -> Atom {
         match self.names_are_variables {
             true => self.rate(atom) - self.partial_time_derivative(atom),

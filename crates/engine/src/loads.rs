@@ -88,7 +88,7 @@ impl Loads {
                     } else {
                         adding.add("", &effort, &along);
                     }
-                    let velocity = adding.velocity(&along);
+                    let velocity = algebra.velocity(&along);
                     if is_moved {
                         loads.power = &loads.power + &(&effort * &velocity);
                     } else {
@@ -144,13 +144,8 @@ impl Adding<'_> {
         if is_constant {
             self.loads.potential = &self.loads.potential - &(&effort * &displacement);
         } else {
-            self.loads.power = &self.loads.power + &(&effort * &self.velocity(&displacement));
+            self.loads.power = &self.loads.power + &(&effort * &self.algebra.velocity(&displacement));
         }
-    }
-
-    /// The rate of a displacement due to the coordinates; a prescribed motion exchanges work only with its drive.
-    fn velocity(&self, displacement: &Atom) -> Atom {
-        self.algebra.velocity(displacement)
     }
 
     fn add(&mut self, axis: &str, effort: &Atom, displacement: &Atom) {

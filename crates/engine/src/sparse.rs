@@ -54,9 +54,7 @@ pub(super) fn all_equations(number: usize, place: &Place, scene: &Scene) -> Opti
         energy: [&system.kinetic_energy(), &system.loads.potential].map(|atom| algebra.simple_term(atom)).to_vec(),
         power: vec![algebra.simple_term(&system.loads.power)],
         outputs: sparse.outputs.clone(),
-        points: (0..scene.points.len())
-            .map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.definition(&algebra.point(i)[axis]))))
-            .collect(),
+        points: derive::points(algebra),
         names: sparse
             .names
             .iter()

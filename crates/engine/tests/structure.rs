@@ -94,8 +94,35 @@ spring = { along = 'hypot(E.x - I.x + r/9*sin(w*t), E.y - I.y)', spring = 'k1', 
 push = { force = ['-cd*B.x_dot', '3*t'], at = 'H' }
 turn = { torque = 'k1*sin(a + b + c + d)', on = 'three' }
 brake = { torque = '-cd*h_dot', on = 'seven' }
-[initial]
-given = { a = 0.9, b = 0.3, c = -0.2, d = 0.4, e = 0.3, f = 0.1, g = 0.5, x = 0.1, h = -0.4, i = 0.2, j = 0.3, k = 0.7, l = 0.2, y = 0.6, a_dot = 0, b_dot = 1, c_dot = 0, d_dot = 0, e_dot = 0, f_dot = 0, g_dot = 0, x_dot = 0, h_dot = 0, i_dot = 0, j_dot = 0, k_dot = 0, l_dot = 0, y_dot = 0 }
+[initial.given]
+a = 0.9
+b = 0.3
+c = -0.2
+d = 0.4
+e = 0.3
+f = 0.1
+g = 0.5
+x = 0.1
+h = -0.4
+i = 0.2
+j = 0.3
+k = 0.7
+l = 0.2
+y = 0.6
+a_dot = 0
+b_dot = 1
+c_dot = 0
+d_dot = 0
+e_dot = 0
+f_dot = 0
+g_dot = 0
+x_dot = 0
+h_dot = 0
+i_dot = 0
+j_dot = 0
+k_dot = 0
+l_dot = 0
+y_dot = 0
 [outputs]
 place = 'C.y'
 speed = { rate = 'I.x' }

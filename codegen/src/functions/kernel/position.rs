@@ -58,8 +58,8 @@ impl Emitter<'_> {
                 continue;
             }
             let op = self.graph.op(id);
-            let names_are_variables = matches!(op, Op::Input(Symbol::Local(_)));
-            if self.is_position[id] && (names_are_variables || !op.is_leaf()) {
+            let is_local = matches!(op, Op::Input(Symbol::Local(_)));
+            if self.is_position[id] && (is_local || !op.is_leaf()) {
                 fields.insert(id);
             } else {
                 pending.extend(op.operands());

@@ -26,15 +26,16 @@ enum Step {
 pub(super) struct SparseElimination {
     steps: Vec<Step>,
     /// The growth factor of each pivot: its unreduced value divided by it.
-    pub(super) losses: Vec<Value>,
+    pub(super) growth_factors: Vec<Value>,
     constraints: usize,
     /// The names of the variables and of the constraints.
     names: Vec<String>,
 }
 
 impl SparseElimination {
-    /// Factors the equations; `None` if a pivot is zero by structure. Multipliers follow the variables, and are eliminated after all
-    /// coordinates of their constraints: pivots of coordinates are then positive, those of multipliers negative.
+    /// Factors the equations; `None` if a pivot is zero by structure. Multipliers follow the variables, and are
+    /// eliminated after all coordinates of their constraints: pivots of coordinates are then positive, those of
+    /// multipliers negative.
     pub(super) fn new(
         builder: &mut Builder,
         variables: &Variables,
@@ -59,7 +60,7 @@ impl SparseElimination {
         }
         let is_named = |z: usize| z >= variables.coordinates() && z < count;
         let definition = |z: usize| &variables.definitions[z - variables.coordinates()];
-        let (mut steps, mut losses) = (Vec::new(), Vec::new());
+        let (mut steps, mut growth_factors) = (Vec::new(), Vec::new());
         let mut left: Vec<usize> = (0..count + m).collect();
         while !left.is_empty() {
             let is_ready = |&&z: &&usize| uses[z] == 0 && (z < count || form.neighbours(z).iter().all(|u| *u >= count));
@@ -85,7 +86,7 @@ impl SparseElimination {
             let before = form.unreduced(builder, z, &names[z]);
             if before.is_some_and(|before| before.id != pivot.id) {
                 let loss = builder.multiply(before, inverse);
-                losses.push(builder.keep(Block::Inertia, &format!("loss_{}", names[z]), loss));
+                growth_factors.push(builder.keep(Block::Inertia, &format!("loss_{}", names[z]), loss));
             }
             let row: Vec<(usize, Value)> =
                 form.neighbours(z).clone().into_iter().map(|u| (u, form.entry(builder, [z, u], name))).collect();
@@ -117,7 +118,7 @@ impl SparseElimination {
             }
             steps.push(Step::Pivot { variable: z, inverse, ratios });
         }
-        Some(Self { steps, losses, constraints: m, names })
+        Some(Self { steps, growth_factors, constraints: m, names })
     }
 
     /// Solves the equations for forces along the variables, and a required `C_q qdd`. Returns the accelerations of all

@@ -8,13 +8,12 @@ use super::super::builder::Builder;
 use crate::graph::Signed;
 
 /// A sparse symmetric matrix.
-#[derive(Clone)]
 pub(super) struct SparseSymmetricMatrix {
-    /// The terms of the entries, by row and column, of which the row is not the larger.
+    /// The terms of the entries on and above the diagonal, by row and column.
     terms: HashMap<(usize, usize), Vec<Signed>>,
     /// The positive terms of each diagonal entry: its value if nothing had been subtracted since the last substitution.
     unreduced: Vec<Vec<Signed>>,
-    /// The columns of the entries of each row beside the diagonal.
+    /// The columns of the entries of each row, without the diagonal.
     neighbours: Vec<BTreeSet<usize>>,
 }
 

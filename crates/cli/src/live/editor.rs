@@ -35,8 +35,8 @@ impl Editor {
         &self.path
     }
 
-    /// Changes the text of the file. Changes of one gesture replace each other: each is made in the text before the first.
-    /// The file is unchanged if the new text is no scene.
+    /// Changes the text of the file. Changes of one gesture replace each other: each is made in the text before the
+    /// gesture. The file is unchanged if the new text is no scene.
     pub(super) fn change<T>(
         &mut self,
         gesture: Option<&str>,

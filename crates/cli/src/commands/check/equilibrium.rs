@@ -77,7 +77,7 @@ pub(super) fn when(setup: &Setup) -> &'static str {
 /// The forces that hold a position, as text.
 pub(super) fn text(setup: &Setup, mechanism: &dyn Mechanism, wanted: &[(usize, f64)]) -> Result<String, Error> {
     let description = mechanism.description();
-    let motors = Motors::of(setup);
+    let motors = Motors::new(setup);
     let rest = static_equilibrium(mechanism, wanted, &|q, dq| motors.work(q, dq))
         .map_err(|reason| no_equilibrium(setup, mechanism, &reason))?;
     let is_given = Start::new(mechanism).given;
@@ -107,7 +107,7 @@ pub(super) fn text(setup: &Setup, mechanism: &dyn Mechanism, wanted: &[(usize, f
             line(&output.name, *value, &output.unit, &output.doc);
         }
     }
-    if motors.exist() {
+    if !motors.left_out().is_empty() {
         text += "\n  outputs count the torques of motors at standstill\n";
     }
     Ok(text)

@@ -27,7 +27,7 @@ pub(super) struct Motors<'s> {
 
 impl<'s> Motors<'s> {
     /// Finds the motors of a scene.
-    pub(super) fn of(setup: &'s Setup) -> Self {
+    pub(super) fn new(setup: &'s Setup) -> Self {
         let motor = |load: &'s Load| {
             let (law, along) = match &load.kind {
                 LoadKind::Torque { torque, angle, .. } => (torque, angle),
@@ -39,11 +39,6 @@ impl<'s> Motors<'s> {
         };
         let motors = setup.scene.loads.iter().filter_map(motor).collect();
         Self { setup, parameters: setup.parameters(), motors }
-    }
-
-    /// Whether there are motors.
-    pub(super) fn exist(&self) -> bool {
-        !self.motors.is_empty()
     }
 
     /// The words that leave the motors out of all loads; empty without motors.

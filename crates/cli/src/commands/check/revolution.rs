@@ -29,7 +29,7 @@ fn input_topics(setup: &Setup, drive: Option<usize>) -> Result<Vec<Topic>, Error
     let not_looked_at = |why: String| Ok(vec![Topic::new("turn", [format!("not looked at: {why}")])]);
     let mechanism = released(setup, drive.as_slice())?;
     let coordinates = mechanism.description().coordinates;
-    let motors = Motors::of(setup);
+    let motors = Motors::new(setup);
     let turn = match revolution(&*mechanism, &|q, dq| motors.work(q, dq)) {
         Ok(turn) => turn,
         Err(NoRevolution::DegreesOfFreedom(n)) => {

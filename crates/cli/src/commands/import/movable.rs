@@ -34,8 +34,8 @@ impl ImportedLinkage {
         }
     }
 
-    /// Removes the drives that repeat others, with their parameters. Of these joints, the drive of the first one that can
-    /// move the linkage stays: at a dead centre an input cannot.
+    /// Removes the drives that repeat others, with their parameters. Of these joints, the drive of the first one that
+    /// can move the linkage stays: at a dead centre an input cannot.
     pub(super) fn drop_repeated_drives(&mut self, inputs: &[usize]) -> Vec<usize> {
         let possible = inputs.iter().find(|joint| can_be_driven(self, **joint));
         let Some(&first) = possible.or(inputs.first()) else { return Vec::new() };

@@ -4,7 +4,7 @@ use qrm_scene::unit::Unit;
 
 use super::number::rounded;
 
-/// Adds to the constant term of a formula. Where there is none, returns a formula with a new term for each of the units.
+/// Adds to the constant term of a formula. A formula without one gets a new term: one result for each of the units.
 pub(super) fn with_change(formula: &str, change: f64, units: [&str; 2], resolution: f64) -> Vec<String> {
     let written = |unit: &str, number: f64| {
         let factor = Unit::parse(unit).map_or(1.0, |unit| unit.factor());

@@ -80,7 +80,7 @@ impl Linkage {
         entry.and_then(|entry| change_table(entry, change)).ok_or_else(|| format!("[{section}] has no table `{name}`"))
     }
 
-    /// A section. If there is none, an empty one is added.
+    /// The section with this name, added if it is missing.
     pub(super) fn section(&mut self, name: &str) -> Result<&mut dyn TableLike, String> {
         let item = self.document.entry(name).or_insert_with(|| Item::Table(Table::new()));
         item.as_table_like_mut().ok_or_else(|| format!("`{name}` is no table"))
