@@ -131,23 +131,40 @@ impl Derivation<'_> {
 
     fn jacobian(&self) -> String {
         let e = self.equations;
+        if e.has_only_sparse() {
+            let velocity = set(r"@T\,@qd");
+            return [
+                "## Velocities and convective accelerations: `com_velocities`, `com_bias`\n\n".to_owned(),
+                set(r"$$@xd = @T\,@qd, \qquad @T = \frac{\partial @x}{\partial @q}$$"),
+                format!("\n\n{}\n\n", self.vector(&velocity, r"\mathcal{V}", &e.com_velocities)),
+                self.convective(),
+            ]
+            .concat();
+        }
         [
             "## Transformation matrix and convective accelerations: `com_jacobian`, `com_bias`\n\n".to_owned(),
             set(r"$$@xd = @T\,@qd, \qquad @T = \frac{\partial @x}{\partial @q}$$"),
             format!("\n\n{}\n\n", self.matrix(&set("@T"), &e.com_jacobian)),
-            set(r"$$@xdd = @T\,@qdd + (@T\,@qd)_{@q}\,@qd$$"),
-            format!("\n\n{}\n", self.vector(&set(r"(@T\,@qd)_{@q}\,@qd"), r"\mathcal{B}", &e.com_bias)),
+            self.convective(),
         ]
         .concat()
     }
 
+    fn convective(&self) -> String {
+        let bias = self.vector(&set(r"(@T\,@qd)_{@q}\,@qd"), r"\mathcal{B}", &self.equations.com_bias);
+        format!("{}\n\n{bias}\n", set(r"$$@xdd = @T\,@qdd + (@T\,@qd)_{@q}\,@qd$$"))
+    }
+
     fn mass(&self) -> String {
         if self.equations.has_only_sparse() {
-            let text = "## Reduced mass matrix: `mass_matrix`\n\nThe kinetic energy is a sum over bodies, each a form \
-                        in the rates of the named quantities in its position. These are replaced by their definitions \
-                        one after the other, the last one first, until rates of coordinates are left: their \
-                        coefficients are the entries of the matrix.\n";
-            return text.to_owned();
+            let text = "The momenta along named quantities are those of the bodies whose positions they determine. \
+                        They are replaced by momenta along the quantities in their definitions, times the \
+                        derivatives, the last one first: this leads to the momenta along the coordinates. Unit rates \
+                        give the columns of the matrix.\n";
+            return format!(
+                "## Generalized momenta: `momenta`\n\n{}\n\n{text}",
+                set(r"$$@m\,@qd = @T^{T} @M\,@T\,@qd$$")
+            );
         }
         let matrix = self.matrix(&set("@m"), &self.equations.mass_matrix);
         format!("## Reduced mass matrix: `mass_matrix`\n\n{}\n\n{matrix}\n", set(r"$$@m = @T^{T} @M\,@T$$"))

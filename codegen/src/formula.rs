@@ -115,7 +115,7 @@ impl<'s> Writer<'s> {
                 | Symbol::NamedRate(k)
                 | Symbol::NamedBias(k)
                 | Symbol::NamedAcceleration(k) => self.names[k].symbol_name(symbol, self.scene),
-                Symbol::MassEntry(i, j) => format!("mass({}, {})", coordinate(i), coordinate(j)),
+                Symbol::Momentum(i) => format!("momentum({})", coordinate(i)),
                 Symbol::GeneralizedForce(i) => format!("force({})", coordinate(i)),
                 _ => unreachable!("a kernel is not written as formulae"),
             };

@@ -65,8 +65,8 @@ impl Kernel {
         Builder::new(scene, lowering, 0, false).build_sparse(equations.sparse.as_ref()?)
     }
 
-    /// Binds the symbols of the mass matrix and of the generalized forces to values that are valid at any position, for
-    /// plain functions.
+    /// Binds the symbols of generalized momenta and forces to values that are valid at any position, for plain
+    /// functions.
     pub fn bind_dynamics(scene: &Scene, equations: &Equations, lowering: &mut Lowering) {
         if let Some(sparse) = equations.sparse.as_ref().filter(|_| equations.has_only_sparse()) {
             Builder::new(scene, lowering, 0, true).bind_dynamics(sparse);

@@ -30,11 +30,13 @@ pub(crate) fn notes(
     let parts = ["com_jacobian", "com_bias", "constraint_jacobian", "constraint_bias"];
     let dense = evaluated(&parts) + omissions::dense(scene, equations);
     let solved = evaluated(&["dynamics"]) + omissions::system(scene);
-    lines.extend([
-        format!("    {dense:5} operations  with full matrices, as the method is written down"),
-        format!("    {solved:5} operations  by the function `dynamics` and one full system"),
-        format!("    {:5} operations  by the kernel: {}", tape.solution.sum(), tape.solution),
-    ]);
+    if !equations.has_only_sparse() {
+        lines.extend([
+            format!("    {dense:5} operations  with full matrices, as the method is written down"),
+            format!("    {solved:5} operations  by the function `dynamics` and one full system"),
+        ]);
+    }
+    lines.push(format!("    {:5} operations  by the kernel: {}", tape.solution.sum(), tape.solution));
     // Scenes with few coordinates have one form, which needs no list.
     if forms.iter().any(|(form, _)| *form == EliminationForm::Sparse) {
         lines.extend([String::new(), "Forms of the kernel, before pairs are shared:".to_owned()]);

@@ -67,8 +67,8 @@ pub enum Symbol {
     NamedBias(usize),
     /// The second rate of a named quantity.
     NamedAcceleration(usize),
-    /// An entry of the mass matrix, where the sparse equations give its value.
-    MassEntry(usize, usize),
+    /// A generalized momentum, where the sparse equations give its value.
+    Momentum(usize),
     /// A generalized force, where the sparse equations give its value.
     GeneralizedForce(usize),
     /// The residual of a constraint, for a correction.

@@ -1,6 +1,7 @@
 //! Runs a tape before it is written, and compares it with the scene itself. Formulae are evaluated with automatic
 //! differentiation, which shares no code with the engine or the graph.
 
+mod adjoint;
 mod equations;
 mod errors;
 mod evaluation;
@@ -15,6 +16,7 @@ mod sample;
 mod size;
 mod system;
 mod tape;
+mod tree;
 mod virtual_work;
 mod wide;
 

@@ -75,15 +75,20 @@ pub(super) fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> 
         structure: None,
     };
 
-    let mut plans = vec![
+    let is_large_tree = e.has_only_sparse();
+    let com_jacobian = if is_large_tree {
         single(
-            "com_positions",
-            &["x"],
-            format!("Positions of the centres of mass and angles of the bodies, `x(q)`, in m and rad.\n\n{rows}"),
-            &[Coordinates],
+            "com_velocities",
+            &["T qd"],
+            format!(
+                "Velocities of the centres of mass and angular velocities of the bodies due to the rates of the \
+                 coordinates, `T qd`, in m/s and rad/s.\n\n{rows}"
+            ),
+            &[Coordinates, Rates],
             &row_names,
-            vector(&e.com_positions),
-        ),
+            vector(&e.com_velocities),
+        )
+    } else {
         single(
             "com_jacobian",
             &["T", "x_q"],
@@ -94,7 +99,18 @@ pub(super) fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> 
             &[Coordinates],
             &row_names,
             matrix(&e.com_jacobian),
+        )
+    };
+    let mut plans = vec![
+        single(
+            "com_positions",
+            &["x"],
+            format!("Positions of the centres of mass and angles of the bodies, `x(q)`, in m and rad.\n\n{rows}"),
+            &[Coordinates],
+            &row_names,
+            vector(&e.com_positions),
         ),
+        com_jacobian,
         single(
             "com_bias",
             &["T_dq·qd", "convective acceleration"],
@@ -156,7 +172,21 @@ pub(super) fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> 
             vector(&e.constraint_rate),
         ));
     }
-    plans.extend([
+    let mass_matrix = if is_large_tree {
+        single(
+            "momenta",
+            &["Mbar qd", "generalized momenta"],
+            format!(
+                "The generalized momenta `Mbar qd = T' M T qd`{}. Unit rates give the columns of the reduced mass \
+                 matrix.\n\nRows: {}",
+                if angles { ", in N m s" } else { ", in N s for lengths, N m s for angles" },
+                columns.trim_start_matches("Columns: ")
+            ),
+            &[Coordinates, Rates],
+            &coordinate_names,
+            vector(&e.momenta),
+        )
+    } else {
         single(
             "mass_matrix",
             &["Mbar", "reduced mass matrix"],
@@ -168,7 +198,10 @@ pub(super) fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> 
             &[Coordinates],
             &coordinate_names,
             matrix(&e.mass_matrix),
-        ),
+        )
+    };
+    plans.extend([
+        mass_matrix,
         single(
             "generalized_forces",
             &["fbar"],
@@ -208,7 +241,9 @@ pub(super) fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> 
             &output_names,
             vector(&e.outputs),
         ),
-        Plan {
+    ]);
+    if !is_large_tree {
+        plans.push(Plan {
             name: "dynamics",
             aliases: &["fused"],
             doc: "All that the accelerations need, with everything shared that the parts have in common.".to_owned(),
@@ -220,20 +255,20 @@ pub(super) fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> 
                 ("constraint_bias", vector(&e.constraint_bias)),
             ],
             structure: Some("Dynamics"),
-        },
-        Plan {
-            name: "loop_constraints",
-            aliases: &[],
-            doc: "All that a correction of positions and rates needs: `C`, `C_q` and `C_t`.".to_owned(),
-            arguments: at_position,
-            parts: vec![
-                ("residuals", vector(&e.constraints)),
-                ("constraint_jacobian", matrix(&e.constraint_jacobian)),
-                ("constraint_rate", vector(&e.constraint_rate)),
-            ],
-            structure: Some("LoopConstraints"),
-        },
-    ]);
+        });
+    }
+    plans.push(Plan {
+        name: "loop_constraints",
+        aliases: &[],
+        doc: "All that a correction of positions and rates needs: `C`, `C_q` and `C_t`.".to_owned(),
+        arguments: at_position,
+        parts: vec![
+            ("residuals", vector(&e.constraints)),
+            ("constraint_jacobian", matrix(&e.constraint_jacobian)),
+            ("constraint_rate", vector(&e.constraint_rate)),
+        ],
+        structure: Some("LoopConstraints"),
+    });
     plans.extend(e.linearization.as_ref().map(|linearization| {
         Plan {
             name: "linearization",

@@ -6,13 +6,15 @@ use std::collections::BTreeSet;
 use qrm_core::named_tape::{Argument, Function, ResultField, Shape, Value};
 use qrm_core::{NamedTape, Operation};
 
-/// Finds the arguments on the way to `dynamics` and `loop_constraints`. If the forces contain absolute values of
+/// Finds the arguments on the way to the equations of motion. If the forces contain absolute values of
 /// solutions of a linear system, these are skipped: they belong to the search for normal forces of friction.
 pub(super) fn switching(tape: &NamedTape, has_solved_forces: bool) -> [Function; 2] {
     let degrees = degrees_in_time(tape);
     let solved = if has_solved_forces { follows_from_quotients(tape, &degrees) } else { Vec::new() };
     let [mut linear, mut other, mut of_tanh] = [BTreeSet::new(), BTreeSet::new(), BTreeSet::new()];
-    let roots = ["dynamics", "loop_constraints"].into_iter().filter_map(|name| tape.function(name));
+    let roots = ["dynamics", "momenta", "generalized_forces", "loop_constraints"]
+        .into_iter()
+        .filter_map(|name| tape.function(name));
     for value in tape.needed(roots.flat_map(Function::results)) {
         let Value::Operation(operation) = tape.values()[value as usize] else { continue };
         match operation {

@@ -102,48 +102,59 @@ impl Builder<'_> {
         Some(kernel)
     }
 
-    /// Binds the entries of the mass matrix and the generalized forces: named quantities are replaced by their
-    /// definitions one after the other, the last one first.
+    /// Binds the generalized momenta and forces: those along named quantities are replaced by those along the variables
+    /// in their definitions, the last one first.
     pub(super) fn bind_dynamics(mut self, e: &SparseEquations) {
         let mut variables = Variables::new(&mut self, &e.names);
         variables.rates(&mut self, &e.names);
         let n = variables.coordinates();
-        let mut inertia = self.inertia(&variables, e);
-        let mut forces = self.forces_along_variables(&variables, &e.efforts);
-        for z in (n..variables.count()).rev() {
-            let definition = &variables.definitions[z - n];
-            inertia.substitute(&mut self, z, definition, |_| String::new());
-            let own = self.sum(std::mem::take(&mut forces[z]));
-            for (u, by) in definition {
-                forces[*u].extend(self.multiply(*by, own));
+        let velocities = variables.velocities(&mut self);
+        let mut momenta: Vec<Vec<Signed>> = vec![Vec::new(); variables.count()];
+        for (entry, [a, b]) in self.entries_of_inertia(&variables, e) {
+            momenta[a].extend(self.multiply(entry, velocities[b]));
+            if a != b {
+                momenta[b].extend(self.multiply(entry, velocities[a]));
             }
         }
-        for (i, force) in forces.into_iter().enumerate().take(n) {
-            let sum = self.sum(force);
-            self.bind(Symbol::GeneralizedForce(i), sum);
-            for j in 0..=i {
-                let entry = inertia.entry(&mut self, [i, j], |_| String::new());
-                self.bind(Symbol::MassEntry(i, j), entry);
+        let mut forces = self.forces_along_variables(&variables, &e.efforts);
+        for z in (n..variables.count()).rev() {
+            for along in [&mut momenta, &mut forces] {
+                let own = self.sum(std::mem::take(&mut along[z]));
+                for (u, by) in &variables.definitions[z - n] {
+                    along[*u].extend(self.multiply(*by, own));
+                }
             }
+        }
+        for (i, (momentum, force)) in momenta.into_iter().zip(forces).enumerate().take(n) {
+            let [momentum, force] = [momentum, force].map(|terms| self.sum(terms));
+            self.bind(Symbol::Momentum(i), momentum);
+            self.bind(Symbol::GeneralizedForce(i), force);
         }
     }
 
     /// The inertia of all bodies for the rates of the variables.
     fn inertia(&mut self, variables: &Variables, e: &SparseEquations) -> SparseSymmetricMatrix {
         let mut inertia = SparseSymmetricMatrix::new(variables.count());
-        for body in &e.inertias {
-            for (i, row) in body.matrix.iter().enumerate() {
-                for (j, entry) in row.iter().enumerate() {
-                    let [a, b] = [i, j].map(|place| variables.place(body.variables[place]));
-                    let entry = self.value(entry);
-                    inertia.add(a, b, entry);
-                    if a == b {
-                        inertia.add_unreduced(a, entry);
-                    }
-                }
+        for (entry, [a, b]) in self.entries_of_inertia(variables, e) {
+            inertia.add(a, b, entry);
+            if a == b {
+                inertia.add_unreduced(a, entry);
             }
         }
         inertia
+    }
+
+    /// The entries on and below the diagonals of the bodies' inertia, with their variables.
+    fn entries_of_inertia(&mut self, variables: &Variables, e: &SparseEquations) -> Vec<(Value, [usize; 2])> {
+        let mut entries = Vec::new();
+        for body in &e.inertias {
+            for (i, row) in body.matrix.iter().enumerate() {
+                for (j, entry) in row.iter().enumerate() {
+                    entries.push((self.value(entry), [i, j].map(|place| variables.place(body.variables[place]))));
+                }
+            }
+        }
+        entries
     }
 
     /// The forces along the variables.

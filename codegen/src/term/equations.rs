@@ -15,8 +15,10 @@ pub struct Equations {
     pub left_out: Vec<String>,
     /// Positions of the bodies, x(q).
     pub com_positions: Vec<Term>,
-    /// Jacobian of the positions, T = dx/dq.
+    /// Jacobian of the positions, T = dx/dq; empty if there are `com_velocities`.
     pub com_jacobian: Vec<Vec<Term>>,
+    /// Velocities of the bodies due to the rates of the coordinates, T qd; only for large trees.
+    pub com_velocities: Vec<Term>,
     /// Bias of the positions, (T qd)_q qd.
     pub com_bias: Vec<Term>,
     /// Constraints, C(q).
@@ -30,8 +32,10 @@ pub struct Equations {
     /// Bias of the constraints, (C_q qd)_q qd; for constraints that depend on time, (C_q qd + C_t)_q qd + (C_q qd +
     /// C_t)_t.
     pub constraint_bias: Vec<Term>,
-    /// Mass matrix, T' M T.
+    /// Mass matrix, T' M T; empty if there are `momenta`.
     pub mass_matrix: Vec<Vec<Term>>,
+    /// Generalized momenta, T' M T qd; only for large trees.
+    pub momenta: Vec<Term>,
     /// Generalized forces, Q + T' (F - M bias).
     pub generalized_forces: Vec<Term>,
     /// Kinetic energy, and the potential of the conservative loads.
@@ -54,7 +58,8 @@ pub struct Equations {
 }
 
 impl Equations {
-    /// Whether the sparse equations give the mass matrix and the generalized forces.
+    /// Whether the sparse equations give the generalized momenta and forces. Products of `T` and `Mbar` with the rates
+    /// then stand in place of these matrices.
     pub fn has_only_sparse(&self) -> bool {
         self.sparse.is_some() && self.kernel.mass_matrix.is_empty()
     }
@@ -63,7 +68,8 @@ impl Equations {
     pub fn terms(&self) -> impl Iterator<Item = &Term> {
         let of_loops = [&self.constraints, &self.constraint_bias, &self.constraint_rate];
         let vectors = [&self.com_positions, &self.com_bias].into_iter().chain(of_loops);
-        let more = [&self.generalized_forces, &self.energy, &self.power, &self.outputs];
+        let of_trees = [&self.com_velocities, &self.momenta];
+        let more = [&self.generalized_forces, &self.energy, &self.power, &self.outputs].into_iter().chain(of_trees);
         let matrices = [&self.com_jacobian, &self.constraint_jacobian, &self.mass_matrix];
         let hessians = self.constraint_hessians.iter().flatten().flatten();
         let points = self.points.iter().flatten();

@@ -44,9 +44,6 @@ pub struct NamedVariable {
     pub is_root: bool,
     /// The function.
     pub function: FunctionOfVariables,
-    /// The coordinates on which the quantity depends, each with the places in `by` of the variables through which it
-    /// does.
-    pub slopes: Vec<(usize, Vec<usize>)>,
 }
 
 impl NamedVariable {
@@ -58,13 +55,6 @@ impl NamedVariable {
             false => Term::Sum(terms),
         };
         let times = |by: &Term, symbol: Symbol| Term::Product(vec![by.clone(), Term::Symbol(symbol)]);
-        let slope = |(i, places): &(usize, Vec<usize>)| {
-            let through = |&place: &usize| match &by[place] {
-                (Symbol::Named(k), by) => times(by, Symbol::NamedSlope(*k, *i)),
-                (_, by) => by.clone(),
-            };
-            (Symbol::NamedSlope(place, *i), over(places.iter().map(through).collect()))
-        };
         let moved = |of_coordinate: fn(usize) -> Symbol, of_name: fn(usize) -> Symbol| {
             by.iter().filter_map(move |(variable, by)| match variable {
                 Symbol::Coordinate(i) => Some(times(by, of_coordinate(*i))),
@@ -85,7 +75,6 @@ impl NamedVariable {
         let rate = over(moved(Symbol::Rate, Symbol::NamedRate).chain([by_time.clone()]).collect());
         let acceleration = over(moved(Symbol::Acceleration, Symbol::NamedAcceleration).chain(own.clone()).collect());
         std::iter::once((Symbol::Named(place), value))
-            .chain(self.slopes.iter().map(slope))
             .chain([
                 (Symbol::NamedRate(place), rate),
                 (Symbol::NamedBias(place), over(through_names.chain(own).collect())),

@@ -17,15 +17,16 @@ impl<B: Differentiable> Sample<B> {
         let rows = self.com_rows(scene, equations, &plain);
         let found = EquationsOfMotion::new(self, &rows, &gradients, &plain);
         let n = self.q.len();
+        let mass = found.mass_matrix(&rows);
         let dot = |row: &[B]| row.iter().zip(&self.qdd).map(|(entry, a)| *entry * *a).sum::<B>();
         let reaction = |i: usize| {
             let column = found.constraint_jacobian.iter().skip(i).step_by(n);
             column.zip(&self.multipliers).map(|(entry, lambda)| *entry * *lambda).sum::<B>()
         };
-        let rows = found.residuals.iter().zip(found.constraint_jacobian.chunks(n.max(1)));
+        let constraints = found.residuals.iter().zip(found.constraint_jacobian.chunks(n.max(1)));
         Residual {
-            forces: (0..n).map(|i| dot(&found.mass[i * n..(i + 1) * n]) + reaction(i) - found.forces[i]).collect(),
-            constraints: rows.map(|(residual, row)| dot(row) + residual.v2).collect(),
+            forces: (0..n).map(|i| dot(&mass[i * n..(i + 1) * n]) + reaction(i) - found.forces[i]).collect(),
+            constraints: constraints.map(|(residual, row)| dot(row) + residual.v2).collect(),
         }
     }
 
@@ -61,7 +62,6 @@ pub(super) struct EquationsOfMotion<B> {
     /// The rows of `T` with two derivatives with respect to time.
     pub(super) positions: Vec<Dual2<B>>,
     pub(super) jacobian: Vec<Vec<B>>,
-    pub(super) mass: Vec<B>,
     pub(super) forces: Vec<B>,
     /// The loop constraints with two derivatives with respect to time.
     pub(super) residuals: Vec<Dual2<B>>,
@@ -76,25 +76,34 @@ impl<B: Differentiable> EquationsOfMotion<B> {
         let moving = State::along(scene, &sample.parameters, sample.t, &sample.q, &sample.qd, &vec![zero; n]);
         let positions: Vec<Dual2<B>> = rows.iter().map(|(row, _)| moving.value(row)).collect();
         let jacobian: Vec<Vec<B>> = rows.iter().map(|(row, _)| gradients.gradient(row)).collect();
-        let mut mass = vec![zero; n * n];
         let mut forces = sample.generalized_forces(gradients, plain);
         for (((_, inertia), row), bias) in rows.iter().zip(&jacobian).zip(&positions) {
             // In a large mechanism most rows depend on few coordinates.
             for i in (0..n).filter(|&i| !row[i].is_zero()) {
                 forces[i] -= *inertia * row[i] * bias.v2;
-                for j in 0..n {
-                    mass[i * n + j] += *inertia * row[i] * row[j];
-                }
             }
         }
         let constraints = || scene.constraints.iter().map(|c| &c.residual);
         Self {
             positions,
             jacobian,
-            mass,
             forces,
             residuals: constraints().map(|row| moving.value(row)).collect(),
             constraint_jacobian: constraints().flat_map(|row| gradients.gradient(row)).collect(),
         }
+    }
+
+    /// `T' M T`
+    pub(super) fn mass_matrix(&self, rows: &[(&Formula, B)]) -> Vec<B> {
+        let n = self.forces.len();
+        let mut mass = vec![B::from(0.0); n * n];
+        for ((_, inertia), row) in rows.iter().zip(&self.jacobian) {
+            for i in (0..n).filter(|&i| !row[i].is_zero()) {
+                for j in 0..n {
+                    mass[i * n + j] += *inertia * row[i] * row[j];
+                }
+            }
+        }
+        mass
     }
 }

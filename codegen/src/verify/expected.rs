@@ -5,6 +5,7 @@ use num_dual::{Dual, Dual2};
 use super::equations::EquationsOfMotion;
 use super::gradients::Gradients;
 use super::sample::Sample;
+use super::tree::EquationsOfTree;
 use super::virtual_work::VirtualWork;
 use crate::term::Equations;
 use qrm_scene::evaluate::{State, constant};
@@ -21,32 +22,42 @@ impl<B: Differentiable> Sample<B> {
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
         let rows = self.com_rows(scene, equations, &plain);
         let (given, moving) = (self.with_given_forces(scene), self.with_forces_of_motion(scene, &rows));
-        let EquationsOfMotion { positions, jacobian, mass, forces, residuals, constraint_jacobian } =
-            EquationsOfMotion::new(&moving, &rows, &gradients, &plain);
+        let second = |values: &[Dual2<B>]| values.iter().map(|v| v.v2).collect::<Vec<B>>();
+        let first = |values: &[Dual2<B>]| values.iter().map(|v| v.re).collect::<Vec<B>>();
+        let mut expected = Vec::new();
+        let (positions, forces, residuals, constraint_jacobian) = if equations.has_only_sparse() {
+            let found = EquationsOfTree::new(&moving, &rows, &gradients, &plain);
+            expected.extend([("com_velocities", found.velocities), ("momenta", found.momenta)]);
+            (found.positions, found.forces, Vec::new(), Vec::new())
+        } else {
+            let found = EquationsOfMotion::new(&moving, &rows, &gradients, &plain);
+            let mass = found.mass_matrix(&rows);
+            expected.extend([
+                ("com_jacobian", found.jacobian.concat()),
+                ("mass_matrix", mass.clone()),
+                ("dynamics.mass_matrix", mass),
+                ("dynamics.generalized_forces", found.forces.clone()),
+                ("dynamics.constraint_jacobian", found.constraint_jacobian.clone()),
+                ("dynamics.constraint_bias", second(&found.residuals)),
+            ]);
+            (found.positions, found.forces, found.residuals, found.constraint_jacobian)
+        };
         let kinetic: B = rows.iter().zip(&positions).map(|((_, inertia), x)| *inertia * x.v1 * x.v1 * 0.5).sum();
         let constraint_rates = self.constraint_rates(scene);
         let [potential, power] = given.potential_and_power(&gradients, &plain, &rows, equations);
         let power =
             power + constraint_rates.iter().zip(&self.multipliers).map(|(rate, lambda)| *rate * *lambda).sum::<B>();
-        let second = |values: &[Dual2<B>]| values.iter().map(|v| v.v2).collect::<Vec<B>>();
-        let first = |values: &[Dual2<B>]| values.iter().map(|v| v.re).collect::<Vec<B>>();
-        let mut expected = vec![
+        expected.extend([
             ("com_positions", first(&positions)),
-            ("com_jacobian", jacobian.concat()),
             ("com_bias", second(&positions)),
-            ("mass_matrix", mass.clone()),
-            ("generalized_forces", forces.clone()),
+            ("generalized_forces", forces),
             ("energy", vec![kinetic, potential]),
             ("power", vec![power]),
             ("outputs", given.outputs(&gradients)),
-            ("dynamics.mass_matrix", mass),
-            ("dynamics.generalized_forces", forces),
-            ("dynamics.constraint_jacobian", constraint_jacobian.clone()),
-            ("dynamics.constraint_bias", second(&residuals)),
             ("loop_constraints.residuals", first(&residuals)),
             ("loop_constraints.constraint_jacobian", constraint_jacobian.clone()),
             ("loop_constraints.constraint_rate", constraint_rates.clone()),
-        ];
+        ]);
         if !residuals.is_empty() {
             expected.extend([
                 ("constraints", first(&residuals)),
@@ -136,7 +147,7 @@ impl<B: Differentiable> Sample<B> {
             OutputKind::ShakingForce(along) => virtual_work.along_ground(along),
             OutputKind::ShakingMoment(point) => virtual_work.about_ground(*point),
             OutputKind::ReactionMoment { constraint, coordinate } => {
-                let mut turned = gradients.states[*coordinate].clone();
+                let mut turned = gradients.states()[*coordinate].clone();
                 for point in 0..scene.points.len() {
                     let held = turned.point(point).map(|c| Dual::new(c.re, zero));
                     turned = turned.with_point(point, held);

@@ -50,7 +50,7 @@ impl<B: Differentiable> Sample<B> {
             let closing: Vec<B> = found.residuals.iter().map(|residual| -residual.v2).collect();
             let n = sample.q.len();
             let (solution, _) =
-                System::new(&found.mass, &found.constraint_jacobian, n).solve(&found.forces, &closing)?;
+                System::new(&found.mass_matrix(rows), &found.constraint_jacobian, n).solve(&found.forces, &closing)?;
             (sample.qdd, sample.multipliers) = (solution[..n].to_vec(), solution[n..].to_vec());
             Some(components(&sample, scene, normals))
         };

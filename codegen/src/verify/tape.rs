@@ -23,19 +23,30 @@ pub(super) fn agrees(scene: &Scene, tape: &NamedTape, placed: &Tape, sample: &Sa
     let Sample { t, q, qd, qdd, multipliers, .. } = sample;
     let room = |function: &TapeFunction| vec![0.0; function.results.len()];
 
-    let mut results = room(&placed.dynamics);
+    let mut results = vec![0.0; placed.dynamics_length()];
     evaluator.dynamics(*t, q, qd, &mut results);
-    let parts = ["mass_matrix", "generalized_forces", "constraint_jacobian", "constraint_bias"];
-    same("dynamics", &results, &expected("dynamics", &parts))?;
+    let n = q.len();
+    let mut momenta = vec![0.0; n];
+    if evaluator.momenta(q, qd, &mut momenta) {
+        same("momenta", &momenta, &expected("momenta", &[]))?;
+        same("dynamics", &results[n * n..], &expected("generalized_forces", &[]))?;
+        let mut column: Vec<f64> = vec![0.0; n];
+        let first: Vec<f64> = (0..n).map(|i| if i == 0 { 1.0 } else { 0.0 }).collect();
+        evaluator.momenta(q, &first, &mut column);
+        same("mass_matrix", &results[..n], &column)?;
+    } else {
+        let parts = ["mass_matrix", "generalized_forces", "constraint_jacobian", "constraint_bias"];
+        same("dynamics", &results, &expected("dynamics", &parts))?;
+        let mut results = room(&placed.mass_matrix);
+        evaluator.mass_matrix(q, &mut results);
+        same("mass_matrix", &results, &expected("mass_matrix", &[]))?;
+    }
 
     let mut results = room(&placed.loop_constraints);
     evaluator.loop_constraints(*t, q, &mut results);
     let parts = ["residuals", "constraint_jacobian", "constraint_rate"];
     same("loop_constraints", &results, &expected("loop_constraints", &parts))?;
 
-    let mut results = room(&placed.mass_matrix);
-    evaluator.mass_matrix(q, &mut results);
-    same("mass_matrix", &results, &expected("mass_matrix", &[]))?;
     same("energy", &evaluator.energy(q, qd), &expected("energy", &[]))?;
     same("power", &[evaluator.power(*t, q, qd, qdd, multipliers)], &expected("power", &[]))?;
 

@@ -23,7 +23,7 @@ use crate::width::Width;
 use kernel::InterpretedKernel;
 
 /// Calls a function for a mechanism with the least capacity that holds its coordinates and constraints. Numbers up to
-/// the capacity are computed with.
+/// the capacity are computed with. Larger mechanisms have no kernel: their equations are solved with full matrices.
 macro_rules! with_capacity {
     ($tape:expr, $function:ident($($argument:expr),*)) => {
         match $tape.sizes().into_iter().max() {
@@ -33,6 +33,9 @@ macro_rules! with_capacity {
             Some(0..=8) => $function::<8>($($argument),*),
             #[cfg(not(target_family = "wasm"))]
             Some(9..=32) => $function::<32>($($argument),*),
+            #[cfg(not(target_family = "wasm"))]
+            _ => $function::<256>($($argument),*),
+            #[cfg(target_family = "wasm")]
             _ => $function::<128>($($argument),*),
         }
     };

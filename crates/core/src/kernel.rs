@@ -147,6 +147,21 @@ pub trait Equations<R: Scalar, const N: usize, const M: usize>: Kernel<R, N, M> 
     }
 }
 
+/// The mass matrix `Mbar` whose product with rates is given; entries below the diagonal are those above it.
+pub fn mass_matrix_from_momenta<R: Scalar, const N: usize>(momenta: impl Fn(&[R; N]) -> [R; N]) -> [[R; N]; N] {
+    let mut mass_matrix = [[R::zero(); N]; N];
+    let mut rates = [R::zero(); N];
+    for j in 0..N {
+        rates[j] = R::from_f64(1.0);
+        let column = momenta(&rates);
+        rates[j] = R::zero();
+        for i in j..N {
+            (mass_matrix[i][j], mass_matrix[j][i]) = (column[i], column[i]);
+        }
+    }
+    mass_matrix
+}
+
 /// Copies the outputs of a row, as many as fit.
 // Here and not in generated code: a panic there would contain the path of its file.
 #[inline(always)]

@@ -90,6 +90,7 @@ pub use gauss::{Convergence, GAUSS_NODES, GaussEnd, GaussEstimate, GaussRequest,
 pub use interval::Interval;
 pub use kernel::{
     Dynamics, Equations, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,
+    mass_matrix_from_momenta,
 };
 pub use kernel_state::{KernelState, StepResult};
 #[cfg(feature = "simd")]

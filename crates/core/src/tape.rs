@@ -36,12 +36,15 @@ pub struct Tape {
     pub parameters: TapeFunction,
     /// Values that depend on parameters alone, and numbers.
     pub constants: Cow<'static, [Operation]>,
-    /// Mass matrix (`n` by `n`), generalized forces (`n`), constraint Jacobian (`m` by `n`) and constraint bias (`m`).
+    /// Mass matrix (`n` by `n`), generalized forces (`n`), constraint Jacobian (`m` by `n`) and constraint bias (`m`);
+    /// without the mass matrix if there are `momenta`.
     pub dynamics: TapeFunction,
     /// `C` (`m`), `C_q` (`m` by `n`) and `C_t` (`m`).
     pub loop_constraints: TapeFunction,
-    /// The mass matrix (`n` by `n`).
+    /// The mass matrix (`n` by `n`); empty if there are `momenta`.
     pub mass_matrix: TapeFunction,
+    /// The generalized momenta `Mbar qd` (`n`) of a large tree: unit rates give the columns of its mass matrix.
+    pub momenta: Option<TapeFunction>,
     /// Kinetic energy and potential, in J.
     pub energy: TapeFunction,
     /// Power of the loads that have no potential, and of what drives the constraints, in W.
@@ -111,10 +114,18 @@ impl Tape {
         let dynamics = [&self.dynamics, &self.loop_constraints, &self.mass_matrix];
         let rows = [&self.energy, &self.power, &self.outputs];
         let run = [&self.parameters, &self.start, &self.schedule, &self.switching_functions, &self.tanh_arguments];
-        dynamics.into_iter().chain(rows).chain(run).chain(&self.linearization).chain(&self.event)
+        let optional = [&self.momenta, &self.linearization, &self.event];
+        dynamics.into_iter().chain(rows).chain(run).chain(optional.into_iter().flatten())
     }
 
-    /// Mass matrix, generalized forces, constraint Jacobian and constraint bias in the results of `dynamics`.
+    /// The number of results of [`TapeEvaluator::dynamics`].
+    pub fn dynamics_length(&self) -> usize {
+        let [n, m] = self.sizes();
+        n * n + n + m * n + m
+    }
+
+    /// Mass matrix, generalized forces, constraint Jacobian and constraint bias in the results of
+    /// [`TapeEvaluator::dynamics`].
     pub fn split_dynamics<'r, R>(&self, results: &'r [R]) -> [&'r [R]; 4] {
         let [n, m] = self.sizes();
         split(results, [n * n, n, m * n, m])

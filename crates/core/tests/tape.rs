@@ -16,6 +16,7 @@ static PENDULUM: Tape = Tape {
     dynamics: TapeFunction::new(&[Sin(5), Mul(11, 12), Neg(13)], &[2, 14]),
     loop_constraints: NONE,
     mass_matrix: TapeFunction::new(&[], &[2]),
+    momenta: None,
     energy: TapeFunction::new(
         &[Mul(6, 6), Mul(12, 2), Number(0.5), Mul(13, 14), Cos(5), Mul(11, 16), Neg(17)],
         &[15, 18],

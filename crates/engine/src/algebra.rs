@@ -37,6 +37,8 @@ pub(super) struct Algebra<'s> {
     pub(super) names_are_variables: bool,
     /// The named quantities, each after those that it uses.
     pub(super) names: RefCell<Vec<Entry>>,
+    /// The named sums by the first of their terms.
+    pub(super) sums: RefCell<HashMap<Atom, Vec<usize>>>,
     /// The switches and their arguments.
     pub(super) switches: RefCell<Vec<(Switch, Atom)>>,
     /// The splines of the scene, without duplicates.
@@ -81,6 +83,7 @@ impl<'s> Algebra<'s> {
             names_formulae,
             names_are_variables,
             names: RefCell::default(),
+            sums: RefCell::default(),
             switches: RefCell::default(),
             splines: splines_of(scene),
         };
@@ -210,8 +213,14 @@ impl<'s> Algebra<'s> {
         if let Ok(mut place) = self.place.lock() {
             *place = (self.number, value.whole_span());
         }
-        let mut atoms: Vec<Atom> = Vec::with_capacity(value.nodes().len());
+        let mut is_inner = vec![false; value.nodes().len()];
         for node in value.nodes() {
+            if let Node::Add(a, b) | Node::Subtract(a, b) = node {
+                [a, b].into_iter().for_each(|operand| is_inner[*operand] = true);
+            }
+        }
+        let mut atoms: Vec<Atom> = Vec::with_capacity(value.nodes().len());
+        for (place, node) in value.nodes().iter().enumerate() {
             let atom = match node {
                 Node::Number(number) => exact(number),
                 Node::Name(quantity) => match *quantity {
@@ -227,8 +236,13 @@ impl<'s> Algebra<'s> {
                     other => unreachable!("{other:?} is in no formula that is differentiated"),
                 },
                 Node::Negate(a) => -&atoms[*a],
-                Node::Add(a, b) => &atoms[*a] + &atoms[*b],
-                Node::Subtract(a, b) => &atoms[*a] - &atoms[*b],
+                // The sum that contains it adds its terms: adding them one by one would normalize each partial sum.
+                Node::Add(..) | Node::Subtract(..) if is_inner[place] => Atom::num(0),
+                Node::Add(..) | Node::Subtract(..) => {
+                    let mut terms = Vec::new();
+                    collect_terms(value.nodes(), place, false, &atoms, &mut terms);
+                    Atom::add_many(&terms)
+                }
                 Node::Multiply(a, b) => &atoms[*a] * &atoms[*b],
                 Node::Divide(a, b) => &atoms[*a] / &atoms[*b],
                 Node::Power(a, b) => self.power(&atoms[*a], &atoms[*b]),
@@ -269,6 +283,21 @@ impl<'s> Algebra<'s> {
     }
 }
 
+/// Collects the terms of a sum and of the sums in it.
+fn collect_terms(nodes: &[Node<Quantity>], place: usize, is_negative: bool, atoms: &[Atom], terms: &mut Vec<Atom>) {
+    match nodes[place] {
+        Node::Add(a, b) => {
+            collect_terms(nodes, a, is_negative, atoms, terms);
+            collect_terms(nodes, b, is_negative, atoms, terms);
+        }
+        Node::Subtract(a, b) => {
+            collect_terms(nodes, a, is_negative, atoms, terms);
+            collect_terms(nodes, b, !is_negative, atoms, terms);
+        }
+        _ => terms.push(if is_negative { -&atoms[place] } else { atoms[place].clone() }),
+    }
+}
+
 fn is_root(function: &Function) -> bool {
     matches!(function, Function::Sqrt | Function::Hypot)
 }
@@ -296,8 +325,14 @@ pub(super) fn define_symbols(scenes: &[&Scene]) {
     for (k, order) in (0..splines).flat_map(|k| (0..=ORDERS).map(move |order| (k, order))) {
         symbol!(spline_name(k, order));
     }
-    let counts = |scene: &&Scene| [false, is_sparse(scene)].map(|variables| symbols_of(scene, true, variables).len());
-    let most = scenes.iter().flat_map(counts).max();
+    // A large tree rarely needs the others, as many as it has names times coordinates; they follow in their order if it
+    // does.
+    let kinds = |scene: &Scene| [!scene.is_large_tree(), is_sparse(scene)];
+    let count = |scene: &Scene| {
+        let kinds = [false, true].into_iter().zip(kinds(scene)).filter(|(_, is_needed)| *is_needed);
+        kinds.map(|(variables, _)| symbols_of(scene, true, variables).len()).max()
+    };
+    let most = scenes.iter().filter_map(|scene| count(scene)).max();
     (0..most.unwrap_or(0)).for_each(|i| {
         symbol!(format!("s{i}"));
     });

@@ -1,6 +1,6 @@
 //! Derivatives by the chain rule over named quantities, each differentiated once.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
 use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
 use symbolica::{function, symbol};
@@ -52,6 +52,12 @@ impl Algebra<'_> {
             };
             let time_derivative = self.partial_time_derivative(formula);
             let formula = formula.clone();
+            if let AtomView::Add(sum) = formula.as_view()
+                && !is_root
+            {
+                let first = sum.iter().next().map(|term| term.to_owned());
+                first.into_iter().for_each(|term| self.sums.borrow_mut().entry(term).or_default().push(place));
+            }
             let entry = Entry { name, is_root, formula, gradient, slopes, time_derivative, coordinates };
             self.names.borrow_mut().push(entry);
             place
@@ -110,15 +116,22 @@ impl Algebra<'_> {
                 _ => Vec::new(),
             }
         };
-        let mut own = terms(atom);
+        let mut own: HashSet<Atom> = terms(atom).into_iter().collect();
         if !self.names_are_variables || own.len() < 3 {
             return atom.clone();
         }
-        for (k, entry) in self.names.borrow().iter().enumerate().filter(|(_, entry)| !entry.is_root) {
-            let part = terms(&entry.formula);
-            if !part.is_empty() && part.len() < own.len() && part.iter().all(|term| own.contains(term)) {
-                own.retain(|term| !part.contains(term));
-                own.push(self.symbol(Symbol::Named(k)));
+        let (names, sums) = (self.names.borrow(), self.sums.borrow());
+        let with = |term: &Atom| sums.get(term).into_iter().flatten().copied();
+        let mut candidates: BTreeSet<usize> = own.iter().flat_map(with).collect();
+        while let Some(k) = candidates.pop_first() {
+            let part = terms(&names[k].formula);
+            if part.len() < own.len() && part.iter().all(|term| own.contains(term)) {
+                for term in &part {
+                    own.remove(term);
+                }
+                let name = self.symbol(Symbol::Named(k));
+                candidates.extend(with(&name).filter(|other| *other > k));
+                own.insert(name);
             }
         }
         own.into_iter().fold(Atom::num(0), |sum, term| sum + term)

@@ -42,14 +42,13 @@ pub(super) fn all_equations(number: usize, place: &Place, scene: &Scene) -> Opti
     let (algebra, rows) = (&system.algebra, &system.rows);
     let terms = |atoms: &[Atom]| -> Vec<Term> { atoms.iter().map(|atom| algebra.term(atom)).collect() };
     let n = scene.coordinates.len();
-    let entry = |i: usize, j: usize| Term::Symbol(Symbol::MassEntry(i.max(j), i.min(j)));
     let equations = Equations {
         rows: rows.rows.clone(),
         left_out: rows.left_out.clone(),
         com_positions: terms(&rows.x),
-        com_jacobian: rows.x.iter().map(|x| slopes(algebra, &sparse.names, x)).collect(),
+        com_velocities: rows.x.iter().map(|x| algebra.simple_term(&algebra.velocity(x))).collect(),
         com_bias: terms(&rows.bias),
-        mass_matrix: (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect(),
+        momenta: (0..n).map(|i| Term::Symbol(Symbol::Momentum(i))).collect(),
         generalized_forces: (0..n).map(|i| Term::Symbol(Symbol::GeneralizedForce(i))).collect(),
         energy: [&system.kinetic_energy(), &system.loads.potential].map(|atom| algebra.simple_term(atom)).to_vec(),
         power: vec![algebra.simple_term(&system.loads.power)],
@@ -64,24 +63,6 @@ pub(super) fn all_equations(number: usize, place: &Place, scene: &Scene) -> Opti
         ..Equations::default()
     };
     Kernel::sparse(scene, &equations, &mut Lowering::default()).is_some().then_some(equations)
-}
-
-/// The derivatives of an expression with respect to all coordinates, also through names.
-fn slopes(algebra: &Algebra, variables: &[NamedVariable], atom: &Atom) -> Vec<Term> {
-    let by: Vec<(Symbol, Term)> =
-        algebra.local_derivatives(atom).iter().map(|(symbol, by)| (*symbol, algebra.simple_term(by))).collect();
-    let slope = |i: usize| {
-        let through = |(variable, by): &(Symbol, Term)| match variable {
-            Symbol::Coordinate(j) => (i == *j).then(|| by.clone()),
-            Symbol::Named(k) if depends_on(variables, *variable, i) => {
-                Some(Term::Product(vec![by.clone(), Term::Symbol(Symbol::NamedSlope(*k, i))]))
-            }
-            _ => None,
-        };
-        let terms: Vec<Term> = by.iter().filter_map(through).collect();
-        if terms.is_empty() { Term::zero() } else { Term::Sum(terms) }
-    };
-    (0..algebra.scene.coordinates.len()).map(slope).collect()
 }
 
 fn sparse_equations(system: &System) -> SparseEquations {
@@ -115,27 +96,13 @@ fn names(algebra: &Algebra) -> Vec<NamedVariable> {
     for entry in names.iter() {
         roots += usize::from(entry.is_root);
         let function = function(algebra, &entry.formula, &Atom::num(if entry.is_root { 2 } else { 1 }));
-        let slope = |i: usize| {
-            let depends = |place: &usize| depends_on(&variables, function.by[*place].0, i);
-            let places: Vec<usize> = (0..function.by.len()).filter(depends).collect();
-            (!places.is_empty()).then_some((i, places))
-        };
         variables.push(NamedVariable {
             name: if entry.is_root { format!("{letter}{roots}") } else { entry.name.clone() },
             is_root: entry.is_root,
-            slopes: (0..algebra.scene.coordinates.len()).filter_map(slope).collect(),
             function,
         });
     }
     variables
-}
-
-/// Whether a variable depends on a coordinate.
-fn depends_on(variables: &[NamedVariable], variable: Symbol, i: usize) -> bool {
-    match variable {
-        Symbol::Named(k) => variables[k].slopes.iter().any(|(other, _)| *other == i),
-        other => other == Symbol::Coordinate(i),
-    }
 }
 
 /// The inertia of a body for the rates of the variables on which it depends.

@@ -111,10 +111,7 @@ fn equations() -> Equations {
     ];
     let inertia = product(&[m.clone(), squared(&r)]);
     let mut equations = Equations {
-        names: Vec::new(),
-        normal_forces: Vec::new(),
         rows: [0, 1].map(|axis| Row { body: 0, axis, inertia: m.clone() }).into(),
-        left_out: Vec::new(),
         com_positions: x.to_vec(),
         com_jacobian: gradients.to_vec(),
         com_bias: bias.to_vec(),
@@ -143,8 +140,7 @@ fn equations() -> Equations {
         outputs: vec![x[1].clone()],
         linearization: Some(linearization()),
         points: vec![x],
-        kernel: KernelEquations::default(),
-        sparse: None,
+        ..Equations::default()
     };
     equations.kernel = KernelEquations::without_roots(&equations);
     equations

@@ -19,7 +19,7 @@ pub fn evaluate_in<N, D: Differentiable>(
 ) -> D {
     values.clear();
     for node in expression.nodes() {
-        values.push(apply(node, values, lookup));
+        values.push(evaluate_node(node, values, lookup));
     }
     values.last().copied().unwrap_or_else(|| D::from(f64::NAN))
 }
@@ -49,13 +49,14 @@ pub fn known_values<N>(expression: &Expression<N>, mut lookup: impl FnMut(&N) ->
             _ => None,
         };
         let is_known = operands_known && (name.is_some() || !matches!(node, Node::Name(_)));
-        values.push(apply(node, &values, &mut |_| name.unwrap_or(f64::NAN)));
+        values.push(evaluate_node(node, &values, &mut |_| name.unwrap_or(f64::NAN)));
         known.push(is_known.then(|| values[values.len() - 1]));
     }
     known
 }
 
-fn apply<N, D: Differentiable>(node: &Node<N>, values: &[D], lookup: &mut impl FnMut(&N) -> D) -> D {
+/// The value of one node of an expression, given those of the nodes before it.
+pub fn evaluate_node<N, D: Differentiable>(node: &Node<N>, values: &[D], lookup: &mut impl FnMut(&N) -> D) -> D {
     match node {
         // The second part vanishes in a double, but not in a double-double number.
         Node::Number(number) => D::from(number.value) + number.rest,

@@ -132,6 +132,16 @@ impl Variables {
         }
     }
 
+    /// The rates of all variables that are due to those of the coordinates, without the parts due to time.
+    pub(super) fn velocities(&self, builder: &mut Builder) -> Vec<Value> {
+        let mut velocities = self.rates[..self.coordinates].to_vec();
+        for k in 0..self.definitions.len() {
+            let moved = self.moved(builder, k, &velocities);
+            velocities.push(builder.sum(moved));
+        }
+        velocities
+    }
+
     /// The products of the derivatives of a named quantity with values of variables.
     fn moved(&self, builder: &mut Builder, named: usize, values: &[Value]) -> Vec<Signed> {
         self.definitions[named].iter().filter_map(|(z, by)| builder.multiply(*by, values[*z])).collect()

@@ -80,7 +80,7 @@ impl<const C: usize> Mechanism for Interpreted<C> {
     }
 
     fn dynamics(&self, t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut) {
-        let mut results = vec![0.0; self.tape.dynamics.results.len()];
+        let mut results = vec![0.0; self.tape.dynamics_length()];
         self.evaluator().dynamics(t, q, qd, &mut results);
         let DynamicsMut { mass_matrix, generalized_forces, constraint_jacobian, constraint_bias } = dynamics;
         scatter(&results, [mass_matrix, generalized_forces, constraint_jacobian, constraint_bias]);

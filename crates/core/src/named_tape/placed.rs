@@ -24,7 +24,11 @@ impl NamedTape {
             let parts = function.flat_map(|own| parts.iter().filter_map(|part| own.part(part)));
             parts.flat_map(|part| part.values.values()).copied().collect()
         };
-        let dynamics = parts("dynamics", &DYNAMICS);
+        let momenta: Option<Vec<u32>> = optional("momenta");
+        let dynamics = match momenta {
+            Some(_) => results("generalized_forces"),
+            None => parts("dynamics", &DYNAMICS),
+        };
         let loop_constraints = parts("loop_constraints", &LOOP_CONSTRAINTS);
         let [mass_matrix, energy, power]: [Vec<u32>; 3] = ["mass_matrix", "energy", "power"].map(results);
         let [outputs, start, schedule]: [Vec<u32>; 3] = ["outputs", "start", "schedule"].map(results);
@@ -46,6 +50,7 @@ impl NamedTape {
         let all = from_state
             .into_iter()
             .chain(from_kernel)
+            .chain(&momenta)
             .chain(&linearization)
             .chain(&event)
             .chain([&switching_functions, &tanh_arguments]);
@@ -62,6 +67,7 @@ impl NamedTape {
             dynamics: function(&dynamics),
             loop_constraints: function(&loop_constraints),
             mass_matrix: function(&mass_matrix),
+            momenta: momenta.as_ref().map(function),
             energy: function(&energy),
             power: function(&power),
             outputs: function(&outputs),

@@ -8,7 +8,8 @@ use crate::{Scalar, Schedule};
 
 /// A mechanism with parameters, evaluated by its [`Tape`] on numbers `R` in a buffer `B`; no call allocates.
 ///
-/// Slices of results have the lengths of the tape's `results`; matrices are stored row by row.
+/// Slices of results have the lengths of the tape's `results`, for `dynamics` [`Tape::dynamics_length`]; matrices are
+/// stored row by row.
 #[derive(Clone, Debug)]
 pub struct TapeEvaluator<'t, B> {
     pub(super) tape: &'t Tape,
@@ -72,7 +73,12 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
 
     /// Mass matrix, generalized forces, constraint Jacobian and constraint bias at a state.
     pub fn dynamics(&mut self, t: R, q: &[R], qd: &[R], results: &mut [R]) {
-        self.evaluate(&self.tape.dynamics, t, [q, qd], results);
+        let of_momenta = if self.tape.momenta.is_some() { q.len() * q.len() } else { 0 };
+        let (mass_matrix, others) = results.split_at_mut(of_momenta);
+        if of_momenta > 0 {
+            self.mass_matrix(q, mass_matrix);
+        }
+        self.evaluate(&self.tape.dynamics, t, [q, qd], others);
     }
 
     /// `C`, `C_q` and `C_t` at a position.
@@ -82,7 +88,27 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
 
     /// The mass matrix at a position.
     pub fn mass_matrix(&mut self, q: &[R], results: &mut [R]) {
-        self.evaluate(&self.tape.mass_matrix, R::zero(), [q], results);
+        let Some(momenta) = &self.tape.momenta else {
+            return self.evaluate(&self.tape.mass_matrix, R::zero(), [q], results);
+        };
+        let (n, first) = (q.len(), self.places.qd);
+        self.values[first..][..n].fill(R::zero());
+        for j in 0..n {
+            self.values[first + j] = R::from_f64(1.0);
+            self.evaluate_at(R::zero(), [q], &momenta.operations);
+            self.values[first + j] = R::zero();
+            for (i, &place) in momenta.results.iter().enumerate().skip(j) {
+                let entry = self.values[place as usize];
+                (results[i * n + j], results[j * n + i]) = (entry, entry);
+            }
+        }
+    }
+
+    /// The generalized momenta `Mbar qd` of a large tree; `false` for other mechanisms.
+    pub fn momenta(&mut self, q: &[R], qd: &[R], results: &mut [R]) -> bool {
+        let Some(momenta) = &self.tape.momenta else { return false };
+        self.evaluate(momenta, R::zero(), [q, qd], results);
+        true
     }
 
     /// Kinetic energy and potential, in J.

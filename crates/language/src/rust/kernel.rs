@@ -36,6 +36,30 @@ pub(super) fn link(printer: &Printer) -> TokenStream {
     let power_results = [&qdd, &multipliers].map(|(is_used, name)| is_used.then(|| quote!(, #name)));
     let [qdd, multipliers] =
         [qdd, multipliers].map(|(is_used, name)| if is_used { name } else { format_ident!("_{name}") });
+    let (dynamics, mass_matrix) = match tape.function("momenta") {
+        Some(_) => (
+            quote! {
+                fn dynamics(&self, t: R, q: &[R; #n], qd: &[R; #n]) -> Dynamics<R, #n, #m> {
+                    Dynamics {
+                        mass_matrix: self.mass_matrix(q),
+                        generalized_forces: generalized_forces(self, t, q, qd),
+                        constraint_jacobian: [],
+                        constraint_bias: [],
+                    }
+                }
+            },
+            quote!(qrm_core::mass_matrix_from_momenta(|qd| momenta(self, q, qd))),
+        ),
+        None => (
+            quote! {
+                #[inline(always)]
+                fn dynamics(&self, t: R, q: &[R; #n], qd: &[R; #n]) -> Dynamics<R, #n, #m> {
+                    dynamics(self, t, q, qd)
+                }
+            },
+            quote!(mass_matrix(self, q)),
+        ),
+    };
     quote! {
         impl<R: Scalar> Kernel<R, #n, #m> for #own<R> {
             type Position = Position<R>;
@@ -128,10 +152,7 @@ pub(super) fn link(printer: &Printer) -> TokenStream {
 
             #schedule
 
-            #[inline(always)]
-            fn dynamics(&self, t: R, q: &[R; #n], qd: &[R; #n]) -> Dynamics<R, #n, #m> {
-                dynamics(self, t, q, qd)
-            }
+            #dynamics
 
             #[inline(always)]
             fn loop_constraints(&self, #driven_t: R, q: &[R; #n]) -> LoopConstraints<R, #n, #m> {
@@ -139,7 +160,7 @@ pub(super) fn link(printer: &Printer) -> TokenStream {
             }
 
             fn mass_matrix(&self, q: &[R; #n]) -> [[R; #n]; #n] {
-                mass_matrix(self, q)
+                #mass_matrix
             }
 
             #[inline(always)]

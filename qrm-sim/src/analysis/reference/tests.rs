@@ -38,6 +38,7 @@ static ROD: Tape = Tape {
         &[24, 4, 5, 26],
     ),
     mass_matrix: TapeFunction::new(&[Constant(1.0), Constant(0.0)], &[16, 17, 17, 16]),
+    momenta: None,
     energy: TapeFunction::new(&[Mul(6, 6), Mul(7, 7), Add(16, 17), Constant(0.5), Mul(18, 19), Mul(2, 5)], &[20, 21]),
     power: TapeFunction::new(&[Constant(0.0)], &[16]),
     outputs: TapeFunction::new(&[], &[10]),

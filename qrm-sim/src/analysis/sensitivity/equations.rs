@@ -93,7 +93,7 @@ impl<'m, T: Inner> DualEquations<'m, T> {
             solver: Solver::new(mechanism),
             takes_forces: (0..by_forces.len()).any(|output| by_forces[output] && is_asked(&output)),
             saddle: DualSaddlePoint::zero(n, m, parts),
-            dynamics: zero(tape.dynamics.results.len()),
+            dynamics: zero(tape.dynamics_length()),
             constraints: zero(tape.loop_constraints.results.len()),
             mass_matrix: zero(n * n),
         }

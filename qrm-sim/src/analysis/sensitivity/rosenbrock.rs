@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use qrm_core::{Scalar, TapeFunction};
+use qrm_core::Scalar;
 
 use super::equations::{DualEquations, DualState};
 use super::number::{Inner, Number, complete, constants, values};
@@ -72,10 +72,10 @@ impl<T: Inner> System<T> {
         let g = Number::from_f64(GAMMA) * h;
         let tape = equations.evaluator.tape();
         let (n, m) = (from.q.len(), from.multipliers.len());
-        let zero = |function: &TapeFunction| vec![Number::zero(); function.results.len()];
-        let mut dynamics = zero(&tape.dynamics);
+        let zero = |size: usize| vec![Number::zero(); size];
+        let mut dynamics = zero(tape.dynamics_length());
         equations.evaluator.dynamics(from.t, &from.q, &from.qd, &mut dynamics);
-        let mut linearization = zero(tape.linearization.as_ref().ok_or(StepError::NoLinearization)?);
+        let mut linearization = zero(tape.linearization.as_ref().ok_or(StepError::NoLinearization)?.results.len());
         let DualState { t, q, qd, qdd, multipliers } = from;
         equations.evaluator.linearization(*t, q, qd, qdd, multipliers, &mut linearization);
         let [mass, _, jacobian, _] = tape.split_dynamics(&dynamics);

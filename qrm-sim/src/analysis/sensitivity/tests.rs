@@ -34,6 +34,7 @@ static TAPE: Tape = Tape {
         &[23, 24, 25, 16],
     ),
     mass_matrix: TapeFunction::new(&[], &[15, 16, 16, 15]),
+    momenta: None,
     energy: NONE,
     power: NONE,
     outputs: TapeFunction::new(&[], &[4]),
