@@ -1,5 +1,9 @@
 //! Motions in C and MATLAB, compiled and run by Octave: they show what `qrm run` writes.
 
+#[path = "../codegen/examples/make.rs"]
+#[allow(dead_code, unreachable_pub, reason = "the command around it is not used")]
+mod make;
+
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -172,6 +176,94 @@ fn constraints_that_repeat_others_are_told_in_c() {
     fs::write(folder.path().join("main.c"), LIFT_MAIN).expect("written");
     for compiler in ["gcc", "clang"] {
         assert_eq!(output_of(compiler, "scissor_lift", folder.path()), "0 0 0 1 1");
+    }
+}
+
+/// Prints the largest difference between accelerations by the kernel and by full matrices, relative to the largest
+/// acceleration, then the coordinates at the start and after 100 steps.
+const CHAIN_MAIN: &str = r#"
+#include "relative_13.c"
+#include <stdio.h>
+
+static void print_row(double t, const double *q)
+{
+    printf("\n%.17g", t);
+    for (int i = 0; i < N; i++) {
+        printf(" %.17g", q[i]);
+    }
+}
+
+int main(void)
+{
+    struct relative_13_parameters parameters;
+    struct relative_13 mechanism;
+    struct relative_13_step step;
+    double x[N + M], largest = 0.0, difference = 0.0;
+    relative_13_default_parameters(&parameters);
+    relative_13_new(&parameters, &mechanism);
+    if (!relative_13_initial_state(&mechanism, &step.end)) {
+        return 1;
+    }
+    struct relative_13_state start = step.end;
+    for (int i = 0; i < 100; i++) {
+        relative_13_rk4_step(&mechanism, i * 1e-3, 1e-3, &step.end, &step);
+    }
+    plain_accelerations(&mechanism, 0.1, step.end.q, step.end.qd, x);
+    for (int i = 0; i < N; i++) {
+        largest = fmax(largest, fabs(x[i]));
+        difference = fmax(difference, fabs(x[i] - step.end.qdd[i]));
+    }
+    printf("%.17g", difference / largest);
+    print_row(0.0, start.q);
+    print_row(0.1, step.end.q);
+    return 0;
+}
+"#;
+
+#[test]
+#[ignore = "full tier: engine"]
+fn large_trees_have_the_same_motion_in_c() {
+    let (_scenes, scene) = chain();
+    let folder = code(&scene, "c");
+    fs::write(folder.path().join("main.c"), CHAIN_MAIN).expect("written");
+    let wanted = run(&[&scene, "--end-time", "0.1", "--every", "100"]).trajectory();
+    let names: Vec<String> = std::iter::once("t".to_owned()).chain((0..13).map(|i| format!("a{i}"))).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    for compiler in ["gcc", "clang"] {
+        // Without optimization: compilers do not see through the loops over no constraints.
+        let options = ["-std=c99", "-O0", "-pedantic", "-o", "motion", "main.c", "-lm"];
+        compile(compiler, &options, folder.path());
+        let output = Command::new(folder.path().join("motion")).output().expect("it starts");
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let (difference, rows) = text.split_once('\n').expect("two lines");
+        assert!(difference.parse::<f64>().expect("a number") < 1e-12, "{compiler}: {difference}");
+        compare(&rows_of(rows), &wanted, &names);
+    }
+}
+
+/// A scene file with thirteen links in a chain, which is a large tree.
+fn chain() -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = folder.path().join("relative-13.toml");
+    fs::write(&scene, make::chain(13, make::Chain::Relative)).expect("written");
+    let scene = scene.to_str().expect("a name").to_owned();
+    (folder, scene)
+}
+
+/// The accelerations by the kernel and by full matrices.
+const CHAIN: &str = "
+p = relative_13_parameters();
+state = relative_13_initial_state(p);
+[mass_matrix, forces, jacobian, bias] = relative_13_dynamics(0, state.q, state.qd, p);
+rows = [state.qdd, mass_matrix \\ forces, mass_matrix(:, 1) - mass_matrix(1, :).'];
+";
+
+#[test]
+#[ignore = "full tier: engine"]
+fn large_trees_have_full_matrices_in_matlab() {
+    let (_scenes, scene) = chain();
+    for row in rows(&scene, CHAIN) {
+        assert!((row[0] - row[1]).abs() < 1e-9 * row[0].abs().max(1.0) && row[2].abs() < 1e-14, "{row:?}");
     }
 }
 

@@ -115,8 +115,6 @@ impl<'s> Writer<'s> {
                 | Symbol::NamedRate(k)
                 | Symbol::NamedBias(k)
                 | Symbol::NamedAcceleration(k) => self.names[k].symbol_name(symbol, self.scene),
-                Symbol::Momentum(i) => format!("momentum({})", coordinate(i)),
-                Symbol::GeneralizedForce(i) => format!("force({})", coordinate(i)),
                 _ => unreachable!("a kernel is not written as formulae"),
             };
         }

@@ -1,7 +1,7 @@
 //! Formulae of a function's values, for its documentation.
 
 use crate::formula::Writer;
-use crate::term::Term;
+use crate::term::{Symbol, Term};
 use qrm_core::named_tape::Shape;
 
 /// The longest formula in documentation; longer ones are easier to read in the derivation.
@@ -11,6 +11,11 @@ const MOST: usize = 60;
 
 /// Writes the nonzero values with their formulae, and the formulae of the named roots in them.
 pub(super) fn block(writer: &Writer, rows: &[String], columns: &[String], shape: &Shape<&Term>) -> String {
+    let is_from_recursion =
+        |term: &&&Term| matches!(term, Term::Symbol(Symbol::Momentum(_) | Symbol::GeneralizedForce(_)));
+    if shape.values().iter().any(is_from_recursion) {
+        return String::from("\n\nThe derivation of the scene describes its computation.");
+    }
     let entries: Vec<(String, &Term)> = match shape {
         Shape::Scalar(term) => vec![(String::new(), *term)],
         Shape::Vector(terms) => rows.iter().cloned().zip(terms.iter().copied()).collect(),

@@ -14,6 +14,8 @@ const SIZES: &str = "\nenum { N = SCENE_COORDINATES, M = SCENE_CONSTRAINTS };\n"
 const PROJECTION: &str = include_str!("templates/projection.c");
 /// Sines and cosines that are updated by turns.
 const ANGLES: &str = include_str!("templates/angles.c");
+/// The mass matrix from the momenta of a large tree.
+const MASS_MATRIX: &str = include_str!("templates/mass_matrix.c");
 /// The equations of motion where the kernel is not valid.
 const SADDLE_POINT: &str = include_str!("templates/saddle_point.c");
 /// The state at the start of a motion.
@@ -41,7 +43,8 @@ impl Writer<'_> {
             .replace("NUMBERS_OF_ERRORS", &rows(&[ERROR_5, ERROR_3]))
             .replace("NUMBERS_OF_LENGTHS", &booleans(&self.program.is_length));
         let angles = ANGLES.replace("NUMBERS_OF_ANGLES", &booleans(&self.program.has_angle));
-        self.named(&[SIZES, &angles, SADDLE_POINT, PROJECTION, INITIAL, RK4, &dop853].concat())
+        let mass_matrix = if self.program.function("momenta").is_some() { MASS_MATRIX } else { "" };
+        self.named(&[SIZES, &angles, mass_matrix, SADDLE_POINT, PROJECTION, INITIAL, RK4, &dop853].concat())
     }
 
     /// Fills in the constants of the projection and the names of the program.
