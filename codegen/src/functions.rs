@@ -19,6 +19,7 @@ use qrm_scene::formula_tape;
 use qrm_scene::scene::{Coordinate, Scene, Start};
 
 use crate::graph::{Graph, Id, Op, Signed};
+use crate::kernel::EliminationForm;
 use crate::notes::notes;
 use crate::term::{Equations, Symbol};
 use body::Body;
@@ -27,9 +28,14 @@ use plan::Plan;
 use qrm_core::NamedTape;
 use qrm_core::named_tape::{Argument, Function, ResultField, place};
 
-/// Creates the functions of a scene.
+/// Creates the functions of a scene. Its kernel has the form with the fewest operations.
 pub fn tape(scene: &Scene, equations: &Equations) -> NamedTape {
-    let layout = Layout::new(scene, equations);
+    tape_of_form(scene, equations, None)
+}
+
+/// Creates the functions of a scene. Its kernel has this form if the equations allow it.
+pub fn tape_of_form(scene: &Scene, equations: &Equations, form: Option<EliminationForm>) -> NamedTape {
+    let layout = Layout::new(scene, equations, form);
     let writer = Writer::new(scene, &layout);
     for plan in &layout.plans {
         let function = writer.function(plan);

@@ -1,6 +1,7 @@
 //! Runs a tape before it is written, and compares it with the scene itself. Formulae are evaluated with automatic
 //! differentiation, which shares no code with the engine or the graph.
 
+mod accuracy;
 mod adjoint;
 mod equations;
 mod errors;
@@ -23,6 +24,7 @@ mod wide;
 use qrm_core::{DoubleDouble, NamedTape, Tape};
 
 use crate::term::Equations;
+pub use accuracy::{Accuracy, accuracy};
 use errors::{Errors, has_rounded_constants};
 pub(crate) use evaluation::Evaluation;
 #[cfg(test)]

@@ -27,7 +27,7 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub(super) fn new(scene: &Scene, equations: &Equations) -> Self {
+    pub(super) fn new(scene: &Scene, equations: &Equations, form: Option<EliminationForm>) -> Self {
         let plans = plans(scene, equations);
         let mut lowering = Lowering::default();
         lowering.define(&equations.names);
@@ -58,8 +58,8 @@ impl Layout {
         let count = |kernel: &Kernel| kernel.operations(&lowering.graph);
         let forms = sparse.iter().chain(&dense).map(|kernel| (kernel.form, count(kernel))).collect();
         let kernels = dense.into_iter().chain(sparse);
-        let mut kernel =
-            kernels.min_by_key(count).expect("the engine tried the sparse form, or there is the other one");
+        let cost = |kernel: &Kernel| (form.is_some_and(|form| kernel.form != form), count(kernel));
+        let mut kernel = kernels.min_by_key(cost).expect("the engine tried the sparse form, or there is the other one");
         let angle_sums = lowering.angle_sums(|i| scene.coordinates[i].name.to_lowercase());
         let point_names = scene.points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{}_{axis}", point.name)));
         let point_names: Vec<String> = point_names.map(|name| name.to_lowercase()).collect();

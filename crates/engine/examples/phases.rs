@@ -1,23 +1,37 @@
-//! Prints the run times of the generator's phases for one scene, and the size of its code.
+//! Prints the run times of the generator's phases for one scene, the size of its code, and the accuracy of its kernel.
 //!
-//! `cargo run --release --manifest-path crates/engine/Cargo.toml --target-dir target/engine --example phases SCENE.toml`
+//! `cargo run --release --manifest-path crates/engine/Cargo.toml --target-dir target/engine --example phases SCENE.toml
+//! [FORM] [FILE]`
+//!
+//! `FORM` is `null-space`, `range-space` or `sparse`, if a scene allows it; `cheapest` otherwise. `FILE` receives the code.
 
 use std::error::Error;
 use std::time::{Duration, Instant};
 
+use qrm_codegen::kernel::EliminationForm;
 use qrm_codegen::{derivation, functions, verify};
 use qrm_language::{Code, rust};
 use qrm_scene::{resolve, source};
 
+/// The number of random states for the accuracy.
+const STATES: usize = 100;
+
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("give the path of a scene")?;
+    let form = match std::env::args().nth(2).as_deref() {
+        None | Some("cheapest") => None,
+        Some("null-space") => Some(EliminationForm::NullSpace),
+        Some("range-space") => Some(EliminationForm::RangeSpace),
+        Some("sparse") => Some(EliminationForm::Sparse),
+        Some(other) => return Err(format!("`{other}` is no form of a kernel").into()),
+    };
     let text = source::read_text(path.as_ref()).map_err(|report| report.to_string())?;
     let (scene, reading) = timed(|| resolve::read(&path, &text));
     let (scene, _) = scene.map_err(|report| report.to_string())?;
     let (equations, deriving) = timed(|| qrm_engine::derive(&[&scene], &|_| ()));
     let equations = equations?.remove(0);
     let ((tape, placed), making) = timed(|| {
-        let tape = functions::tape(&scene, &equations);
+        let tape = functions::tape_of_form(&scene, &equations, form);
         let placed = tape.placed();
         (tape, placed)
     });
@@ -43,7 +57,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{:13} {} operations", function.name, tape.operations(function).sum());
     }
     println!("kernel        {} operations", tape.solution.sum());
-    if let Some(path) = std::env::args().nth(2) {
+    let mut accuracy = verify::accuracy(&scene, &tape, STATES);
+    accuracy.sort_by(|a, b| a.error.total_cmp(&b.error));
+    let growth = accuracy.iter().map(|at| at.growth_factor).fold(0.0, f64::max);
+    if let [.., worst] = &accuracy[..] {
+        let median = accuracy[accuracy.len() / 2].error;
+        println!(
+            "accelerations {median:.1e} median error, {:.1e} at most; growth factor {growth:.0} at most",
+            worst.error
+        );
+    }
+    if let Some(path) = std::env::args().nth(3) {
         std::fs::write(&path, code)?;
         std::fs::write(format!("{path}.md"), derivation)?;
     }
