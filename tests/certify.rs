@@ -9,7 +9,8 @@ use qrm_sim::analysis::{
 };
 use serde_json::Value;
 
-use crate::common::{Table, event, model, qrm};
+use crate::common::{Table, event, model, qrm, run};
+use crate::languages::chain;
 
 /// The motion of a scene, enclosed.
 #[track_caller]
@@ -249,4 +250,28 @@ fn the_command_says_how_far_it_got() {
     assert!(file.is_some_and(|file| file["condition"].is_null()));
     let (status, printed, errors, file) = certify(&["quick-return", "--set", "O2A=0.2999", "--end-time", "-1"]);
     assert_eq!((status, printed, file), (Some(2), String::new(), None), "{errors}");
+}
+
+/// The full mass matrix of a large tree is made of its momenta, in intervals and in numbers of 32 digits.
+#[test]
+#[ignore = "full tier: engine"]
+fn large_trees_are_enclosed_and_have_references() {
+    let (_folder, scene) = chain();
+    let (status, _, errors, file) = certify(&[&scene, "--end-time", "0.001"]);
+    assert_eq!(status, Some(0), "{errors}");
+    let file = file.expect("a file");
+    let run = run(&[&scene, "--method", "gauss", "--tolerance", "1e-14", "--end-time", "0.001"]).trajectory();
+    for column in file["columns"].as_array().expect("columns").iter().filter(|column| column["name"] != "t") {
+        let [lower, upper] = ["lower", "upper"].map(|end| column[end].as_f64().expect("a number"));
+        let name = column["name"].as_str().expect("a name");
+        let value = run.number(run.rows.len() - 1, name);
+        assert!(lower - 1e-12 < value && value < upper + 1e-12, "{name}: {value} is not in [{lower}, {upper}]");
+        // Accelerations are solutions of thirteen equations in intervals, which widen them.
+        let width = if name.ends_with("_ddot") { 1e-2 } else { 1e-9 };
+        assert!(upper - lower < width, "{name}: [{lower}, {upper}]");
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let study =
+        qrm(&["accuracy", &scene, "--end-time", "0.01", "--out"]).arg(folder.path()).output().expect("it starts");
+    assert!(study.status.success(), "{}", String::from_utf8_lossy(&study.stderr));
 }

@@ -230,7 +230,7 @@ fn large_trees_have_the_same_motion_in_c() {
     let names: Vec<String> = std::iter::once("t".to_owned()).chain((0..13).map(|i| format!("a{i}"))).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     for compiler in ["gcc", "clang"] {
-        // Without optimization: compilers do not see through the loops over no constraints.
+        // With optimization gcc warns of loops over zero constraints.
         let options = ["-std=c99", "-O0", "-pedantic", "-o", "motion", "main.c", "-lm"];
         compile(compiler, &options, folder.path());
         let output = Command::new(folder.path().join("motion")).output().expect("it starts");
@@ -242,7 +242,7 @@ fn large_trees_have_the_same_motion_in_c() {
 }
 
 /// A scene file with thirteen links in a chain, which is a large tree.
-fn chain() -> (tempfile::TempDir, String) {
+pub(crate) fn chain() -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = folder.path().join("relative-13.toml");
     fs::write(&scene, make::chain(13, make::Chain::Relative)).expect("written");

@@ -6,6 +6,7 @@ import csv, math, os, sys
 import matplotlib
 matplotlib.use('svg')
 import matplotlib.pyplot as plt
+from matplotlib.ticker import LogLocator
 from figure import PEERS
 from sizes import END, FOR_ERRORS
 
@@ -54,9 +55,10 @@ def main(folder):
         axis.set(xscale='log', yscale='log', title=f'{FOR_ERRORS[kind]} {what}, {END[kind]:g} s',
                  xlabel='largest error of an angle at the end (rad)')
         axis.invert_xaxis()
-    for line in axes.flat:
-        line.grid(True, which='major', color='#e4e4e4', linewidth=0.6)
-        line.minorticks_off()
+        axis.xaxis.set_major_locator(LogLocator(numticks=5))
+    for axis in axes.flat:
+        axis.grid(True, which='major', color='#e4e4e4', linewidth=0.6)
+        axis.minorticks_off()
     axes[0][0].set_ylabel('microseconds')
     axes[1][0].set_ylabel('microseconds of the whole run')
     figure.legend(handles.values(), handles, loc='lower center', ncol=3, frameon=False, fontsize=8)

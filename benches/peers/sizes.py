@@ -8,7 +8,7 @@ the command; its C is compiled by cc and stepped by its `rk4_step`. All programs
 | `what` | `evaluation`: accelerations at one state; `step`: one step of the method, projection included |
 | `step` | the step in seconds; empty for an evaluation |
 | `microseconds` | processor time of one evaluation or step, median of seven repetitions |
-| `spread` | third quartile minus first, over the median |
+| `spread` | third quartile minus first, over the median; of all steps together |
 | `error` | largest error of an angle against the ground at the end, in rad, against an independent reference |
 
 References: the accelerations of Pinocchio, integrated by DOP853 of SciPy to 1e-12 (chain); the cranks of equal
@@ -88,7 +88,7 @@ class Qrm:
     name, version, method = 'qrm', '', 'RK4'
 
     def __init__(self, kind, size, command, folder):
-        scene = f"{ {'chain': 'relative', 'four_bars': 'four-bars'}[kind] }"
+        scene = {'chain': 'relative', 'four_bars': 'four-bars'}[kind]
         made = subprocess.run([*MAKE, scene, str(size)], check=True, capture_output=True, text=True).stdout
         path = os.path.join(folder, f'{kind}-{size}.toml')
         with open(path, 'w') as file:
@@ -101,14 +101,14 @@ class Qrm:
         run, library = os.path.join(folder, f'{name}_run.c'), os.path.join(folder, f'{name}.so')
         with open(run, 'w') as file:
             file.write(text)
-        begun = time.time()
         subprocess.run(['cc', '-O3', '-march=native', '-shared', '-fPIC', '-o', library, run,
                         os.path.join(folder, f'{name}.c'), '-lm'], check=True)
-        self.compiled = time.time() - begun
         self.library = ctypes.CDLL(library)
         self.library.begin.restype = ctypes.c_void_p
         self.library.evaluate.restype = ctypes.c_double
         self.mechanism = ctypes.c_void_p(self.library.begin())
+        if not self.mechanism:
+            raise RuntimeError('the loops of the start cannot be closed')
         self.kind, self.size = kind, size
         self.q = np.zeros({'chain': size, 'four_bars': 2 * size + 1}[kind])
 
@@ -313,9 +313,8 @@ def reference(kind, size):
     return np.cumsum(end[:size]) + math.pi / 2 if kind == 'chain' else np.full(size + 1, end[0])
 
 
-def rows(kind, size, tool):
+def rows(kind, size, tool, exact):
     """What a tool takes for one evaluation, and for steps with their errors."""
-    exact = reference(kind, size)
     if hasattr(tool, 'evaluations'):
         begun = time.process_time()
         tool.evaluations(3)
@@ -338,9 +337,10 @@ def main(command, out):
         table.writerow('mechanism,size,tool,version,method,what,step,microseconds,spread,error'.split(','))
         for kind, sizes in (('chain', CHAINS), ('four_bars', FOUR_BARS)):
             for size in sizes:
+                exact = reference(kind, size)
                 for make in TOOLS:
                     tool = make(kind, size, command, folder)
-                    for what, step, cost, spread, error in rows(kind, size, tool):
+                    for what, step, cost, spread, error in rows(kind, size, tool, exact):
                         error = error if error == '' else f'{error:.2e}'
                         row = [kind, size, tool.name, tool.version, tool.method, what, step, f'{cost:.3g}', f'{spread:.2g}', error]
                         table.writerow(row)

@@ -157,10 +157,10 @@ impl Derivation<'_> {
 
     fn mass(&self) -> String {
         if self.equations.has_only_sparse() {
-            let text = "The momenta along named quantities are those of the bodies whose positions they determine. \
-                        They are replaced by momenta along the quantities in their definitions, times the \
-                        derivatives, the last one first: this leads to the momenta along the coordinates. Unit rates \
-                        give the columns of the matrix.\n";
+            let text = "Each body has momenta along the named quantities in its position. From the last quantity to the \
+                        first, the momentum along a quantity, times its derivatives, is added to the momenta along \
+                        the quantities in its definition. Momenta along the coordinates remain. Unit rates give the \
+                        columns of the matrix.\n";
             return format!(
                 "## Generalized momenta: `momenta`\n\n{}\n\n{text}",
                 set(r"$$@m\,@qd = @T^{T} @M\,@T\,@qd$$")

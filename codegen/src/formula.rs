@@ -115,7 +115,7 @@ impl<'s> Writer<'s> {
                 | Symbol::NamedRate(k)
                 | Symbol::NamedBias(k)
                 | Symbol::NamedAcceleration(k) => self.names[k].symbol_name(symbol, self.scene),
-                _ => unreachable!("a kernel is not written as formulae"),
+                _ => unreachable!("neither kernels nor recursions are written as formulae"),
             };
         }
         match symbol {
@@ -138,7 +138,7 @@ impl<'s> Writer<'s> {
             Symbol::NamedRate(k) => latex_name(r"\dot", &self.names[k].name),
             Symbol::NamedBias(k) => latex_name(r"\mathring", &self.names[k].name),
             Symbol::NamedAcceleration(k) => latex_name(r"\ddot", &self.names[k].name),
-            _ => unreachable!("a kernel is not written as formulae"),
+            _ => unreachable!("neither kernels nor recursions are written as formulae"),
         }
     }
 

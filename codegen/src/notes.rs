@@ -27,10 +27,10 @@ pub(crate) fn notes(
         let named = tape.functions.iter().filter(|function| names.contains(&&*function.name));
         named.map(|function| tape.operations(function).sum()).sum::<usize>()
     };
-    let parts = ["com_jacobian", "com_bias", "constraint_jacobian", "constraint_bias"];
-    let dense = evaluated(&parts) + omissions::dense(scene, equations);
-    let solved = evaluated(&["dynamics"]) + omissions::system(scene);
     if !equations.has_only_sparse() {
+        let parts = ["com_jacobian", "com_bias", "constraint_jacobian", "constraint_bias"];
+        let dense = evaluated(&parts) + omissions::dense(scene, equations);
+        let solved = evaluated(&["dynamics"]) + omissions::system(scene);
         lines.extend([
             format!("    {dense:5} operations  with full matrices, as the method is written down"),
             format!("    {solved:5} operations  by the function `dynamics` and one full system"),

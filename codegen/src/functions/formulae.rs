@@ -14,7 +14,7 @@ pub(super) fn block(writer: &Writer, rows: &[String], columns: &[String], shape:
     let is_from_recursion =
         |term: &&&Term| matches!(term, Term::Symbol(Symbol::Momentum(_) | Symbol::GeneralizedForce(_)));
     if shape.values().iter().any(is_from_recursion) {
-        return String::from("\n\nThe derivation of the scene describes its computation.");
+        return String::from("\n\nThe derivation of the scene describes how it is computed.");
     }
     let entries: Vec<(String, &Term)> = match shape {
         Shape::Scalar(term) => vec![(String::new(), *term)],

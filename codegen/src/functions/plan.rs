@@ -76,7 +76,7 @@ pub(super) fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> 
     };
 
     let is_large_tree = e.has_only_sparse();
-    let com_jacobian = if is_large_tree {
+    let of_velocities = if is_large_tree {
         single(
             "com_velocities",
             &["T qd"],
@@ -110,7 +110,7 @@ pub(super) fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> 
             &row_names,
             vector(&e.com_positions),
         ),
-        com_jacobian,
+        of_velocities,
         single(
             "com_bias",
             &["T_dq·qd", "convective acceleration"],
@@ -172,7 +172,7 @@ pub(super) fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> 
             vector(&e.constraint_rate),
         ));
     }
-    let mass_matrix = if is_large_tree {
+    let of_inertia = if is_large_tree {
         single(
             "momenta",
             &["Mbar qd", "generalized momenta"],
@@ -201,7 +201,7 @@ pub(super) fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> 
         )
     };
     plans.extend([
-        mass_matrix,
+        of_inertia,
         single(
             "generalized_forces",
             &["fbar"],

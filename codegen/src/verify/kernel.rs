@@ -20,14 +20,14 @@ const SPREAD: f64 = 10.0;
 /// Rounding errors with 32 digits, relative to the cancelling terms.
 const ROUNDING: f64 = 1e-26;
 
-/// Compares every function of the kernel at a state, if it is valid at the position and the equations are not nearly
-/// singular there.
+/// Compares every function of the kernel at a state; `false` if it is not valid at the position, or the equations are
+/// nearly singular there.
 pub(super) fn agrees(
     scene: &Scene,
     equations: &Equations,
     tape: &NamedTape,
     (sample, expected): (&Sample, &Expected<Wide>),
-) -> Result<(), String> {
+) -> Result<bool, String> {
     let opened: Vec<f64> = (0..scene.constraints.len()).map(|k| 0.1 * (k as f64 + 1.0)).collect();
     let evaluation: Evaluation<DoubleDouble> = sample.evaluation(scene, tape, &opened);
     let growth_factor = evaluation.results("growth_factor");
@@ -53,7 +53,7 @@ pub(super) fn agrees(
     compare("residuals", &evaluation.results("residuals"), constraints)?;
     compare("velocity_residual", &evaluation.results("velocity_residual"), &rates)?;
     if !growth_factor.iter().all(|growth_factor| growth_factor.is_within(MAX_GROWTH)) {
-        return Ok(());
+        return Ok(false);
     }
     let bias: Vec<Wide> = known("dynamics.constraint_bias").iter().map(|bias| -*bias).collect();
     let closing: Vec<Wide> = opened.iter().map(|&r| Wide::from(-r)).collect();
@@ -62,7 +62,7 @@ pub(super) fn agrees(
     let (Some((accelerations, growth)), Some((correction, _))) =
         (system.solve(forces, &bias), system.solve(&none, &closing))
     else {
-        return Ok(());
+        return Ok(false);
     };
     let n = sample.q.len();
     // The sensitivity of the solutions to the last digits of the sample, and the rounding errors where forces cancel.
@@ -117,18 +117,19 @@ pub(super) fn agrees(
         inverse_dynamics(tape, &evaluation, (sample, expected))?;
     }
     compare("accelerations", &evaluation.results("accelerations"), &accelerations, 0)?;
-    compare("correction", &evaluation.results("correction"), &correction[..n], 1)
+    compare("correction", &evaluation.results("correction"), &correction[..n], 1).map(|()| true)
 }
 
-/// Checks that the accelerations of a large tree balance its forces in every row of the equations of motion.
+/// Checks that the accelerations of a large tree balance its forces in every row of the equations of motion; `false` if
+/// the kernel is not valid at the position.
 fn is_balanced(
     scene: &Scene,
     equations: &Equations,
     sample: &Sample,
     evaluation: &Evaluation<DoubleDouble>,
-) -> Result<(), String> {
+) -> Result<bool, String> {
     if !evaluation.results("growth_factor").iter().all(|growth_factor| growth_factor.is_within(MAX_GROWTH)) {
-        return Ok(());
+        return Ok(false);
     }
     let accelerations: Vec<Wide> = evaluation.results("accelerations").into_iter().map(Wide).collect();
     let balance = sample.on::<Wide>().balance(scene, equations, &accelerations);
@@ -136,13 +137,13 @@ fn is_balanced(
         check_row("accelerations", i, sample, size(rest), size(terms))?;
     }
     let still = vec![Wide::from(0.0); accelerations.len()];
-    compare_all("correction", &evaluation.results("correction"), &still, |_| 0.0)
+    compare_all("correction", &evaluation.results("correction"), &still, |_| 0.0).map(|()| true)
 }
 
-/// Checks that what remains of a row of the equations of motion is a rounding error of its largest term.
-fn check_row(function: &str, i: usize, sample: &Sample, rest: f64, largest: f64) -> Result<(), String> {
+/// Checks that what remains of a row of the equations of motion is a rounding error, relative to the size of its terms.
+fn check_row(function: &str, i: usize, sample: &Sample, rest: f64, size_of_terms: f64) -> Result<(), String> {
     // Written so that a remainder that is not a number counts.
-    if !(rest <= (TOLERANCE * largest.max(TINY)).max(sample.error_of_zeros(largest))) {
+    if !(rest <= (TOLERANCE * size_of_terms.max(TINY)).max(sample.error_of_zeros(size_of_terms))) {
         return Err(format!("generated `{function}` is wrong: row {i} does not balance, by {rest:e}"));
     }
     Ok(())
@@ -166,7 +167,7 @@ fn inverse_dynamics(
         let own = tape.actuated.iter().position(|place| *place == i).map(|place| -Wide(forces[place]));
         let terms: Vec<Wide> = inertia.chain(loops).chain(own).chain([-loads[i]]).collect();
         let rest = size(terms.iter().copied().sum());
-        let largest = terms.iter().fold(TINY, |most, term| most.max(size(*term)));
+        let largest = terms.iter().fold(0.0, |most: f64, term| most.max(size(*term)));
         check_row("inverse_dynamics", i, sample, rest, largest)?;
     }
     Ok(())

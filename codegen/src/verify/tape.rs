@@ -8,6 +8,9 @@ use qrm_scene::scene::Scene;
 use super::evaluation::Evaluation;
 use super::sample::Sample;
 
+/// The rounding errors of products of the mass matrix, relative to the size of their terms.
+const ROUNDING: f64 = 1e-9;
+
 /// Compares every function at a state.
 pub(super) fn agrees(scene: &Scene, tape: &NamedTape, placed: &Tape, sample: &Sample) -> Result<(), String> {
     let kept = scene.parameters.iter().zip(&sample.parameters).filter(|(p, _)| !p.left_out);
@@ -30,10 +33,15 @@ pub(super) fn agrees(scene: &Scene, tape: &NamedTape, placed: &Tape, sample: &Sa
     if evaluator.momenta(q, qd, &mut momenta) {
         same("momenta", &momenta, &expected("momenta", &[]))?;
         same("dynamics", &results[n * n..], &expected("generalized_forces", &[]))?;
-        let mut column: Vec<f64> = vec![0.0; n];
-        let first: Vec<f64> = (0..n).map(|i| if i == 0 { 1.0 } else { 0.0 }).collect();
-        evaluator.momenta(q, &first, &mut column);
-        same("mass_matrix", &results[..n], &column)?;
+        for (i, row) in results[..n * n].chunks_exact(n).enumerate() {
+            let terms: Vec<f64> = row.iter().zip(qd).map(|(entry, v)| entry * v).collect();
+            let size: f64 = terms.iter().map(|term| term.abs()).sum();
+            let difference = (terms.iter().sum::<f64>() - momenta[i]).abs();
+            // Written so that a difference that is not a number counts.
+            if !(difference <= ROUNDING * size) && momenta[i].is_finite() {
+                return Err(format!("generated `momenta` are wrong: row {i} differs from `Mbar qd` by {difference:e}"));
+            }
+        }
     } else {
         let parts = ["mass_matrix", "generalized_forces", "constraint_jacobian", "constraint_bias"];
         same("dynamics", &results, &expected("dynamics", &parts))?;

@@ -34,8 +34,7 @@ macro_rules! with_capacity {
             #[cfg(not(target_family = "wasm"))]
             Some(9..=32) => $function::<32>($($argument),*),
             #[cfg(not(target_family = "wasm"))]
-            _ => $function::<256>($($argument),*),
-            #[cfg(target_family = "wasm")]
+            Some(129..) => $function::<256>($($argument),*),
             _ => $function::<128>($($argument),*),
         }
     };

@@ -147,7 +147,8 @@ pub trait Equations<R: Scalar, const N: usize, const M: usize>: Kernel<R, N, M> 
     }
 }
 
-/// The mass matrix `Mbar` whose product with rates is given; entries below the diagonal are those above it.
+/// The symmetric matrix `Mbar` whose products with rates are the momenta. Only entries on and below the diagonal are
+/// computed.
 pub fn mass_matrix_from_momenta<R: Scalar, const N: usize>(momenta: impl Fn(&[R; N]) -> [R; N]) -> [[R; N]; N] {
     let mut mass_matrix = [[R::zero(); N]; N];
     let mut rates = [R::zero(); N];

@@ -3,6 +3,7 @@
 mod evaluator;
 mod event;
 mod execute;
+mod full_dynamics;
 mod node;
 mod nodes;
 mod operation;

@@ -3,7 +3,8 @@
 //! `cargo run --release --manifest-path crates/engine/Cargo.toml --target-dir target/engine --example phases SCENE.toml
 //! [FORM] [FILE]`
 //!
-//! `FORM` is `null-space`, `range-space` or `sparse`, if a scene allows it; `cheapest` otherwise. `FILE` receives the code.
+//! `FORM`: `cheapest` (the default), `null-space`, `range-space` or `sparse`; the cheapest if a scene does not allow it.
+//! `FILE` receives the code.
 
 use std::error::Error;
 use std::time::{Duration, Instant};

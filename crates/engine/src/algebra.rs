@@ -236,7 +236,8 @@ impl<'s> Algebra<'s> {
                     other => unreachable!("{other:?} is in no formula that is differentiated"),
                 },
                 Node::Negate(a) => -&atoms[*a],
-                // The sum that contains it adds its terms: adding them one by one would normalize each partial sum.
+                // The sum that contains it adds its terms: adding them one by one would normalize each partial sum. Each
+                // node is an operand of one other node.
                 Node::Add(..) | Node::Subtract(..) if is_inner[place] => Atom::num(0),
                 Node::Add(..) | Node::Subtract(..) => {
                     let mut terms = Vec::new();
@@ -325,8 +326,8 @@ pub(super) fn define_symbols(scenes: &[&Scene]) {
     for (k, order) in (0..splines).flat_map(|k| (0..=ORDERS).map(move |order| (k, order))) {
         symbol!(spline_name(k, order));
     }
-    // A large tree rarely needs the others, as many as it has names times coordinates; they follow in their order if it
-    // does.
+    // A large tree needs the symbols of slopes, one for each name and coordinate, only if its sparse elimination fails.
+    // They are then defined after these, in the same order.
     let kinds = |scene: &Scene| [!scene.is_large_tree(), is_sparse(scene)];
     let count = |scene: &Scene| {
         let kinds = [false, true].into_iter().zip(kinds(scene)).filter(|(_, is_needed)| *is_needed);

@@ -134,7 +134,7 @@ impl Algebra<'_> {
                 own.insert(name);
             }
         }
-        own.into_iter().fold(Atom::num(0), |sum, term| sum + term)
+        Atom::add_many(&own.into_iter().collect::<Vec<_>>())
     }
 
     /// The derivatives with respect to the coordinates and names that occur, without zeros.
@@ -200,20 +200,22 @@ impl Algebra<'_> {
 
     /// The derivatives with respect to the names that occur.
     fn by_names(&self, atom: &Atom, occurring: &[Symbol]) -> Vec<(usize, Atom)> {
-        let known = 0..self.names.borrow().len();
+        let name = |symbol: &Symbol| if let Symbol::Named(k) = symbol { Some(*k) } else { None };
+        let mut named: Vec<usize> = occurring.iter().filter_map(name).collect();
+        named.sort_unstable();
         let by = |k: usize| (k, self.derivative_by(atom, self.engine_symbol(Symbol::Named(k))));
-        known.filter(|&k| occurring.contains(&Symbol::Named(k))).map(by).collect()
+        named.into_iter().map(by).collect()
     }
 
     /// The total derivative of a function of coordinates and time with respect to time: f_q qd + f_t.
     pub(super) fn rate(&self, atom: &Atom) -> Atom {
         let occurring = self.occurring(atom);
-        let direct = |i| match occurring.contains(&Symbol::Coordinate(i)) {
-            true => self.derivative(atom, Symbol::Coordinate(i)),
-            false => Atom::num(0),
-        };
-        let direct: Vec<Atom> = (0..self.scene.coordinates.len()).map(direct).collect();
-        let direct = self.contract(&direct, Symbol::Rate) + self.derivative(atom, Symbol::Time);
+        let mut direct = self.derivative(atom, Symbol::Time);
+        for symbol in &occurring {
+            if let Symbol::Coordinate(i) = symbol {
+                direct += self.derivative(atom, *symbol) * self.symbol(Symbol::Rate(*i));
+            }
+        }
         let through = |sum, (k, slope)| sum + slope * self.symbol(Symbol::NamedRate(k));
         self.by_names(atom, &occurring).into_iter().fold(direct, through)
     }

@@ -130,7 +130,7 @@ pub fn enclose(
     if !model.description.friction.is_empty() {
         return Err(at_start(Reason::Friction));
     }
-    let dynamics = model.tape().dynamics.operations.len();
+    let dynamics = model.tape().full_dynamics().operations.len();
     if dynamics * (1 + 2 * model.tape().coordinates as usize) * (1 + ORDER) > MOST_INTERVALS {
         return Err(at_start(Reason::TooLarge));
     }

@@ -46,7 +46,7 @@ impl<'t> PreciseEquations<'t> {
             saddle: Elimination::zero(size),
             right: zero(size),
             solution: zero(size),
-            dynamics: zero(tape.dynamics.results.len()),
+            dynamics: zero(tape.dynamics_length()),
             constraints: zero(tape.loop_constraints.results.len()),
             mass_matrix: zero(n * n),
             operations: 0,
@@ -70,7 +70,10 @@ impl<'t> PreciseEquations<'t> {
     pub(crate) fn accelerations(&mut self, t: Number, y: &[Number]) -> Option<&[Number]> {
         let (q, qd) = y.split_at(y.len() / 2);
         let (n, size) = (q.len(), self.right.len() as u64);
-        self.operations += self.evaluator.tape().dynamics.operations.len() as u64 + size * size * (size / 3 + 1);
+        let tape = self.evaluator.tape();
+        let of_momenta = tape.momenta.as_ref().map_or(0, |momenta| n * momenta.operations.len());
+        let of_dynamics = (tape.dynamics.operations.len() + of_momenta) as u64;
+        self.operations += of_dynamics + size * size * (size / 3 + 1);
         self.evaluator.dynamics(t, q, qd, &mut self.dynamics);
         let [mass_matrix, forces, jacobian, bias] = self.evaluator.tape().split_dynamics(&self.dynamics);
         write_saddle(self.saddle.entries_mut(), n, mass_matrix, (jacobian, &self.independent));

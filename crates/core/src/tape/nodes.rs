@@ -25,12 +25,12 @@ impl Nodes {
     pub(super) fn new(tape: &Tape, function: &TapeFunction, replace: impl Fn(usize) -> Option<Interval>) -> Self {
         let own = tape.arguments();
         let arguments = own.sin - own.t;
-        let mut nodes =
-            Self { nodes: vec![Node::Argument; arguments], results: Vec::new(), at: vec![0; tape.places()] };
+        let all = tape.places().max(own.end + places(&function.operations));
+        let mut nodes = Self { nodes: vec![Node::Argument; arguments], results: Vec::new(), at: vec![0; all] };
         for argument in 0..arguments {
             nodes.at[own.t + argument] = argument as u32;
         }
-        let mut is_used = vec![false; tape.places()];
+        let mut is_used = vec![false; all];
         function.results.iter().for_each(|place| is_used[*place as usize] = true);
         mark_used(&mut is_used, own.end, &function.operations);
         mark_used(&mut is_used, own.constants, &tape.constants);

@@ -39,7 +39,8 @@ impl Flow {
     /// Creates the equations of a tape, with some parameters replaced by index, for series up to an order.
     pub(super) fn new(tape: &Tape, replace: &dyn Fn(usize) -> Option<Interval>, order: usize) -> Self {
         let directions = 2 * tape.coordinates as usize;
-        let series = [0, directions].map(|width| TapeSeries::new(tape, &tape.dynamics, replace, [order, width]));
+        let dynamics = tape.full_dynamics();
+        let series = [0, directions].map(|width| TapeSeries::new(tape, &dynamics, replace, [order, width]));
         Self { manifold: Manifold::new(tape, replace), series }
     }
 

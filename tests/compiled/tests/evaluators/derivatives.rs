@@ -73,7 +73,7 @@ fn by_state<const N: usize, const M: usize>(tape: &Tape, values: &[f64], state: 
     }
     let mut evaluator = TapeEvaluator::<Vec<D>>::with_parameters(tape, values);
     let mut closed = vec![D::zero(); tape.loop_constraints.results.len()];
-    let mut dynamics = vec![D::zero(); tape.dynamics.results.len()];
+    let mut dynamics = vec![D::zero(); tape.dynamics_length()];
 
     let Seeded { t, q, .. } = Seeded::new(state, By::Time);
     evaluator.loop_constraints(t, &q, &mut closed);
