@@ -3,7 +3,7 @@
 //! `cargo run --release --manifest-path crates/engine/Cargo.toml --target-dir target/engine --example phases SCENE.toml
 //! [FORM] [FILE]`
 //!
-//! `FORM`: `cheapest` (the default), `null-space`, `range-space` or `sparse`; the cheapest if a scene does not allow it.
+//! `FORM`: `cheapest` (the default), `null-space`, `range-space` or `sparse`; the cheapest if a scene has no other.
 //! `FILE` receives the code.
 
 use std::error::Error;

@@ -134,7 +134,7 @@ impl Algebra<'_> {
                 own.insert(name);
             }
         }
-        Atom::add_many(&own.into_iter().collect::<Vec<_>>())
+        Atom::add_many(own.into_iter().collect::<Vec<_>>())
     }
 
     /// The derivatives with respect to the coordinates and names that occur, without zeros.
