@@ -120,8 +120,8 @@ pub(super) fn agrees(
     compare("correction", &evaluation.results("correction"), &correction[..n], 1)
 }
 
-/// Checks that the accelerations of a large tree balance its forces in every row of the equations of motion, if the kernel
-/// is valid at the position.
+/// Checks that the accelerations of a large tree balance its forces in every row of the equations of motion, if the
+/// kernel is valid at the position.
 fn is_balanced(
     scene: &Scene,
     equations: &Equations,
