@@ -131,36 +131,25 @@ impl Derivation<'_> {
 
     fn jacobian(&self) -> String {
         let e = self.equations;
-        if e.has_only_sparse() {
-            let velocity = set(r"@T\,@qd");
-            return [
-                "## Velocities and convective accelerations: `com_velocities`, `com_bias`\n\n".to_owned(),
-                set(r"$$@xd = @T\,@qd, \qquad @T = \frac{\partial @x}{\partial @q}$$"),
-                format!("\n\n{}\n\n", self.vector(&velocity, r"\mathcal{V}", &e.com_velocities)),
-                self.convective(),
-            ]
-            .concat();
-        }
-        [
-            "## Transformation matrix and convective accelerations: `com_jacobian`, `com_bias`\n\n".to_owned(),
-            set(r"$$@xd = @T\,@qd, \qquad @T = \frac{\partial @x}{\partial @q}$$"),
-            format!("\n\n{}\n\n", self.matrix(&set("@T"), &e.com_jacobian)),
-            self.convective(),
-        ]
-        .concat()
-    }
-
-    fn convective(&self) -> String {
-        let bias = self.vector(&set(r"(@T\,@qd)_{@q}\,@qd"), r"\mathcal{B}", &self.equations.com_bias);
-        format!("{}\n\n{bias}\n", set(r"$$@xdd = @T\,@qdd + (@T\,@qd)_{@q}\,@qd$$"))
+        let (title, quantity) = if e.has_only_sparse() {
+            let velocities = self.vector(&set(r"@T\,@qd"), r"\mathcal{V}", &e.com_velocities);
+            ("Velocities and convective accelerations: `com_velocities`, `com_bias`", velocities)
+        } else {
+            let matrix = self.matrix(&set("@T"), &e.com_jacobian);
+            ("Transformation matrix and convective accelerations: `com_jacobian`, `com_bias`", matrix)
+        };
+        let definition = set(r"$$@xd = @T\,@qd, \qquad @T = \frac{\partial @x}{\partial @q}$$");
+        let second_rate = set(r"$$@xdd = @T\,@qdd + (@T\,@qd)_{@q}\,@qd$$");
+        let bias = self.vector(&set(r"(@T\,@qd)_{@q}\,@qd"), r"\mathcal{B}", &e.com_bias);
+        format!("## {title}\n\n{definition}\n\n{quantity}\n\n{second_rate}\n\n{bias}\n")
     }
 
     fn mass(&self) -> String {
         if self.equations.has_only_sparse() {
-            let text = "Each body has momenta along the named quantities in its position. From the last quantity to the \
-                        first, the momentum along a quantity, times its derivatives, is added to the momenta along \
-                        the quantities in its definition. Momenta along the coordinates remain. Unit rates give the \
-                        columns of the matrix.\n";
+            let text = "Each body has momenta along the named quantities in its position. From the last quantity to \
+                        the first, the momentum along a quantity, times its derivatives, is added to the momenta \
+                        along the quantities in its definition. Momenta along the coordinates remain. Unit rates give \
+                        the columns of the matrix.\n";
             return format!(
                 "## Generalized momenta: `momenta`\n\n{}\n\n{text}",
                 set(r"$$@m\,@qd = @T^{T} @M\,@T\,@qd$$")

@@ -236,8 +236,8 @@ impl<'s> Algebra<'s> {
                     other => unreachable!("{other:?} is in no formula that is differentiated"),
                 },
                 Node::Negate(a) => -&atoms[*a],
-                // The sum that contains it adds its terms: adding them one by one would normalize each partial sum. Each
-                // node is an operand of one other node.
+                // The sum that contains it adds its terms: adding them one by one would normalize each partial sum.
+                // Each node is an operand of one other node.
                 Node::Add(..) | Node::Subtract(..) if is_inner[place] => Atom::num(0),
                 Node::Add(..) | Node::Subtract(..) => {
                     let mut terms = Vec::new();
