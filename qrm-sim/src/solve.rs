@@ -5,6 +5,7 @@ mod ldl;
 mod least_squares;
 mod lu;
 mod matrix;
+mod nonzeros;
 mod precise;
 mod projection;
 mod projection_settings;

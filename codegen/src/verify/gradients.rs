@@ -33,7 +33,7 @@ impl<'s, B: Differentiable> Gradients<'s, B> {
 
     pub(super) fn gradient(&self, value: &Formula) -> Vec<B> {
         let mut gradient = vec![B::from(0.0); self.sample.q.len()];
-        for i in self.scene.coordinates_of(value) {
+        for i in self.scene.coordinates_of([value]) {
             gradient[i] = self.states()[i].value(value).eps;
         }
         gradient

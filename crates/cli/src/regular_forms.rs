@@ -12,7 +12,7 @@ use qrm_scene::scene::{Constraint, Quantity, Scene, Value};
 
 use crate::error::{Error, Message};
 use crate::scenes::cache::Entry;
-use crate::scenes::{engine, model_of_source};
+use crate::scenes::{engine, scene_of_source};
 use crate::setup::Setup;
 
 /// The designs that use the same form of each constraint.
@@ -74,7 +74,7 @@ pub(crate) fn rewritten(setup: &Setup, range: ParameterRange) -> Result<Option<R
     if engine::program().is_none() && Entry::new(&text).read(&text).is_none() {
         return Ok(None);
     }
-    let model = model_of_source(&[], Path::new(path), text)?;
+    let model = scene_of_source(&[], Path::new(path), text)?.model;
     let scene = resolve::read_with(path, model.description.source, &setup.replace())?.0;
     Ok(Some(Rewritten { model, scene: Arc::new(scene), notes }))
 }

@@ -37,6 +37,13 @@ pub(crate) enum SceneSource {
     File(PathBuf),
 }
 
+impl FoundScene {
+    /// A scene of the program, which has not been read yet.
+    pub(crate) fn of_program(model: &'static Model) -> Self {
+        Self { model, path: path_of(model.description), scene: None }
+    }
+}
+
 impl SceneName {
     /// Finds the source with this name.
     pub(crate) fn source(&self, models: &'static [Model]) -> Result<SceneSource, Error> {
@@ -47,13 +54,11 @@ impl SceneName {
         model_named(models, scene, &[]).map(SceneSource::Model)
     }
 
-    /// Finds the scene with this name, or in a file.
+    /// Finds the scene with this name, or in a file. A file is read once.
     pub(crate) fn find(&self, models: &'static [Model]) -> Result<FoundScene, Error> {
         match self.source(models)? {
-            SceneSource::Model(model) => Ok(FoundScene { model, path: path_of(model.description), scene: None }),
-            SceneSource::File(path) => {
-                Ok(FoundScene { model: model_of_file(models, &path)?, path: self.scene.clone(), scene: None })
-            }
+            SceneSource::Model(model) => Ok(FoundScene::of_program(model)),
+            SceneSource::File(path) => scene_of_file(models, &path),
         }
     }
 }
@@ -81,56 +86,52 @@ pub(crate) fn model_named(models: &'static [Model], name: &str, others: &[&str])
     })
 }
 
-/// The files read so far, each read once. A model lives as long as the program.
-static READ: Mutex<BTreeMap<PathBuf, &'static Model>> = Mutex::new(BTreeMap::new());
+/// The files read so far, each read once.
+static READ: Mutex<BTreeMap<PathBuf, FoundScene>> = Mutex::new(BTreeMap::new());
 
-/// The model of a scene file: a scene of the program with the same text, or an interpreted one.
-fn model_of_file(models: &'static [Model], path: &Path) -> Result<&'static Model, Error> {
+/// The scene of a file.
+fn scene_of_file(models: &'static [Model], path: &Path) -> Result<FoundScene, Error> {
     let mut read = READ.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some(model) = read.get(path) {
-        return Ok(model);
+    if let Some(found) = read.get(path) {
+        return Ok(found.clone());
     }
-    let model = model_of_file_now(models, path)?;
-    read.insert(path.to_owned(), model);
-    Ok(model)
+    let found = scene_of_file_now(models, path)?;
+    read.insert(path.to_owned(), found.clone());
+    Ok(found)
 }
 
-/// The interpreted models by their texts. A model lives as long as the program.
-static INTERPRETED: Mutex<BTreeMap<String, &'static Model>> = Mutex::new(BTreeMap::new());
+/// The interpreted scenes by their texts. A model lives as long as the program.
+static INTERPRETED: Mutex<BTreeMap<String, FoundScene>> = Mutex::new(BTreeMap::new());
 
-/// The model of a scene file's present content.
-pub(crate) fn model_of_file_now(models: &'static [Model], path: &Path) -> Result<&'static Model, Error> {
+/// The scene of a file's present content.
+pub(crate) fn scene_of_file_now(models: &'static [Model], path: &Path) -> Result<FoundScene, Error> {
     let source = read_text(path)?;
     protect(path);
-    model_of_source(models, path, source)
+    scene_of_source(models, path, source)
 }
 
-/// The model of a text: a compiled one with the same text, or an interpreted one. Paths in the text are relative to its
-/// file.
-pub(crate) fn model_of_source(models: &'static [Model], path: &Path, source: String) -> Result<&'static Model, Error> {
+/// The scene of a text, with a compiled model of the same text, or an interpreted one. Paths in the text are relative to
+/// its file.
+pub(crate) fn scene_of_source(models: &'static [Model], path: &Path, source: String) -> Result<FoundScene, Error> {
+    let file = path.display().to_string();
     if let Some(model) = model_of_text(models, &source) {
-        return Ok(model);
+        return Ok(FoundScene { model, path: file, scene: None });
     }
     let known = || INTERPRETED.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some(model) = known().get(&source) {
-        return Ok(model);
+    if let Some(found) = known().get(&source) {
+        return Ok(FoundScene { path: file, ..found.clone() });
     }
-    let model = interpreted(path, &source)?;
-    Ok(known().entry(source).or_insert(model))
+    // Errors are reported without starting the engine.
+    let (scene, _) = resolve::read(&file, &source)?;
+    let derived = match cache::Entry::new(&source).read(&source) {
+        Some(derived) => derived,
+        None => engine::derive(path, &source)?,
+    };
+    let model = Box::leak(Box::new(derived.into_model()));
+    Ok(known().entry(source).or_insert(FoundScene { model, path: file, scene: Some(Arc::new(scene)) }).clone())
 }
 
 /// The scene of the program with this text.
 pub(crate) fn model_of_text(models: &'static [Model], source: &str) -> Option<&'static Model> {
     models.iter().find(|model| model.description.source == source)
-}
-
-/// The interpreted model of a text, from the cache or the engine.
-fn interpreted(path: &Path, source: &str) -> Result<&'static Model, Error> {
-    // Errors are reported without starting the engine.
-    resolve::read(&path.display().to_string(), source)?;
-    let derived = match cache::Entry::new(source).read(source) {
-        Some(derived) => derived,
-        None => engine::derive(path, source)?,
-    };
-    Ok(Box::leak(Box::new(derived.into_model())))
 }

@@ -225,8 +225,9 @@ impl PivotedLdl {
             for i in j + 1..n {
                 factors.l[i][j] = a[i][j] / pivot;
             }
-            for i in j + 1..n {
-                for k in j + 1..n {
+            let touched: Vec<usize> = (j + 1..n).filter(|&i| factors.l[i][j] != 0.0).collect();
+            for &i in &touched {
+                for &k in &touched {
                     a[i][k] -= factors.l[i][j] * pivot * factors.l[k][j];
                 }
             }

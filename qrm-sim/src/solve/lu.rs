@@ -1,11 +1,14 @@
 //! General square systems by elimination with pivots.
 
 use super::matrix::Matrix;
+use super::nonzeros::Nonzeros;
 
 /// The factors of a square matrix, with row exchanges.
 #[derive(Clone, Debug)]
 pub struct Lu {
     factors: Matrix,
+    /// The nonzero entries of the factors.
+    nonzeros: Nonzeros,
     order: Vec<usize>,
     /// The determinant; zero if the matrix is singular.
     pub determinant: f64,
@@ -14,14 +17,19 @@ pub struct Lu {
 impl Lu {
     /// Factors a matrix.
     pub fn new(matrix: Matrix) -> Self {
-        let mut lu = Self { order: Vec::with_capacity(matrix.columns()), factors: matrix, determinant: 1.0 };
+        let mut lu = Self::of(matrix);
         lu.factor();
         lu
     }
 
     /// Creates buffers for a matrix of this size.
     pub(crate) fn with_size(n: usize) -> Self {
-        Self { factors: Matrix::zero(n, n), order: Vec::with_capacity(n), determinant: 1.0 }
+        Self::of(Matrix::zero(n, n))
+    }
+
+    fn of(factors: Matrix) -> Self {
+        let order = Vec::with_capacity(factors.columns());
+        Self { factors, nonzeros: Nonzeros::default(), order, determinant: 1.0 }
     }
 
     /// Factors the matrix with these entries.
@@ -37,11 +45,12 @@ impl Lu {
 
     /// Replaces the matrix by its factors.
     fn factor(&mut self) {
-        let Self { factors, order, determinant } = self;
+        let Self { factors, nonzeros, order, determinant } = self;
         let n = factors.columns();
         order.clear();
         order.extend(0..n);
         *determinant = 1.0;
+        let mut others = Vec::with_capacity(n);
         for k in 0..n {
             let pivot = (k..n).max_by(|&a, &b| factors[a][k].abs().total_cmp(&factors[b][k].abs())).unwrap_or(k);
             if pivot != k {
@@ -55,13 +64,14 @@ impl Lu {
             }
             let (above, below) = factors.entries_mut().split_at_mut((k + 1) * n);
             let pivot_row = &above[k * n..];
-            for row in below.chunks_exact_mut(n) {
+            others.clear();
+            others.extend((k + 1..n).filter(|&j| pivot_row[j] != 0.0));
+            for row in below.chunks_exact_mut(n).filter(|row| row[k] != 0.0) {
                 row[k] /= pivot_row[k];
-                for j in k + 1..n {
-                    row[j] -= row[k] * pivot_row[j];
-                }
+                others.iter().for_each(|&j| row[j] -= row[k] * pivot_row[j]);
             }
         }
+        nonzeros.find(factors.iter());
     }
 
     /// The solution for a right-hand side; not finite if the matrix is singular.
@@ -76,15 +86,12 @@ impl Lu {
         let n = self.order.len();
         x.iter_mut().zip(&self.order).for_each(|(x, &i)| *x = right[i]);
         for i in 0..n {
-            for j in 0..i {
-                x[i] -= self.factors[i][j] * x[j];
-            }
+            let ([before, _], row) = (self.nonzeros.around_diagonal(i), &self.factors[i]);
+            x[i] = before.iter().fold(x[i], |rest, &j| rest - row[j] * x[j]);
         }
         for i in (0..n).rev() {
-            for j in i + 1..n {
-                x[i] -= self.factors[i][j] * x[j];
-            }
-            x[i] /= self.factors[i][i];
+            let ([_, after], row) = (self.nonzeros.around_diagonal(i), &self.factors[i]);
+            x[i] = after.iter().fold(x[i], |rest, &j| rest - row[j] * x[j]) / row[i];
         }
     }
 }

@@ -11,6 +11,8 @@ pub struct SmallestSingularValue {
     rows: Matrix,
     rotations: Matrix,
     products: Matrix,
+    /// The rows with a nonzero entry in each column: constraints contain few coordinates.
+    rows_of_columns: Vec<Vec<usize>>,
     factors: Ldl,
     is_tracking: bool,
     /// The number of smaller singular values to skip.
@@ -23,6 +25,9 @@ const MOST_SWEEPS: usize = 30;
 /// The relative change at which inverse iteration ends.
 const SETTLED: f64 = 1e-6;
 const MOST_INVERSE_ITERATIONS: usize = 20;
+/// The smallest pivot, as a fraction of its diagonal entry, of products of rows that determine a singular value to five
+/// digits: it is the square of one.
+const SMALLEST_PRODUCT: f64 = 1e-11;
 /// The part of a fixed combination in the first one.
 const MIXED: f64 = 1e-3;
 
@@ -37,6 +42,7 @@ impl SmallestSingularValue {
             rows: Matrix::zero(rows, columns),
             rotations: Matrix::zero(rows, rows),
             products: Matrix::zero(rows, rows),
+            rows_of_columns: vec![Vec::new(); columns],
             factors: Ldl::with_size(rows),
             is_tracking: rows > TRACKING_MIN_ROWS,
             redundant: 0,
@@ -108,13 +114,15 @@ impl SmallestSingularValue {
     /// Finds the smallest singular value by inverse iteration from the last combination; `None` if it does not
     /// converge.
     fn track(&mut self, matrix: &Matrix) -> Option<f64> {
-        let count = matrix.rows();
-        for i in 0..count {
-            for j in 0..=i {
-                self.products[i][j] = dot(&matrix[i], &matrix[j]);
+        self.products.entries_mut().fill(0.0);
+        self.rows_of_columns.iter_mut().for_each(Vec::clear);
+        for (i, row) in matrix.iter().enumerate() {
+            for (k, rows) in self.rows_of_columns.iter_mut().enumerate().filter(|(k, _)| row[*k] != 0.0) {
+                rows.push(i);
+                rows.iter().for_each(|&j| self.products[i][j] += row[k] * matrix[j][k]);
             }
         }
-        if !self.factors.factor_products(&self.products) {
+        if !self.factors.factor_products_above(&self.products, SMALLEST_PRODUCT) {
             return None;
         }
         // No part may stay zero: another combination may become the shortest.

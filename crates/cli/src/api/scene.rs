@@ -9,7 +9,7 @@ use qrm_scene::resolve;
 use super::options::RunOptions;
 use crate::error::Error;
 use crate::options::SceneName;
-use crate::scenes::{FoundScene, SceneSource, model_of_file_now, model_of_source, path_of};
+use crate::scenes::{FoundScene, SceneSource, scene_of_file_now, scene_of_source};
 use crate::setup::Setup;
 
 /// A scene of the program, or one read from a file.
@@ -24,11 +24,10 @@ impl LoadedScene {
     /// # Errors
     /// There is no such scene or file, or the scene has errors or cannot be derived.
     pub fn load(models: &'static [Model], name: &str) -> Result<Self, Error> {
-        let (model, path) = match (SceneName { scene: name.to_owned() }).source(models)? {
-            SceneSource::Model(model) => (model, path_of(model.description)),
-            SceneSource::File(path) => (model_of_file_now(models, &path)?, name.to_owned()),
-        };
-        Self::new(model, path)
+        Self::new(match (SceneName { scene: name.to_owned() }).source(models)? {
+            SceneSource::Model(model) => FoundScene::of_program(model),
+            SceneSource::File(path) => scene_of_file_now(models, &path)?,
+        })
     }
 
     /// Loads a scene from its text. The text belongs to the file with this path, whose present content does not matter.
@@ -36,12 +35,15 @@ impl LoadedScene {
     /// # Errors
     /// The scene has errors or cannot be derived.
     pub fn from_source(models: &'static [Model], path: &str, source: &str) -> Result<Self, Error> {
-        Self::new(model_of_source(models, Path::new(path), source.to_owned())?, path.to_owned())
+        Self::new(scene_of_source(models, Path::new(path), source.to_owned())?)
     }
 
-    fn new(model: &'static Model, path: String) -> Result<Self, Error> {
-        let (scene, _) = resolve::read(&path, model.description.source)?;
-        Ok(Self { found: FoundScene { model, path, scene: Some(Arc::new(scene)) } })
+    fn new(found: FoundScene) -> Result<Self, Error> {
+        let scene = match found.scene {
+            Some(scene) => scene,
+            None => Arc::new(resolve::read(&found.path, found.model.description.source)?.0),
+        };
+        Ok(Self { found: FoundScene { scene: Some(scene), ..found } })
     }
 
     /// Names, units and descriptions.

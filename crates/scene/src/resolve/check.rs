@@ -29,7 +29,7 @@ pub(super) fn parts(document: &Document, scene: &Scene, source: &str, findings: 
     run(scene, findings);
     references(document, scene, findings);
     for constraint in &scene.constraints {
-        if Scene::is_known(&constraint.residual) && scene.coordinates_of(&constraint.residual).is_empty() {
+        if Scene::is_known(&constraint.residual) && scene.coordinates_of([&constraint.residual]).is_empty() {
             findings.push(
                 Diagnostic::error(
                     format!("constraint `{}` depends on no coordinate", constraint.name),
@@ -188,7 +188,7 @@ fn loads(scene: &Scene, findings: &mut Vec<Diagnostic>) {
         }
         let places = kind.places();
         if !places.is_empty()
-            && places.iter().all(|place| Scene::is_known(place) && scene.coordinates_of(place).is_empty())
+            && places.iter().all(|place| Scene::is_known(place) && scene.coordinates_of([*place]).is_empty())
         {
             let span = places.first().map_or(0..0, |place| place.whole_span());
             findings.push(Diagnostic::warning(
@@ -203,6 +203,10 @@ fn loads(scene: &Scene, findings: &mut Vec<Diagnostic>) {
 /// Reports bodies whose position or angle depends on time directly: the energy balance would lack the work of the
 /// prescribed motion.
 fn prescribed_bodies(scene: &Scene, findings: &mut Vec<Diagnostic>) {
+    let places = scene.bodies.iter().flat_map(|body| body.com.iter().flatten().chain(&body.angle));
+    if !scene.depend_on_time(places) {
+        return;
+    }
     for body in &scene.bodies {
         let places = body.com.iter().flatten().chain(&body.angle);
         if let Some(place) = places.into_iter().find(|place| scene.depends_on_time(place)) {

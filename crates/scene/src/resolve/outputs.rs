@@ -204,7 +204,7 @@ impl Resolver<'_> {
                 };
                 let constraint = constraint?;
                 let residual = &scene.constraints[constraint].residual;
-                if !scene.coordinates_of(residual).contains(&coordinate) {
+                if !scene.coordinates_of([residual]).contains(&coordinate) {
                     self.findings.push(
                         Diagnostic::error(
                             format!("constraint `{}` does not act on body `{}`", names[constraint], name.name),

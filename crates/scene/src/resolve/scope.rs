@@ -1,5 +1,7 @@
 //! The names of a scene and their meanings.
 
+use std::collections::HashMap;
+
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::document::{Document, Identifier};
@@ -11,6 +13,8 @@ use crate::scene::Quantity;
 #[derive(Debug)]
 pub(super) struct Scope {
     names: Vec<(Identifier, Kind)>,
+    /// The place of the first declaration of each name.
+    places: HashMap<String, usize>,
     /// The names that only conditions may contain.
     results: Vec<(String, Quantity)>,
     /// The index of the first parameter that is not defined yet.
@@ -37,7 +41,7 @@ impl Kind {
 
 impl Default for Scope {
     fn default() -> Self {
-        Self { names: Vec::new(), results: Vec::new(), parameter_limit: usize::MAX }
+        Self { names: Vec::new(), places: HashMap::new(), results: Vec::new(), parameter_limit: usize::MAX }
     }
 }
 
@@ -55,7 +59,7 @@ impl Scope {
             findings.push(
                 Diagnostic::error(title, span, format!("cannot be {}", kind.describe())).help("choose another name"),
             );
-        } else if let Some((first, other)) = self.names.iter().find(|(other, _)| other.name == *name) {
+        } else if let Some((first, other)) = self.declared(name) {
             findings.push(
                 Diagnostic::error(format!("`{name}` is defined twice"), span, format!("also {}", kind.describe()))
                     .context(first.span.clone(), format!("first defined here, as {}", other.describe()))
@@ -81,6 +85,7 @@ impl Scope {
                 );
             }
         }
+        self.places.entry(name.clone()).or_insert(self.names.len());
         self.names.push((identifier.clone(), kind));
     }
 
@@ -211,7 +216,7 @@ impl Scope {
     }
 
     fn declared(&self, name: &str) -> Option<&(Identifier, Kind)> {
-        self.names.iter().find(|(identifier, _)| identifier.name == name)
+        self.places.get(name).map(|&place| &self.names[place])
     }
 
     fn find(&self, name: &str) -> Option<Quantity> {

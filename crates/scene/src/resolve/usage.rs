@@ -10,8 +10,7 @@ pub(super) fn used(document: &Document, scene: &Scene, findings: &mut Vec<Diagno
         let com = body.com.iter().flatten().filter(|_| body.mass.is_some());
         com.chain(body.angle.iter().filter(|_| body.inertia.is_some()))
     });
-    let moving: Vec<&Value> = inertial.chain(scene.constraints.iter().map(|c| &c.residual)).collect();
-    let moved: Vec<usize> = moving.iter().flat_map(|value| scene.coordinates_of(value)).collect();
+    let moved = scene.coordinates_of(inertial.chain(scene.constraints.iter().map(|c| &c.residual)));
     for (i, syntax) in document.coordinates.iter().enumerate() {
         if !moved.contains(&i) {
             let name = &syntax.identifier.name;
@@ -25,10 +24,14 @@ pub(super) fn used(document: &Document, scene: &Scene, findings: &mut Vec<Diagno
             );
         }
     }
-    let mentioned: Vec<&Quantity> =
-        all_values(scene).into_iter().flat_map(crate::expression::Expression::names).collect();
+    let mut is_mentioned = vec![false; scene.parameters.len()];
+    for name in all_values(scene).into_iter().flat_map(crate::expression::Expression::names) {
+        if let Quantity::Parameter(i) = *name {
+            is_mentioned[i] = true;
+        }
+    }
     for (i, syntax) in document.parameters.iter().enumerate() {
-        if !mentioned.contains(&&Quantity::Parameter(i)) {
+        if !is_mentioned[i] {
             let name = &syntax.identifier.name;
             findings.push(Diagnostic::warning(
                 format!("parameter `{name}` is never used"),

@@ -12,18 +12,23 @@ impl Scene {
 
     /// Whether a formula depends on time, also through points.
     pub fn depends_on_time(&self, value: &Value) -> bool {
-        self.quantities_of(value).any(|name| name == Quantity::Time)
+        self.depend_on_time([value])
+    }
+
+    /// Whether any of these formulae depends on time, also through points.
+    pub fn depend_on_time<'s>(&'s self, values: impl IntoIterator<Item = &'s Value>) -> bool {
+        self.quantities_of(values).any(|name| name == Quantity::Time)
     }
 
     /// Whether a formula contains a rate, also that of a point.
     pub fn depends_on_rates(&self, value: &Value) -> bool {
-        self.quantities_of(value).any(|name| matches!(name, Quantity::Rate(_) | Quantity::PointRate(..)))
+        self.quantities_of([value]).any(|name| matches!(name, Quantity::Rate(_) | Quantity::PointRate(..)))
     }
 
-    /// The coordinates on which a formula depends, also through points.
-    pub fn coordinates_of(&self, value: &Value) -> Vec<usize> {
+    /// The coordinates on which formulae depend, also through points.
+    pub fn coordinates_of<'s>(&'s self, values: impl IntoIterator<Item = &'s Value>) -> Vec<usize> {
         let mut found = vec![false; self.coordinates.len()];
-        for quantity in self.quantities_of(value) {
+        for quantity in self.quantities_of(values) {
             if let Quantity::Coordinate(i) | Quantity::Rate(i) = quantity {
                 found[i] = true;
             }
@@ -36,7 +41,7 @@ impl Scene {
         let mut found = BTreeSet::new();
         let mut pending: Vec<&Value> = values.into_iter().collect();
         while let Some(value) = pending.pop() {
-            for quantity in self.quantities_of(value) {
+            for quantity in self.quantities_of([value]) {
                 if let Quantity::Parameter(i) = quantity
                     && found.insert(i)
                 {
@@ -47,10 +52,10 @@ impl Scene {
         found
     }
 
-    /// The quantities in a formula, also through points, with repetitions.
-    fn quantities_of<'s>(&'s self, value: &'s Value) -> impl Iterator<Item = Quantity> + 's {
+    /// The quantities in formulae, also through points, each of which is visited once; with repetitions.
+    fn quantities_of<'s>(&'s self, values: impl IntoIterator<Item = &'s Value>) -> impl Iterator<Item = Quantity> + 's {
         let mut visited = vec![false; self.points.len()];
-        let mut pending = vec![value];
+        let mut pending: Vec<&Value> = values.into_iter().collect();
         let mut names = None;
         std::iter::from_fn(move || {
             loop {

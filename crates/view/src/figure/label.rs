@@ -41,8 +41,8 @@ impl Label {
     pub(super) fn leader(&self) -> Option<Place> {
         let x = self.marker.0.clamp(self.left + UNITS, self.left + self.width - UNITS);
         let y = self.marker.1.clamp(self.top, self.top + self.height);
-        let away = f64::from(x - self.marker.0).hypot(f64::from(y - self.marker.1));
-        (away > f64::from(12 * UNITS)).then_some((x, y))
+        let [dx, dy] = [x - self.marker.0, y - self.marker.1].map(i64::from);
+        (dx * dx + dy * dy > i64::from(12 * UNITS).pow(2)).then_some((x, y))
     }
 
     fn distance(&self) -> f64 {
@@ -64,24 +64,33 @@ impl Label {
             && other.top < self.top + self.height
     }
 
-    /// Whether any position on the line from the marker passes a test.
-    fn leads_through(&self, test: impl Fn(Place) -> bool) -> bool {
+    /// Whether the line from the marker passes through the rectangle with these corners.
+    fn leads_through(&self, low: Place, high: Place) -> bool {
+        let is_apart = |a: i32, b: i32, low: i32, high: i32| a.max(b) < low || a.min(b) > high;
         let between = |a: i32, b: i32, part: i32| a + (b - a) / PARTS * part;
         self.leader().is_some_and(|end| {
-            let at = |part| (between(self.marker.0, end.0, part), between(self.marker.1, end.1, part));
-            (1..=PARTS).any(|part| test(at(part)))
+            let ((x0, y0), (x1, y1)) = (self.marker, end);
+            if is_apart(x0, x1, low.0, high.0) || is_apart(y0, y1, low.1, high.1) {
+                return false;
+            }
+            (1..=PARTS).any(|part| {
+                (low.0..=high.0).contains(&between(x0, x1, part)) && (low.1..=high.1).contains(&between(y0, y1, part))
+            })
         })
     }
 
     /// Whether the line from the marker of one of two labels crosses the other label.
     fn is_crossed(&self, other: &Self) -> bool {
-        self.leads_through(|place| other.covers(place, 0)) || other.leads_through(|place| self.covers(place, 0))
+        let opposite = |label: &Self| (label.left + label.width, label.top + label.height);
+        self.leads_through((other.left, other.top), opposite(other))
+            || other.leads_through((self.left, self.top), opposite(self))
     }
 
     /// Whether the line from its own marker crosses another one.
-    fn leads_over(&self, marker: Place) -> bool {
-        let is_near = |place: Place| (place.0 - marker.0).abs().max((place.1 - marker.1).abs()) < 4 * UNITS;
-        !is_near(self.marker) && self.leads_through(is_near)
+    fn leads_over(&self, (x, y): Place) -> bool {
+        let near = 4 * UNITS - 1;
+        let is_near = (self.marker.0 - x).abs().max((self.marker.1 - y).abs()) <= near;
+        !is_near && self.leads_through((x - near, y - near), (x + near, y + near))
     }
 }
 
@@ -102,13 +111,14 @@ pub(super) fn place_labels(
         height,
         area,
     };
+    let candidates: Vec<Vec<Candidate>> = requests.iter().map(|request| space.candidates(request)).collect();
     let mut labels: Vec<Label> = Vec::new();
     for round in 0..ROUNDS {
         let before = labels.clone();
-        for (i, request) in requests.iter().enumerate() {
+        for (i, (request, candidates)) in requests.iter().zip(&candidates).enumerate() {
             let others: Vec<Label> =
                 labels.iter().enumerate().filter(|(other, _)| *other != i).map(|(_, label)| *label).collect();
-            let label = space.best(request, &others);
+            let label = space.best(request, candidates, &others);
             match labels.get_mut(i) {
                 Some(place) => *place = label,
                 None => labels.push(label),
@@ -121,6 +131,15 @@ pub(super) fn place_labels(
     labels
 }
 
+/// A possible position of a label.
+struct Candidate {
+    label: Label,
+    /// The cost of the position itself, without that of conflicts.
+    cost: f64,
+    /// Its place among positions of equal cost.
+    rank: usize,
+}
+
 /// The obstacles for labels, and the area for them.
 struct LabelSpace {
     markers: Vec<Place>,
@@ -130,14 +149,14 @@ struct LabelSpace {
 }
 
 impl LabelSpace {
-    /// The cheapest position of a label among others.
-    fn best(&self, &(marker, width, is_above): &LabelRequest, others: &[Label]) -> Label {
+    /// The possible positions of a label, by their costs.
+    fn candidates(&self, &(marker, width, is_above): &LabelRequest) -> Vec<Candidate> {
         let (corner, opposite) = self.area;
         let height = self.height;
-        let mut best: Option<(f64, Label)> = None;
         let rows = (-22..=22).map(|row| row * 6 * UNITS);
         let beside = [8, 14, 20, 36, 60, 90].map(|gap| width / 2 + gap * UNITS);
         let columns = (-6..=6).map(|column| column * width / 12).chain(beside).chain(beside.map(|dx| -dx));
+        let mut candidates = Vec::new();
         for (dx, dy) in rows.flat_map(|dy| columns.clone().map(move |dx| (dx, dy))) {
             // Clamping to an area that is too narrow must not panic.
             let left = (marker.0 + dx - width / 2).min(opposite.0 - width).max(corner.0 + 6 * UNITS);
@@ -150,21 +169,43 @@ impl LabelSpace {
             cost += if (dy < 0) == is_above { 0.0 } else { 8.0 };
             // Prefer the middle above or below.
             cost += 4.0 * f64::from((left + width / 2 - marker.0).abs()) / f64::from(width);
+            candidates.push(Candidate { label, cost, rank: candidates.len() });
+        }
+        candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        candidates
+    }
+
+    /// The cheapest position of a label among others.
+    fn best(&self, &(marker, width, _): &LabelRequest, candidates: &[Candidate], others: &[Label]) -> Label {
+        let mut best: Option<(f64, &Candidate)> = None;
+        for candidate in candidates {
+            let Candidate { label, mut cost, rank } = *candidate;
+            let is_worse = |cost: f64| {
+                best.is_some_and(|(least, first)| least.total_cmp(&cost).then(first.rank.cmp(&rank)).is_lt())
+            };
+            if best.is_some_and(|(least, _)| least < cost) {
+                break;
+            }
             cost += LABEL * others.iter().filter(|other| label.overlaps(other)).count() as f64;
             cost += MARKER * self.markers.iter().filter(|marker| label.covers(**marker, 4 * UNITS)).count() as f64;
-            if best.is_some_and(|(least, _)| least <= cost) {
+            if is_worse(cost) {
                 continue;
             }
             cost += LEADER * others.iter().filter(|other| label.is_crossed(other)).count() as f64;
             cost += LEADER * self.markers.iter().filter(|marker| label.leads_over(**marker)).count() as f64;
+            if is_worse(cost) {
+                continue;
+            }
             let covered =
                 self.profiles.iter().map(|profile| profile.covered_by(&label)).filter(|covered| *covered > 0.0);
             cost += covered.map(|covered| CROSSING + CROSSED * covered).sum::<f64>();
-            if best.is_none_or(|(least, _)| cost < least) {
-                best = Some((cost, label));
+            if !is_worse(cost) {
+                best = Some((cost, candidate));
             }
         }
-        let (left, top) = (marker.0.min(opposite.0 - width), marker.1.min(opposite.1 - height));
-        best.map_or(Label { marker, left, top, width, height }, |(_, label)| label)
+        let (_, opposite) = self.area;
+        let (left, top) = (marker.0.min(opposite.0 - width), marker.1.min(opposite.1 - self.height));
+        let unplaced = Label { marker, left, top, width, height: self.height };
+        best.map_or(unplaced, |(_, candidate)| candidate.label)
     }
 }

@@ -4,6 +4,7 @@ use qrm_core::Scalar;
 
 use super::Number;
 use crate::solve::Lu;
+use crate::solve::nonzeros::Nonzeros;
 
 /// The factors of a square matrix by Gaussian elimination with row exchanges.
 ///
@@ -17,6 +18,8 @@ pub(crate) struct Elimination {
     factors: Vec<Number>,
     /// The factors of the matrix in doubles, with rows divided by their scales.
     doubles: Option<Lu>,
+    /// The nonzero entries of the matrix where `doubles` are its factors.
+    nonzeros: Nonzeros,
     /// The rows in the order of their pivots.
     order: Vec<usize>,
     /// The largest entry of each row.
@@ -39,7 +42,7 @@ impl Elimination {
     /// Creates the factors of a zero matrix of this size.
     pub(crate) fn zero(size: usize) -> Self {
         let factors = vec![Number::zero(); size * size];
-        Self { size, factors, doubles: None, order: Vec::new(), scales: Vec::new() }
+        Self { size, factors, doubles: None, nonzeros: Nonzeros::default(), order: Vec::new(), scales: Vec::new() }
     }
 
     /// The entries, to be set before [`factor`](Self::factor).
@@ -59,10 +62,10 @@ impl Elimination {
         let largest = |row: &[Number]| row.iter().map(|entry| entry.to_f64().abs()).fold(0.0, f64::max);
         self.scales.clear();
         self.scales.extend(self.factors.chunks_exact(size).map(largest));
-        self.doubles = None;
         if REFINES && size >= LARGE && self.factor_in_doubles() {
             return true;
         }
+        self.doubles = None;
         for k in 0..size {
             let share = |i: usize| self.factors[i * size + k].to_f64().abs() / self.scales[i];
             let pivot = (k..size).max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or(k);
@@ -95,8 +98,13 @@ impl Elimination {
         if self.scales.iter().any(|scale| !(*scale > 0.0 && scale.is_finite())) {
             return false;
         }
-        let mut doubles = Lu::with_size(self.size);
-        doubles.factor_of(|i, j| self.factors[i * self.size + j].to_f64() / self.scales[i]);
+        self.nonzeros.find(self.factors.chunks_exact(self.size));
+        let mut doubles = self.doubles.take().unwrap_or_else(|| Lu::with_size(self.size));
+        doubles.factor_of(|i, j| match self.factors[i * self.size + j].to_f64() {
+            // A division of zero would take as long as any other.
+            0.0 => 0.0,
+            entry => entry / self.scales[i],
+        });
         // The solution for the sums of rows is known.
         let ones = vec![Number::from_f64(1.0); self.size];
         let sums: Vec<Number> = (0..self.size).map(|i| -self.residual(i, Number::zero(), &ones)).collect();
@@ -109,8 +117,7 @@ impl Elimination {
     /// The residual `right - A x` in a row of the matrix.
     fn residual(&self, i: usize, right: Number, x: &[Number]) -> Number {
         let row = &self.factors[i * self.size..][..self.size];
-        let terms = row.iter().zip(x).filter(|(entry, _)| **entry != Number::zero());
-        terms.fold(right, |rest, (entry, x)| rest - *entry * *x)
+        self.nonzeros.row(i).iter().fold(right, |rest, &j| rest - row[j] * x[j])
     }
 
     /// Solves for a right-hand side with the factors in doubles.
