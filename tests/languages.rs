@@ -250,6 +250,17 @@ pub(crate) fn chain() -> (tempfile::TempDir, String) {
     (folder, scene)
 }
 
+/// The chain with stiff damped springs in its joints.
+pub(crate) fn stiff_chain() -> (tempfile::TempDir, String) {
+    let (folder, scene) = chain();
+    let text = fs::read_to_string(&scene).expect("a scene");
+    let spring = |i: u32| format!("spring{i} = {{ along = 'a{i}', force = '-2000*s - 20*s_dot' }}\n");
+    let springs: String = (1..13).map(spring).collect();
+    let text = text.replace("[loads]\n", &format!("[loads]\n{springs}")).replace("[run]\n", "[run]\nstiff = true\n");
+    fs::write(&scene, text).expect("written");
+    (folder, scene)
+}
+
 /// The accelerations by the kernel and by full matrices.
 const CHAIN: &str = "
 p = relative_13_parameters();

@@ -1,7 +1,15 @@
 //! Stiff and extreme variants by methods that choose their steps, against states from the energy integral and from runs
 //! with 50 digits.
 
-use crate::common::{Run, Table, run, with_slot};
+use std::fs;
+
+use qrm_cli::api::LoadedScene;
+use qrm_model::MODELS;
+use qrm_sim::solve::{Dynamics, Linearization, dot};
+use qrm_sim::state::State;
+
+use crate::common::{Run, Table, qrm, run, with_slot};
+use crate::languages::stiff_chain;
 
 const COORDINATES: [&str; 3] = ["phi2", "phi4", "phi5"];
 
@@ -177,4 +185,84 @@ fn adaptive_methods_pass_singular_positions_at_every_tolerance() {
             assert!(off < allowed, "{method} {tolerance}: off by {off:e}");
         }
     }
+}
+
+/// The derivatives of the equations of a large tree, against central differences.
+#[test]
+#[ignore = "full tier: engine"]
+fn large_trees_have_exact_derivatives() {
+    let (_folder, path) = stiff_chain();
+    let scene = LoadedScene::load(MODELS, &path).expect("a scene");
+    let mechanism = scene.model().mechanism(&|_| None);
+    let n = 13_usize;
+    let numbers = |phase: f64| (0..n).map(|i| (1.7 * i as f64 + phase).sin()).collect::<Vec<f64>>();
+    let at = State { t: 0.3, q: numbers(0.1), qd: numbers(0.2), qdd: numbers(0.3), ..State::default() };
+    let mut own = Linearization::zero(n, 0);
+    assert!(own.evaluate(&*mechanism, &at));
+    let excess = |q: &[f64], qd: &[f64]| -> Vec<f64> {
+        let Dynamics { mass_matrix, generalized_forces, .. } = Dynamics::at(&*mechanism, at.t, q, qd);
+        mass_matrix.iter().zip(generalized_forces).map(|(row, force)| dot(row, &at.qdd) - force).collect()
+    };
+    for j in 0..n {
+        let moved = |x: &[f64], by: f64| -> Vec<f64> {
+            let mut moved = x.to_vec();
+            moved[j] += by;
+            moved
+        };
+        let by = 1e-5;
+        let slope = |low: Vec<f64>, high: Vec<f64>, i: usize| (high[i] - low[i]) / (2.0 * by);
+        for i in 0..n {
+            let [low, high] = [-by, by].map(|by| excess(&moved(&at.q, by), &at.qd));
+            let off = (own.stiffness[i][j] - slope(low, high, i)).abs();
+            assert!(off < 1e-6 * (1.0 + own.stiffness[i][i].abs()), "stiffness {i} {j}: {off:e}");
+            let [low, high] = [-by, by].map(|by| excess(&at.q, &moved(&at.qd, by)));
+            let off = (own.damping[i][j] - slope(low, high, i)).abs();
+            assert!(off < 1e-6 * (1.0 + own.damping[i][i].abs()), "damping {i} {j}: {off:e}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "full tier: engine"]
+fn stiff_chains_take_few_implicit_steps() {
+    let (_folder, path) = stiff_chain();
+    let runs = ["dop853", "rodas", "auto"].map(|method| {
+        let tolerance = ["--tolerance", "1e-8", "--no-error-estimate", "--no-figures"];
+        let run = run(&[&[path.as_str(), "--method", method][..], &tolerance[..]].concat());
+        assert_eq!(run.status(), 0, "{method}: {}", run.stderr());
+        run.summary()
+    });
+    let steps = runs.each_ref().map(|summary| summary["steps"].as_u64().expect("a number"));
+    assert!(steps[1] < 500 && steps[2] < 500 && steps[0] > 5000, "{steps:?}");
+    for (name, exact) in
+        runs[0]["end_state"].as_object().expect("numbers").iter().filter(|(name, _)| !name.contains('_'))
+    {
+        let [exact, rodas, auto] = [exact, &runs[1]["end_state"][name], &runs[2]["end_state"][name]]
+            .map(|value| value.as_f64().expect("a number"));
+        assert!((rodas - exact).abs() < 1e-7 && (auto - exact).abs() < 1e-7, "{name}: {exact} {rodas} {auto}");
+    }
+}
+
+/// Derivatives of implicit steps by parameters contain those of the linearization.
+#[test]
+#[ignore = "full tier: engine"]
+fn implicit_steps_of_large_trees_have_sensitivities() {
+    let (_folder, path) = stiff_chain();
+    let end = |set: &str| {
+        let run = run(&[&path, "--method", "rodas", "--tolerance", "1e-10", "--end-time", "0.1", "--set", set]);
+        assert_eq!(run.status(), 0, "{}", run.stderr());
+        run.summary()["end_state"]["a3"].as_f64().expect("a number")
+    };
+    let difference = (end("m=0.5005") - end("m=0.4995")) / 1e-3;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = qrm(&["sensitivity", &path, "--by", "m", "--method", "rodas", "--tolerance", "1e-10", "--no-check"])
+        .args(["--end-time", "0.1", "--out"])
+        .arg(folder.path())
+        .output()
+        .expect("it starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let table = fs::read_to_string(folder.path().join("sensitivity.csv")).expect("a table");
+    let row = table.lines().find(|line| line.starts_with("end,a3,")).expect("a row");
+    let derivative: f64 = row.split(',').nth(4).and_then(|text| text.parse().ok()).expect("a number");
+    assert!((derivative - difference).abs() < 1e-5 * difference.abs(), "{derivative} {difference}");
 }

@@ -20,7 +20,9 @@ pub fn omissions(scene: &Scene, equations: &Equations) -> Vec<String> {
     if !is_timed {
         list.push("time in the forces: no load depends on it".to_owned());
     }
-    if equations.linearization.is_none() {
+    if equations.has_only_sparse() {
+        list.push("Jacobians of forces: implicit methods take them from dual numbers".to_owned());
+    } else if equations.linearization.is_none() {
         list.push(
             "Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)".to_owned(),
         );

@@ -18,6 +18,7 @@ mod smallest_singular_value;
 mod solver;
 mod stage_interpolation;
 mod stats;
+mod tree_linearization;
 
 pub use buffers::{Dynamics, Linearization, LoopConstraints};
 pub use ldl::{Ldl, PivotedLdl};
@@ -39,3 +40,4 @@ pub(crate) use saddle_point::{SaddlePoint, minv_ct, schur_complement};
 pub(crate) use singular_position::{INTERPOLATED, SingularPositions};
 pub(crate) use singularity_distance::{IRREGULAR, NEAR, SINGULAR, SingularityDistance};
 pub(crate) use solver::MultiplierRounding;
+pub(crate) use tree_linearization::{is_tree, linearization_of_tree};

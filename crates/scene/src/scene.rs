@@ -263,7 +263,7 @@ impl Scene {
         self.coordinates.len() > MANY_COORDINATES
             && self.constraints.is_empty()
             && self.normal_forces().is_empty()
-            && !(self.run.stiff || self.run.inverse)
+            && !self.run.inverse
     }
 
     /// The names that formulae can contain.

@@ -8,8 +8,7 @@ use super::implicit::Implicit;
 use super::method::Method;
 use super::step_error::StepError;
 use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
-use crate::solve::Response;
-use crate::solve::dot;
+use crate::solve::{Linearization, Response, dot};
 use crate::state::State;
 
 /// The method for all scenes, stiff or not.
@@ -121,10 +120,10 @@ impl StepFormula for Auto {
             }
         }
         let is_decided = self.favours_change >= DECISIVE;
-        if is_decided && mechanism.has_linearization() {
+        if is_decided && Linearization::is_known(mechanism) {
             (self.is_implicit, self.favours_change, self.quiet) = (!is_implicit, 0, 0);
         }
-        let is_stability_bound = is_decided && !mechanism.has_linearization();
+        let is_stability_bound = is_decided && !Linearization::is_known(mechanism);
         Accepted { is_implicit, is_stability_bound, ..Accepted::default() }
     }
 

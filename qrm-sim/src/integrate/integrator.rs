@@ -10,7 +10,7 @@ use super::fixed::{Fixed, StepContext};
 use super::formula::Formula;
 use super::methods::MethodSettings;
 use super::step_error::StepError;
-use crate::solve::{INTERPOLATED, IRREGULAR, SINGULAR, Solver, SolverStats, largest};
+use crate::solve::{INTERPOLATED, IRREGULAR, Linearization, SINGULAR, Solver, SolverStats, largest};
 use crate::state::State;
 
 /// The largest number of stored values of states between rows.
@@ -63,7 +63,7 @@ impl Integrator {
         let mut solver = Solver::at(mechanism, first.t, &first.q);
         let steps = match settings.method.formula {
             None => Steps::Fixed(Box::new(Fixed::new(mechanism, first))),
-            Some(_) if settings.method.needs_linearization && !mechanism.has_linearization() => {
+            Some(_) if settings.method.needs_linearization && !Linearization::is_known(mechanism) => {
                 return Err(StepError::NoLinearization);
             }
             Some(formula) => {

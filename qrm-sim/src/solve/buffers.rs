@@ -1,8 +1,9 @@
 //! Buffers for the results of a mechanism's functions.
 
-use qrm_core::{DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism};
+use qrm_core::{Dual, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism};
 
 use super::matrix::{Matrix, dot};
+use super::tree_linearization::{is_tree, linearization_of_tree};
 
 /// The parts of the equations of motion at one state: see [`qrm_core::Dynamics`].
 #[derive(Clone, Debug)]
@@ -130,7 +131,12 @@ impl Linearization {
         }
     }
 
-    /// Evaluates the generated derivatives; false if the scene does not request them.
+    /// Whether a mechanism has derivatives: generated ones if its scene requests them, those of large trees always.
+    pub fn is_known(mechanism: &dyn Mechanism) -> bool {
+        mechanism.has_linearization() || is_tree(mechanism.tape())
+    }
+
+    /// Evaluates the derivatives; false if they are not known.
     pub fn evaluate(&mut self, mechanism: &dyn Mechanism, at: &crate::state::State) -> bool {
         let linearization = LinearizationMut {
             stiffness: self.stiffness.entries_mut(),
@@ -140,6 +146,17 @@ impl Linearization {
             forcing: &mut self.forcing,
             constraint_forcing: &mut self.constraint_forcing,
         };
-        mechanism.linearization(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, linearization)
+        if mechanism.linearization(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, linearization) {
+            return true;
+        }
+        let Some(tape) = mechanism.tape().filter(|tape| is_tree(Some(tape))) else { return false };
+        let plain = |values: &[f64]| values.iter().map(|value| Dual(*value)).collect::<Vec<_>>();
+        let [parameters, q, qd, qdd] = [mechanism.parameters(), &at.q, &at.qd, &at.qdd].map(plain);
+        let parts = linearization_of_tree(tape, &parameters, Dual(at.t), [&q, &qd, &qdd]);
+        let own = [self.stiffness.entries_mut(), self.damping.entries_mut(), &mut self.forcing];
+        for (own, part) in own.into_iter().zip(&parts) {
+            own.iter_mut().zip(part).for_each(|(entry, value)| *entry = value.0);
+        }
+        true
     }
 }

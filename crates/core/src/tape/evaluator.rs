@@ -111,6 +111,15 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
         true
     }
 
+    /// The generalized forces of a large tree; `false` for other mechanisms.
+    pub fn generalized_forces(&mut self, t: R, q: &[R], qd: &[R], results: &mut [R]) -> bool {
+        if self.tape.momenta.is_none() {
+            return false;
+        }
+        self.evaluate(&self.tape.dynamics, t, [q, qd], results);
+        true
+    }
+
     /// Kinetic energy and potential, in J.
     pub fn energy(&mut self, q: &[R], qd: &[R]) -> [R; 2] {
         let mut energy = [R::zero(); 2];

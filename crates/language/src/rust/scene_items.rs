@@ -99,7 +99,7 @@ pub(super) fn linearization(printer: &Printer) -> TokenStream {
 fn generated(printer: &Printer) -> TokenStream {
     let (scene, own) = (printer.scene, &printer.own);
     let [n, m] = printer.sizes();
-    let has_linearization = scene.run.stiff.then(|| {
+    let has_linearization = printer.tape.function("linearization").map(|_| {
         quote!(
             const HAS_LINEARIZATION: bool = true;
         )

@@ -10,7 +10,7 @@ use super::saddle::less_product;
 use super::slope::Slope;
 use crate::integrate::StepError;
 use crate::integrate::rodas::{ARGUMENTS, BY_TIME, GAMMA, INCREMENTS, NODES};
-use crate::solve::{Lu, Matrix};
+use crate::solve::{Lu, Matrix, is_tree, linearization_of_tree};
 
 /// The state at `t` by one step of RODAS, whose matrix has derivatives too.
 ///
@@ -75,14 +75,19 @@ impl<T: Inner> System<T> {
         let zero = |size: usize| vec![Number::zero(); size];
         let mut dynamics = zero(tape.dynamics_length());
         equations.evaluator.dynamics(from.t, &from.q, &from.qd, &mut dynamics);
-        let mut linearization = zero(tape.linearization.as_ref().ok_or(StepError::NoLinearization)?.results.len());
         let DualState { t, q, qd, qdd, multipliers } = from;
-        equations.evaluator.linearization(*t, q, qd, qdd, multipliers, &mut linearization);
         let [mass, _, jacobian, _] = tape.split_dynamics(&dynamics);
-        let [stiffness, damping, of_constraints, constraint_damping, forcing, constraint_forcing] =
-            tape.split_linearization(&linearization);
-        let (mass, stiffness) = ([mass, jacobian].concat(), [stiffness, of_constraints].concat());
-        let damping = [damping, constraint_damping].concat();
+        let [stiffness, damping, forcing] = if is_tree(Some(tape)) {
+            linearization_of_tree(tape, equations.evaluator.parameters(), *t, [q, qd, qdd])
+        } else {
+            let mut linearization = zero(tape.linearization.as_ref().ok_or(StepError::NoLinearization)?.results.len());
+            equations.evaluator.linearization(*t, q, qd, qdd, multipliers, &mut linearization);
+            let [stiffness, damping, of_constraints, constraint_damping, forcing, constraint_forcing] =
+                tape.split_linearization(&linearization);
+            [[stiffness, of_constraints], [damping, constraint_damping], [forcing, constraint_forcing]]
+                .map(|parts| parts.concat())
+        };
+        let mass = [mass, jacobian].concat();
         let size = n + m;
         let mut matrix = vec![Number::zero(); size * size];
         for (i, row) in matrix.chunks_exact_mut(size).enumerate() {
@@ -99,7 +104,6 @@ impl<T: Inner> System<T> {
         if !(factors.determinant.is_finite() && factors.determinant != 0.0) {
             return Err(StepError::NotFinite);
         }
-        let forcing = [forcing, constraint_forcing].concat();
         Ok(Self { h, parts: equations.parts, n, matrix, factors, mass, stiffness, forcing })
     }
 
