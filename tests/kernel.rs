@@ -1,5 +1,7 @@
 //! Whole runs by kernels against whole runs by the plain functions they stand for.
 
+use std::fs;
+
 use qrm_core::{Mechanism, ParameterOverrides, StateMut};
 use qrm_sim::integrate::{DOP853, MethodSettings};
 use qrm_sim::position::{Start, assemble_from_guesses};
@@ -7,6 +9,7 @@ use qrm_sim::run::{End, Request, Status, simulate};
 use qrm_sim::solve::{Projection, ProjectionTolerance, Solver};
 
 use crate::common::plain::Plain;
+use crate::common::{qrm, run};
 
 /// The quick-return mechanism with some parameters replaced.
 fn quick_return(replace: ParameterOverrides) -> Box<dyn Mechanism> {
@@ -122,5 +125,34 @@ fn projections_by_kernels_are_those_by_the_plain_functions() {
         solver.robust_accelerations(&*mechanism, 0.0, (&q, &qd), (&mut expected, &mut forces)).expect("determined");
         assert_near(model.description.name, &qdd, &expected, 1e-11);
         assert_near(model.description.name, &multipliers, &forces, 1e-11);
+    }
+}
+
+/// Scenes give one motion, whatever the form of their kernel.
+#[test]
+#[ignore = "full tier: engine"]
+fn kernels_of_all_forms_give_one_motion() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for scene in ["quick-return-loaded", "quick-return-driven", "slider-crank", "four-bar", "shaper", "andrews"] {
+        let source = fs::read_to_string(format!("scenes/{scene}.toml")).expect("a scene");
+        let ends = ["null-space", "range-space", "sparse"].map(|form| {
+            let path = folder.path().join(format!("{scene}-{form}.toml")).display().to_string();
+            let asks = format!("[run]\nelimination = \"{form}\"");
+            fs::write(&path, source.replacen("[run]", &asks, 1)).expect("written");
+            let explained = qrm(&["explain", &path]).output().expect("it starts");
+            let explained = String::from_utf8_lossy(&explained.stdout).into_owned();
+            let counts: Vec<&str> = explained.lines().filter(|line| line.contains("  by ")).collect();
+            assert!(counts.iter().any(|line| line.contains(&format!(" {form} "))), "{explained}");
+            let tolerance = ["--method", "dop853", "--tolerance", "1e-11", "--end-time", "0.03"];
+            let run = run(&[&[path.as_str(), "--no-error-estimate", "--no-figures"][..], &tolerance[..]].concat());
+            assert_eq!(run.status(), 0, "{scene} {form}: {}", run.stderr());
+            run.summary()["end_state"].clone()
+        });
+        for (name, value) in ends[0].as_object().expect("numbers") {
+            let [exact, range, sparse] =
+                [value, &ends[1][name], &ends[2][name]].map(|value| value.as_f64().expect("a number"));
+            let off = (range - exact).abs().max((sparse - exact).abs());
+            assert!(off < 1e-8 * exact.abs().max(1.0), "{scene} {name}: {exact} {range} {sparse}");
+        }
     }
 }

@@ -16,10 +16,9 @@ use std::collections::{HashMap, HashSet};
 
 use qrm_language::identifier::ident;
 use qrm_scene::formula_tape;
-use qrm_scene::scene::{Coordinate, Scene, Start};
+use qrm_scene::scene::{Coordinate, EliminationForm, Scene, Start};
 
 use crate::graph::{Graph, Id, Op, Signed};
-use crate::kernel::EliminationForm;
 use crate::notes::notes;
 use crate::term::{Equations, Symbol};
 use body::Body;
@@ -28,7 +27,8 @@ use plan::Plan;
 use qrm_core::NamedTape;
 use qrm_core::named_tape::{Argument, Function, ResultField, place};
 
-/// Creates the functions of a scene. Its kernel has the form with the fewest operations.
+/// Creates the functions of a scene. Its kernel has the form that the scene asks for, or the one with the fewest
+/// operations.
 pub fn tape(scene: &Scene, equations: &Equations) -> NamedTape {
     tape_of_form(scene, equations, None)
 }

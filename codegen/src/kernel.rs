@@ -21,7 +21,7 @@ pub use block::Block;
 use builder::Builder;
 pub use builder::Local;
 use elimination::Elimination;
-use qrm_scene::scene::{MANY_COORDINATES, Scene};
+use qrm_scene::scene::{EliminationForm, Scene};
 use range_space::RangeSpace;
 
 /// A kernel as operations of a graph.
@@ -54,15 +54,16 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// Creates the kernel of a scene; its graph may contain other operations.
-    pub fn new(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Self {
-        Builder::new(scene, lowering, 0, false).build(equations)
-    }
-
-    /// Creates the kernel of a scene by elimination of the sparse equations; `None` without these, and if a pivot is
-    /// zero by structure: that of a coordinate without inertia, or of a constraint that repeats others.
-    pub fn sparse(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Option<Self> {
-        Builder::new(scene, lowering, 0, false).build_sparse(equations.sparse.as_ref()?)
+    /// Creates the kernel of a scene in a form; its graph may contain other operations. `None` if the equations were not
+    /// derived for the form, or if a pivot is zero by structure: in the sparse form and in the range space that of a
+    /// coordinate without inertia, or of a constraint that repeats others.
+    pub fn new(scene: &Scene, equations: &Equations, lowering: &mut Lowering, form: EliminationForm) -> Option<Self> {
+        let builder = Builder::new(scene, lowering, 0, false);
+        match form {
+            EliminationForm::Sparse => builder.build_sparse(equations.sparse.as_ref()?),
+            _ if equations.has_only_sparse() => None,
+            EliminationForm::NullSpace | EliminationForm::RangeSpace => builder.build(equations, form),
+        }
     }
 
     /// Binds the symbols of generalized momenta and forces to values that are valid at any position, for plain
@@ -120,32 +121,8 @@ impl Kernel {
     }
 }
 
-/// The forms in which a kernel may solve the equations of motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum EliminationForm {
-    /// Constraints are solved for the dependent coordinates, `T' Mbar T` is factored.
-    #[default]
-    NullSpace,
-    /// `Mbar` and `C_q Mbar^-1 C_q'` are factored.
-    RangeSpace,
-    /// Second rates of named quantities are unknowns too. On trees this is the articulated-body recursion.
-    Sparse,
-}
-
-impl EliminationForm {
-    /// The name of the form.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::NullSpace => "null space of C_q, or Mbar without constraints",
-            Self::RangeSpace => "range space of C_q",
-            Self::Sparse => "points and angles as unknowns",
-        }
-    }
-}
-
 /// The solved linear equations of a kernel.
 struct Solved {
-    locals: Vec<Local>,
     growth_factors: Vec<Value>,
     accelerations: Vec<Value>,
     multipliers: Vec<Value>,
@@ -153,7 +130,8 @@ struct Solved {
 }
 
 impl Builder<'_> {
-    fn build(mut self, equations: &Equations) -> Kernel {
+    /// The kernel by the null space or the range space of `C_q`.
+    fn build(mut self, equations: &Equations, form: EliminationForm) -> Option<Kernel> {
         let e = &equations.kernel;
         let (n, m) = (self.scene.coordinates.len(), self.scene.constraints.len());
         let constraints: Vec<String> = self.scene.constraints.iter().map(|c| c.name.clone()).collect();
@@ -165,8 +143,8 @@ impl Builder<'_> {
         let own_rate = |k: usize| self.named(Block::Jacobian, &format!("{}_t", constraints[k]), &e.constraint_rate[k]);
         let own_rates: Vec<Value> = (0..m).map(own_rate).collect();
         let mass = self.mass_matrix(e);
-        let elimination = Elimination::new(&mut self, equations, &jacobian, &mass);
-        let growth_factors = elimination.growth_factors();
+        let elimination =
+            (form == EliminationForm::NullSpace).then(|| Elimination::new(&mut self, equations, &jacobian, &mass));
 
         self.named_rates(&e.names);
         let bias = (0..m).map(|k| {
@@ -175,31 +153,10 @@ impl Builder<'_> {
         });
         let bias: Vec<Value> = bias.collect();
         let forces = self.forces(&e.effort_groups);
-        let still = vec![None; n];
-        let particular = elimination.particular(&mut self, &bias, Block::Accelerations, "closing");
-        let solve = |builder: &mut Self, forces: &[Value], unit: Option<&str>| {
-            let (rest, what) = unit.map_or((&particular, "ddot".to_owned()), |name| (&still, format!("by_{name}")));
-            let accelerations = elimination.free(builder, rest, Some(forces), Block::Accelerations, &what);
-            let multipliers = elimination.multipliers(builder, forces, &accelerations);
-            (accelerations, multipliers)
+        let solved = match &elimination {
+            Some(elimination) => self.by_null_space(elimination, (&bias, &forces), &e.normal_forces),
+            None => self.by_range_space((&jacobian, &mass), (&bias, &forces), &e.normal_forces)?,
         };
-        let (accelerations, multipliers) = self.with_friction(&e.normal_forces, &forces, &solve);
-        let residual = |k: usize| Some(self.lowering.graph.input(Symbol::Residual(k)).negated());
-        let asked: Vec<Value> = (0..m).map(residual).collect();
-        let particular = elimination.particular(&mut self, &asked, Block::Correction, "closing");
-        let correction = elimination.free(&mut self, &particular, None, Block::Correction, "correction");
-        let locals = self.locals.clone();
-        let mut solved = Solved { locals, growth_factors, accelerations, multipliers, correction };
-        let mut is_valid_everywhere = elimination.is_valid_everywhere();
-        let mut form = EliminationForm::NullSpace;
-        if m > 0 && n > MANY_COORDINATES {
-            self.locals.retain(|local| !local.block.is_solution());
-            self.by_value = self.locals.iter().enumerate().map(|(place, local)| (local.value.id, place)).collect();
-            let other = self.by_range_space((&jacobian, &mass), (&bias, &forces, &asked), &e.normal_forces);
-            if let Some(other) = other.filter(|other| !is_valid_everywhere || self.total(other) < self.total(&solved)) {
-                (solved, is_valid_everywhere, form) = (other, true, EliminationForm::RangeSpace);
-            }
-        }
         let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
         let velocity_residual = jacobian.iter().zip(own_rates).map(|(row, own)| {
             let moved = self.dot(row, &rates);
@@ -218,14 +175,20 @@ impl Builder<'_> {
             multipliers: all(solved.multipliers),
             outputs: all(outputs),
             form,
-            is_valid_everywhere,
+            is_valid_everywhere: elimination.is_none_or(|elimination| elimination.is_valid_everywhere()),
             is_timed: self.scene.is_driven()
                 || e.names.iter().any(|named| named.inside().any_symbol(&|symbol| symbol == Symbol::Time)),
             ..Kernel::default()
         };
-        let needed = self.needed(&solved.locals, kernel.values().map(|value| value.id).collect());
-        kernel.locals = solved.locals.into_iter().filter(|local| needed.contains(&local.input.id)).collect();
-        kernel
+        let needed = self.needed(&self.locals, kernel.values().map(|value| value.id).collect());
+        kernel.locals = self.locals.into_iter().filter(|local| needed.contains(&local.input.id)).collect();
+        Some(kernel)
+    }
+
+    /// The residuals that a correction of the coordinates removes.
+    fn asked(&mut self) -> Vec<Value> {
+        let m = self.scene.constraints.len();
+        (0..m).map(|k| Some(self.lowering.graph.input(Symbol::Residual(k)).negated())).collect()
     }
 
     /// C_q
@@ -256,30 +219,44 @@ impl Builder<'_> {
         mass
     }
 
+    /// Solves the linear equations by the null-space method, which first finds the motions that the loops allow.
+    fn by_null_space(
+        &mut self,
+        elimination: &Elimination,
+        (closing, forces): (&[Value], &[Value]),
+        normal_forces: &[NormalForce],
+    ) -> Solved {
+        let still = vec![None; self.scene.coordinates.len()];
+        let particular = elimination.particular(self, closing, Block::Accelerations, "closing");
+        let solve = |builder: &mut Self, forces: &[Value], unit: Option<&str>| {
+            let (rest, what) = unit.map_or((&particular, "ddot".to_owned()), |name| (&still, format!("by_{name}")));
+            let accelerations = elimination.free(builder, rest, Some(forces), Block::Accelerations, &what);
+            let multipliers = elimination.multipliers(builder, forces, &accelerations);
+            (accelerations, multipliers)
+        };
+        let (accelerations, multipliers) = self.with_friction(normal_forces, forces, &solve);
+        let asked = self.asked();
+        let particular = elimination.particular(self, &asked, Block::Correction, "closing");
+        let correction = elimination.free(self, &particular, None, Block::Correction, "correction");
+        Solved { growth_factors: elimination.growth_factors(), accelerations, multipliers, correction }
+    }
+
     /// Solves the linear equations by the range-space method, which first finds the forces of the loops.
     fn by_range_space(
         &mut self,
         (jacobian, mass): (&Matrix, &Matrix),
-        (closing, forces, asked): (&[Value], &[Value], &[Value]),
+        (closing, forces): (&[Value], &[Value]),
         normal_forces: &[NormalForce],
     ) -> Option<Solved> {
         let system = RangeSpace::new(self, jacobian, mass)?;
-        let growth_factors = system.growth_factors();
         let still = vec![None; closing.len()];
         let solve = |builder: &mut Self, forces: &[Value], unit: Option<&str>| {
             system.accelerations(builder, if unit.is_some() { &still } else { closing }, forces)
         };
         let (accelerations, multipliers) = self.with_friction(normal_forces, forces, &solve);
-        let correction = system.correction(self, asked);
-        Some(Solved { locals: self.locals.clone(), growth_factors, accelerations, multipliers, correction })
-    }
-
-    /// The number of operations of a solution.
-    fn total(&self, solved: &Solved) -> usize {
-        let results = [&solved.growth_factors, &solved.accelerations, &solved.multipliers, &solved.correction];
-        let roots = results.into_iter().flatten().flatten().map(|value| value.id).collect();
-        let needed = self.needed(&solved.locals, roots);
-        needed.iter().map(|&id| self.lowering.graph.op(id).operands().len().saturating_sub(1)).sum()
+        let asked = self.asked();
+        let correction = system.correction(self, &asked);
+        Some(Solved { growth_factors: system.growth_factors(), accelerations, multipliers, correction })
     }
 
     /// The reduced forces, each effort in the form with fewer operations.

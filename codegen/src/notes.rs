@@ -1,9 +1,8 @@
 //! The cost of each function, and the list of omissions.
 
 use qrm_core::NamedTape;
-use qrm_scene::scene::Scene;
+use qrm_scene::scene::{EliminationForm, Scene};
 
-use crate::kernel::EliminationForm;
 use crate::omissions;
 use crate::term::Equations;
 
@@ -38,9 +37,15 @@ pub(crate) fn notes(
     }
     lines.push(format!("    {:5} operations  by the kernel: {}", tape.solution.sum(), tape.solution));
     // Scenes with few coordinates have one form, which needs no list.
-    if forms.iter().any(|(form, _)| *form == EliminationForm::Sparse) {
+    if forms.len() > 1 || scene.run.elimination.is_some() || equations.has_only_sparse() {
         lines.extend([String::new(), "Forms of the kernel, before pairs are shared:".to_owned()]);
-        lines.extend(forms.iter().map(|(form, count)| format!("    {count:5} operations  by {}", form.name())));
+        lines.extend(
+            forms.iter().map(|(form, count)| {
+                format!("    {count:5} operations  {:11}  by {}", form.name(), form.description())
+            }),
+        );
+        let missing = scene.run.elimination.filter(|asked| forms.iter().all(|(form, _)| form != asked));
+        lines.extend(missing.map(|asked| format!("    `elimination = \"{}\"` is not possible here", asked.name())));
     }
     lines.extend([String::new(), "Left out:".to_owned()]);
     lines.extend(omissions::omissions(scene, equations).iter().map(|line| format!("    {line}")));

@@ -28,7 +28,7 @@ impl Emitter<'_> {
                 name: "velocity_residual",
                 doc: if self.writer.scene.is_driven() { "`C_q qd + C_t`." } else { "`C_q qd`." },
                 arguments: &[Argument::Position, Argument::Rates],
-                blocks: &[],
+                blocks: &[Block::Rates, Block::NamedRates],
                 results: vec![&kernel.velocity_residual],
             },
             KernelFunction {

@@ -4,11 +4,11 @@ use std::collections::HashSet;
 
 use super::plan::{Plan, plans};
 use crate::graph::{Graph, Id, Op, Signed};
-use crate::kernel::{EliminationForm, Kernel};
+use crate::kernel::Kernel;
 use crate::lower::Lowering;
 use crate::share::share_pairs;
 use crate::term::{Equations, Named, Symbol, Term};
-use qrm_scene::scene::Scene;
+use qrm_scene::scene::{EliminationForm, MANY_COORDINATES, Scene};
 
 /// The functions of a scene in a shared graph.
 #[derive(Debug)]
@@ -49,17 +49,23 @@ impl Layout {
         let symbols: Vec<(&Named, Symbol)> = symbols.collect();
         roots.extend(symbols.iter().map(|(_, symbol)| lowering.bound[symbol]));
         roots.extend(of_friction.iter().map(|(_, value)| *value));
-        // Names have other values in a kernel.
-        let mut lowering = Lowering::from_kernel(lowering.graph);
-        let sparse = Kernel::sparse(scene, equations, &mut lowering);
-        // Named quantities of the other equations have other values.
-        lowering = Lowering::from_kernel(lowering.graph);
-        let dense = (!equations.has_only_sparse()).then(|| Kernel::new(scene, equations, &mut lowering));
+        let asked = form.or(scene.run.elimination);
+        let mut kernels = Vec::new();
+        for form in forms_of(scene, asked) {
+            // Names have other values in a kernel, and in each form.
+            lowering = Lowering::from_kernel(lowering.graph);
+            kernels.extend(Kernel::new(scene, equations, &mut lowering, form));
+        }
+        if equations.has_only_sparse() {
+            lowering = Lowering::from_kernel(lowering.graph);
+        }
         let count = |kernel: &Kernel| kernel.operations(&lowering.graph);
-        let forms = sparse.iter().chain(&dense).map(|kernel| (kernel.form, count(kernel))).collect();
-        let kernels = dense.into_iter().chain(sparse);
-        let cost = |kernel: &Kernel| (form.is_some_and(|form| kernel.form != form), count(kernel));
-        let mut kernel = kernels.min_by_key(cost).expect("the engine tried the sparse form, or there is the other one");
+        let forms = kernels.iter().map(|kernel| (kernel.form, count(kernel))).collect();
+        let cost = |kernel: &Kernel| {
+            (asked.is_some_and(|form| kernel.form != form), !kernel.is_valid_everywhere, count(kernel), kernel.form)
+        };
+        let kernel = kernels.into_iter().min_by_key(cost);
+        let mut kernel = kernel.expect("the engine tried the sparse form, or there is the null space");
         let angle_sums = lowering.angle_sums(|i| scene.coordinates[i].name.to_lowercase());
         let point_names = scene.points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{}_{axis}", point.name)));
         let point_names: Vec<String> = point_names.map(|name| name.to_lowercase()).collect();
@@ -99,6 +105,14 @@ impl Layout {
             point_names.into_iter().zip(roots[point_place..name_place].iter().copied()).chain(named).collect();
         Self { graph, plans, named_values, names, kernel, forms, inverse }
     }
+}
+
+/// The forms of a kernel that are counted.
+fn forms_of(scene: &Scene, asked: Option<EliminationForm>) -> impl Iterator<Item = EliminationForm> {
+    let has_range_space = !scene.constraints.is_empty()
+        && (scene.coordinates.len() > MANY_COORDINATES || asked == Some(EliminationForm::RangeSpace));
+    let range_space = has_range_space.then_some(EliminationForm::RangeSpace);
+    [EliminationForm::Sparse, EliminationForm::NullSpace].into_iter().chain(range_space)
 }
 
 /// Creates the inverse dynamics of a scene, in a graph that already contains other functions.

@@ -47,24 +47,6 @@ impl Block {
         self <= Self::RangeSpaceMatrix
     }
 
-    /// Whether the block solves the linear equations, as opposed to computing their entries.
-    pub(super) fn is_solution(self) -> bool {
-        use Block::{
-            Accelerations, Correction, Friction, Inertia, InverseMassJacobian, Multipliers, RangeSpaceMatrix, Tangents,
-        };
-        matches!(
-            self,
-            Tangents
-                | Inertia
-                | InverseMassJacobian
-                | RangeSpaceMatrix
-                | Accelerations
-                | Multipliers
-                | Friction
-                | Correction
-        )
-    }
-
     /// The title of the block as a comment.
     pub fn title(self) -> &'static str {
         match self {

@@ -5,13 +5,14 @@ mod elimination;
 mod sparse_symmetric_matrix;
 mod variables;
 
+use super::Kernel;
 use super::algebra::Value;
 use super::block::Block;
 use super::builder::Builder;
-use super::{EliminationForm, Kernel};
 use crate::graph::Signed;
 use crate::term::{EffortsAlongVariables, SparseEquations, Symbol};
 use elimination::SparseElimination;
+use qrm_scene::scene::EliminationForm;
 use sparse_symmetric_matrix::SparseSymmetricMatrix;
 use variables::Variables;
 
@@ -66,19 +67,12 @@ impl Builder<'_> {
             })
             .collect();
         let forces = self.forces_along_variables(&variables, &e.efforts);
-        let (accelerations, multipliers) = elimination.solve(
-            &mut self,
-            &variables,
-            forces,
-            &closing,
-            [Block::Accelerations, Block::Multipliers],
-            "ddot",
-        );
+        let (accelerations, multipliers) =
+            elimination.solve(&mut self, &variables, forces, &closing, Block::Accelerations, "ddot");
         let asked: Vec<Value> =
             (0..m).map(|k| Some(self.lowering.graph.input(Symbol::Residual(k)).negated())).collect();
         let still = vec![Vec::new(); variables.count()];
-        let (correction, _) =
-            elimination.solve(&mut self, &variables, still, &asked, [Block::Correction; 2], "correction");
+        let (correction, _) = elimination.solve(&mut self, &variables, still, &asked, Block::Correction, "correction");
         variables.accelerations(&mut self, &e.names);
         let outputs: Vec<Value> = e.outputs.iter().map(|output| self.value(output)).collect();
         let zero = self.lowering.graph.number(0.0);

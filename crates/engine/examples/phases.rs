@@ -9,9 +9,9 @@
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use qrm_codegen::kernel::EliminationForm;
 use qrm_codegen::{derivation, functions, verify};
 use qrm_language::{Code, rust};
+use qrm_scene::scene::EliminationForm;
 use qrm_scene::{resolve, source};
 
 /// The number of random states for the accuracy.
@@ -21,10 +21,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("give the path of a scene")?;
     let form = match std::env::args().nth(2).as_deref() {
         None | Some("cheapest") => None,
-        Some("null-space") => Some(EliminationForm::NullSpace),
-        Some("range-space") => Some(EliminationForm::RangeSpace),
-        Some("sparse") => Some(EliminationForm::Sparse),
-        Some(other) => return Err(format!("`{other}` is no form of a kernel").into()),
+        Some(name) => {
+            let form = EliminationForm::ALL.into_iter().find(|form| form.name() == name);
+            Some(form.ok_or_else(|| format!("`{name}` is no form of a kernel"))?)
+        }
     };
     let text = source::read_text(path.as_ref()).map_err(|report| report.to_string())?;
     let (scene, reading) = timed(|| resolve::read(&path, &text));

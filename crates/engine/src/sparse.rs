@@ -14,7 +14,7 @@ use qrm_codegen::term::{
     BodyInertia, EffortsAlongVariables, Equations, FunctionOfVariables, Named, NamedKind, NamedVariable,
     SparseEquations, Symbol, Term,
 };
-use qrm_scene::scene::{MANY_COORDINATES, Scene};
+use qrm_scene::scene::{EliminationForm, MANY_COORDINATES, Scene};
 
 /// The number of coordinates above which a sparse elimination may be cheaper in a scene without constraints.
 const MANY_OF_TREE: usize = 4;
@@ -22,8 +22,9 @@ const MANY_OF_TREE: usize = 4;
 /// Whether a scene may have a sparse elimination.
 pub(super) fn is_sparse(scene: &Scene) -> bool {
     // Normal forces are derived with respect to the accelerations of the coordinates.
+    let is_possible = scene.normal_forces().is_empty();
     let most = if scene.constraints.is_empty() { MANY_OF_TREE } else { MANY_COORDINATES };
-    scene.coordinates.len() > most && scene.normal_forces().is_empty()
+    is_possible && scene.run.elimination.map_or(scene.coordinates.len() > most, |form| form == EliminationForm::Sparse)
 }
 
 /// Derives the sparse equations; `None` for scenes with few coordinates, or with friction by normal forces.
@@ -62,7 +63,7 @@ pub(super) fn all_equations(number: usize, place: &Place, scene: &Scene) -> Opti
         sparse: Some(sparse),
         ..Equations::default()
     };
-    Kernel::sparse(scene, &equations, &mut Lowering::default()).is_some().then_some(equations)
+    Kernel::new(scene, &equations, &mut Lowering::default(), EliminationForm::Sparse).is_some().then_some(equations)
 }
 
 fn sparse_equations(system: &System) -> SparseEquations {

@@ -4,11 +4,11 @@
 #[allow(dead_code, unreachable_pub, reason = "the command around it is not used")]
 mod make;
 
-use qrm_codegen::kernel::EliminationForm;
 use qrm_codegen::{functions, verify};
 use qrm_core::{NamedTape, Tape, TapeEvaluator};
 use qrm_language::{Code, rust};
 use qrm_scene::resolve;
+use qrm_scene::scene::EliminationForm;
 use qrm_scene::scene::Scene;
 
 /// Five relative angles, with everything that names occur in: a driven closed loop, roots of named points, rates in

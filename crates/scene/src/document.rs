@@ -22,6 +22,7 @@ use std::collections::BTreeMap;
 
 use crate::diagnostic::{Diagnostic, Span};
 use crate::parser::{Condition, Formula};
+use crate::scene::EliminationForm;
 pub use drawing::{DrawnSyntax, ForceElementKind};
 pub use identifier::{Identifier, Target};
 pub use joints::{JointFriction, JointKind, JointSyntax, LinkPoint};
@@ -230,6 +231,8 @@ pub struct RunSyntax {
     pub stiff: Option<Span>,
     /// The location of the request for inverse dynamics, if there is one.
     pub inverse: Option<Span>,
+    /// The form of the kernel, if the scene asks for one.
+    pub elimination: Option<EliminationForm>,
     /// The start of the table.
     pub span: Span,
     /// Whether all of the table could be read.

@@ -251,19 +251,60 @@ pub struct Run {
     pub stiff: bool,
     /// Whether a function for inverse dynamics is generated.
     pub inverse: bool,
+    /// The form of the kernel; `None` for the one with the fewest operations.
+    pub elimination: Option<EliminationForm>,
+}
+
+/// The forms in which a kernel may solve the equations of motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum EliminationForm {
+    /// Constraints are solved for the dependent coordinates, `T' Mbar T` is factored.
+    #[default]
+    NullSpace,
+    /// `Mbar` and `C_q Mbar^-1 C_q'` are factored.
+    RangeSpace,
+    /// Second rates of named quantities are unknowns too. On trees this is the articulated-body recursion.
+    Sparse,
+}
+
+impl EliminationForm {
+    /// All forms.
+    pub const ALL: [Self; 3] = [Self::NullSpace, Self::RangeSpace, Self::Sparse];
+
+    /// The name of the form in scenes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NullSpace => "null-space",
+            Self::RangeSpace => "range-space",
+            Self::Sparse => "sparse",
+        }
+    }
+
+    /// A description of the form in a few words.
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::NullSpace => "null space of C_q, or Mbar without constraints",
+            Self::RangeSpace => "range space of C_q",
+            Self::Sparse => "points and angles as unknowns",
+        }
+    }
 }
 
 /// The number of coordinates above which a scene is large.
 pub const MANY_COORDINATES: usize = 12;
+/// The number of coordinates above which a tree with Jacobians is large: these expand sums of angles.
+const MANY_COORDINATES_WITH_JACOBIANS: usize = 6;
 
 impl Scene {
     /// Whether points are variables of the equations of motion, which are then derived body by body: a scene with many
     /// coordinates, without constraints, that asks for nothing but its motion.
     pub fn is_large_tree(&self) -> bool {
-        self.coordinates.len() > MANY_COORDINATES
+        let many = if self.run.stiff { MANY_COORDINATES_WITH_JACOBIANS } else { MANY_COORDINATES };
+        self.coordinates.len() > many
             && self.constraints.is_empty()
             && self.normal_forces().is_empty()
             && !self.run.inverse
+            && self.run.elimination.is_none_or(|form| form == EliminationForm::Sparse)
     }
 
     /// The names that formulae can contain.

@@ -129,20 +129,19 @@ impl SparseElimination {
         variables: &Variables,
         forces: Vec<Vec<Signed>>,
         closing: &[Value],
-        [block, block_of_multipliers]: [Block; 2],
+        block: Block,
         what: &str,
     ) -> (Vec<Value>, Vec<Value>) {
         let count = variables.count();
         let mut right: Vec<Vec<Signed>> = forces;
         right.extend(closing.iter().map(|value| value.iter().copied().collect()));
         let names = &self.names;
-        let block_of = |z: usize| if z < count { block } else { block_of_multipliers };
         let definition = |z: usize| &variables.definitions[z - variables.coordinates()];
         let mut reduced: Vec<Value> = vec![None; count + self.constraints];
         for step in &self.steps {
             let (Step::Substitution(z) | Step::Pivot { variable: z, .. }) = step;
             let sum = builder.sum(std::mem::take(&mut right[*z]));
-            let own = builder.keep(block_of(*z), &format!("right_{}_{what}", names[*z]), sum);
+            let own = builder.keep(block, &format!("right_{}_{what}", names[*z]), sum);
             reduced[*z] = own;
             match step {
                 Step::Substitution(z) => {
@@ -175,7 +174,7 @@ impl SparseElimination {
             };
             let sum = builder.sum(terms);
             let name = if z < count { format!("{}_{what}", names[z]) } else { format!("lambda_{}", names[z]) };
-            solved[z] = builder.keep(block_of(z), &name, sum);
+            solved[z] = builder.keep(block, &name, sum);
         }
         let multipliers = solved.split_off(count);
         (solved, multipliers)

@@ -14,7 +14,8 @@ use super::{
     BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, LinkSyntax, OutputSyntax, ParameterSyntax,
 };
 use crate::diagnostic::Diagnostic;
-use crate::names::is_identifier;
+use crate::names::{is_identifier, suggestion};
+use crate::scene::EliminationForm;
 
 impl Document {
     fn read_tables(&mut self, r: &mut Reader, tables: Vec<(Identifier, reader::Value)>) {
@@ -155,9 +156,21 @@ impl Document {
         self.run.end_time = run.optional("end_time").map(|v| r.quantity(v, "s"));
         let mut asked = |key: &str| run.optional(key).and_then(|v| r.boolean(v).then(|| v.span()));
         (self.run.stiff, self.run.inverse) = (asked("stiff"), asked("inverse"));
+        self.run.elimination = run.optional("elimination").and_then(|v| elimination(r, v));
         run.finish(r);
         self.run.is_well_formed = r.findings.len() == before;
     }
+}
+
+fn elimination(r: &mut Reader, value: reader::Value) -> Option<EliminationForm> {
+    let Identifier { name, span } = r.text(value)?;
+    let found = EliminationForm::ALL.into_iter().find(|form| form.name() == name);
+    if found.is_none() {
+        let forms = EliminationForm::ALL.map(EliminationForm::name);
+        let help = suggestion(&name, forms, || format!("forms: {}", forms.join(", ")));
+        r.findings.push(Diagnostic::error(format!("there is no elimination `{name}`"), span, "not known").help(help));
+    }
+    found
 }
 
 fn coordinate(r: &mut Reader, value: reader::Value) -> Option<CoordinateSyntax> {

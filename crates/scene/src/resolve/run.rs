@@ -52,6 +52,7 @@ impl Resolver<'_> {
             end_time: max_time.or(end_time).unwrap_or_else(missing),
             stiff: run.stiff.is_some(),
             inverse: run.inverse.is_some(),
+            elimination: run.elimination,
         }
     }
 
