@@ -187,9 +187,19 @@ impl<'a> Writer<'a> {
         name
     }
 
-    /// Adds a function to the tape.
-    fn add(&self, function: Function) {
-        self.tape.borrow_mut().functions.push(function);
+    /// Adds a function to the tape, without the statements that no result depends on: sums that contain a value may have
+    /// been written without it.
+    fn add(&self, mut function: Function) {
+        let mut tape = self.tape.borrow_mut();
+        let needed: HashSet<u32> = tape.needed(function.results()).into_iter().collect();
+        let mut comment = None;
+        function.statements.retain_mut(|statement| {
+            comment = statement.comment.take().or(comment.take());
+            let is_used = (statement.value..).take(statement.names.len()).any(|value| needed.contains(&value));
+            statement.comment = if is_used { comment.take() } else { None };
+            is_used
+        });
+        tape.functions.push(function);
     }
 
     fn function(&self, plan: &Plan<Signed>) -> Function {

@@ -37,7 +37,7 @@ int scene_initial_state(const struct scene *m, struct scene_state *state)
 {
     enum { MOST_ITERATIONS = 50, REFINEMENTS = 2 };
     int is_given[N], is_given_rate[N];
-    double residuals[SCENE_PLACES(M)], jacobian[SCENE_PLACES(M)][N], rates[SCENE_PLACES(M)];
+    double residuals[SCENE_PLACES(M)] = {0}, jacobian[SCENE_PLACES(M)][N], rates[SCENE_PLACES(M)];
     scene_start(m, state->q, is_given, state->qd, is_given_rate);
     scene_loop_constraints(m, 0.0, state->q, residuals, jacobian, rates);
     for (int i = 0; i < MOST_ITERATIONS && largest(residuals, M) > CLOSED; i++) {

@@ -35,7 +35,7 @@ static INLINE int is_finite(const struct scene_state *state)
 static INLINE int correct(const struct scene *m, int is_suited, double t, struct scene_step *step)
 {
     struct scene_state *end = &step->end;
-    double residuals[SCENE_PLACES(M)], correction[N];
+    double residuals[SCENE_PLACES(M)] = {0}, correction[N];
     if (M == 0 || step->corrections == MOST_CORRECTIONS) {
         return 0;
     }
@@ -59,7 +59,7 @@ static INLINE int correct(const struct scene *m, int is_suited, double t, struct
 static INLINE void project_rates(const struct scene *m, int is_suited, const struct scene_position *position,
                                  double t, struct scene_state *state)
 {
-    double residuals[SCENE_PLACES(M)], correction[N];
+    double residuals[SCENE_PLACES(M)] = {0}, correction[N];
     if (M == 0) {
         return;
     }
@@ -84,7 +84,7 @@ static INLINE void correct_first(const struct scene *m, int is_suited, double t,
                                  const double *from, const double *increment, struct scene_step *step)
 {
     struct scene_state *end = &step->end;
-    double residuals[SCENE_PLACES(M)], correction[N];
+    double residuals[SCENE_PLACES(M)] = {0}, correction[N];
     if (M == 0) {
         return;
     }
@@ -104,7 +104,7 @@ static INLINE void correct_first(const struct scene *m, int is_suited, double t,
 static INLINE void finish(const struct scene *m, double t, struct scene_step *step)
 {
     struct scene_state *end = &step->end;
-    double residuals[SCENE_PLACES(M)];
+    double residuals[SCENE_PLACES(M)] = {0};
     int is_suited;
     do {
         scene_position(m, t, end->q, &end->angles, &step->position);
