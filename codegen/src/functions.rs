@@ -187,15 +187,16 @@ impl<'a> Writer<'a> {
         name
     }
 
-    /// Adds a function to the tape, without the statements that no result depends on: sums that contain a value may have
-    /// been written without it.
+    /// Adds a function to the tape, without statements that no result depends on and those that compute a value again:
+    /// different sums may become the same operations.
     fn add(&self, mut function: Function) {
         let mut tape = self.tape.borrow_mut();
         let needed: HashSet<u32> = tape.needed(function.results()).into_iter().collect();
-        let mut comment = None;
+        let (mut comment, mut named) = (None, HashSet::new());
         function.statements.retain_mut(|statement| {
             comment = statement.comment.take().or(comment.take());
             let is_used = (statement.value..).take(statement.names.len()).any(|value| needed.contains(&value));
+            let is_used = is_used && named.insert(statement.value);
             statement.comment = if is_used { comment.take() } else { None };
             is_used
         });
