@@ -34,7 +34,9 @@ macro_rules! with_capacity {
             #[cfg(not(target_family = "wasm"))]
             Some(9..=32) => $function::<32>($($argument),*),
             #[cfg(not(target_family = "wasm"))]
-            Some(129..) => $function::<256>($($argument),*),
+            Some(129..=256) => $function::<256>($($argument),*),
+            #[cfg(not(target_family = "wasm"))]
+            Some(257..) => $function::<1024>($($argument),*),
             _ => $function::<128>($($argument),*),
         }
     };

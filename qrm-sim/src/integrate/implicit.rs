@@ -160,8 +160,7 @@ impl<'a> System<'a> {
         let inertia = Lu::new(inertia);
         let inv_ct: Vec<Vec<f64>> = (0..m).map(|k| inertia.solve(&jacobian[k])).collect();
         let schur = Lu::new(Matrix::from_fn(m, m, |k, l| dot(&inv_ct[l], &loops[k])));
-        let is_regular = |determinant: f64| determinant.is_finite() && determinant != 0.0;
-        let is_solvable = is_regular(inertia.determinant) && (m == 0 || is_regular(schur.determinant));
+        let is_solvable = inertia.is_regular && schur.is_regular;
         is_solvable.then_some(Self { dynamics, linearization, g, loops, rows, weights, inertia, inv_ct, schur })
     }
 

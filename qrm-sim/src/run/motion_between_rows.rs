@@ -6,10 +6,10 @@ use qrm_core::{Mechanism, RowLayout};
 
 use crate::integrate::Integrator;
 use crate::polynomial::Polynomial;
-use crate::solve::{IRREGULAR, largest};
+use crate::solve::largest;
 use crate::state::State;
 
-/// The number of candidates between two rows from which the motion near a singular position is interpolated.
+/// The number of candidates between two rows from which the motion is interpolated.
 const MANY: usize = 16;
 /// The number of states of an interpolation.
 const NODES: usize = 6;
@@ -20,8 +20,8 @@ const SMOOTH: f64 = 1e-11;
 
 /// The motion between rows: each state is a step from the last row before it.
 ///
-/// Near singular positions a state takes many linear systems in double-double precision. Where many columns turn there
-/// between two rows, as in mechanisms of many coordinates, few states are computed, and others are interpolated.
+/// Where many columns turn between two rows, as in mechanisms of many coordinates, few states are computed, and others
+/// are interpolated.
 pub(super) struct MotionBetweenRows<'r> {
     mechanism: &'r dyn Mechanism,
     integrator: Integrator,
@@ -97,15 +97,13 @@ impl<'r> MotionBetweenRows<'r> {
         state
     }
 
-    /// The polynomials through states at Chebyshev's points, near a singular position.
+    /// The polynomials through states at Chebyshev's points; `None` if the motion is not smooth.
     fn polynomials(
         &mut self,
         row: (&[f64], usize),
         [begin, end]: [f64; 2],
     ) -> Option<[Option<Vec<Polynomial<f64>>>; 4]> {
         let compared = self.evaluated(row, begin + COMPARED * (end - begin))?;
-        let State { t, q, qd, .. } = &compared;
-        self.integrator.solver_mut().singularity_fraction(self.mechanism, IRREGULAR, *t, (q, qd))?;
         let part = |k: usize| 0.5 - 0.5 * (PI * (k as f64 + 0.5) / NODES as f64).cos();
         let nodes: Option<Vec<State>> =
             (0..NODES).map(|k| self.evaluated(row, begin + part(k) * (end - begin))).collect();

@@ -10,8 +10,10 @@ pub struct Lu {
     /// The nonzero entries of the factors.
     nonzeros: Nonzeros,
     order: Vec<usize>,
-    /// The determinant; zero if the matrix is singular.
+    /// The determinant; zero if the matrix is singular. That of a large matrix may exceed all doubles, or be below them.
     pub determinant: f64,
+    /// Whether all pivots are finite and not zero.
+    pub is_regular: bool,
 }
 
 impl Lu {
@@ -29,7 +31,7 @@ impl Lu {
 
     fn of(factors: Matrix) -> Self {
         let order = Vec::with_capacity(factors.columns());
-        Self { factors, nonzeros: Nonzeros::default(), order, determinant: 1.0 }
+        Self { factors, nonzeros: Nonzeros::default(), order, determinant: 1.0, is_regular: true }
     }
 
     /// Factors the matrix with these entries.
@@ -45,11 +47,11 @@ impl Lu {
 
     /// Replaces the matrix by its factors.
     fn factor(&mut self) {
-        let Self { factors, nonzeros, order, determinant } = self;
+        let Self { factors, nonzeros, order, determinant, is_regular } = self;
         let n = factors.columns();
         order.clear();
         order.extend(0..n);
-        *determinant = 1.0;
+        (*determinant, *is_regular) = (1.0, true);
         let mut others = Vec::with_capacity(n);
         for k in 0..n {
             let pivot = (k..n).max_by(|&a, &b| factors[a][k].abs().total_cmp(&factors[b][k].abs())).unwrap_or(k);
@@ -59,6 +61,7 @@ impl Lu {
                 *determinant = -*determinant;
             }
             *determinant *= factors[k][k];
+            *is_regular &= factors[k][k].is_finite() && factors[k][k] != 0.0;
             if factors[k][k] == 0.0 {
                 break;
             }
@@ -66,9 +69,15 @@ impl Lu {
             let pivot_row = &above[k * n..];
             others.clear();
             others.extend((k + 1..n).filter(|&j| pivot_row[j] != 0.0));
+            let is_dense = 2 * others.len() > n - k;
             for row in below.chunks_exact_mut(n).filter(|row| row[k] != 0.0) {
                 row[k] /= pivot_row[k];
-                others.iter().for_each(|&j| row[j] -= row[k] * pivot_row[j]);
+                let multiple = row[k];
+                if is_dense {
+                    row[k + 1..].iter_mut().zip(&pivot_row[k + 1..]).for_each(|(own, other)| *own -= multiple * other);
+                } else {
+                    others.iter().for_each(|&j| row[j] -= multiple * pivot_row[j]);
+                }
             }
         }
         nonzeros.find(factors.iter());
@@ -108,6 +117,15 @@ mod tests {
     fn a_singular_matrix_has_no_determinant() {
         assert_eq!(Lu::new(matrix([[0.0, 0.0], [0.0, 1.0]])).determinant, 0.0);
         assert_eq!(Lu::new(matrix([[1.0, 2.0], [2.0, 4.0]])).determinant, 0.0);
+    }
+
+    #[test]
+    fn a_large_matrix_of_small_numbers_is_regular() {
+        let lu = Lu::new(Matrix::from_fn(200, 200, |i, j| if i == j { 1e-3 } else { 0.0 }));
+        assert_eq!(lu.determinant, 0.0);
+        assert!(lu.is_regular && lu.solve(&[1.0; 200]).iter().all(|x| (x - 1e3).abs() < 1e-9));
+        assert!(!Lu::new(matrix([[1.0, 2.0], [2.0, 4.0]])).is_regular);
+        assert!(!Lu::new(matrix([[f64::NAN]])).is_regular);
     }
 
     #[test]

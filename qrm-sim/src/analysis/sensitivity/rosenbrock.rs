@@ -101,7 +101,7 @@ impl<T: Inner> System<T> {
         }
         let reals = values(&matrix);
         let factors = Lu::new(Matrix::from_fn(size, size, |i, j| reals[i * size + j]));
-        if !(factors.determinant.is_finite() && factors.determinant != 0.0) {
+        if !factors.is_regular {
             return Err(StepError::NotFinite);
         }
         Ok(Self { h, parts: equations.parts, n, matrix, factors, mass, stiffness, forcing })
