@@ -280,9 +280,11 @@ impl Companion {
         }
         self.at.read(&states[made * width..]);
         if ESTIMATES_EXTREMES {
+            let mut copy = None;
             for extreme in block.extremes {
                 if self.may_matter(extreme) {
-                    let other = self.step_to(mechanism, made, [request.step, step], extreme.t);
+                    let integrator = copy.get_or_insert_with(|| self.integrator.clone());
+                    let other = self.step_to(mechanism, integrator, made, [request.step, step], extreme.t);
                     self.compare(mechanism, extreme, other.as_ref());
                 }
             }

@@ -5,16 +5,17 @@ use qrm_core::Mechanism;
 use super::super::extremes::FoundExtreme;
 use super::Companion;
 use crate::columns::number;
-use crate::integrate::{Corner, StepError};
+use crate::integrate::{Corner, Integrator, StepError};
 use crate::solve::MultiplierRounding;
 use crate::state::State;
 
 impl Companion {
-    /// The state at a time after the first of the last rows. Steps of the run have the length `of_run`, those of the
-    /// companion `step`.
+    /// The state at a time after the first of the last rows, by a copy of the integrator, so that the companion itself is
+    /// not affected. Steps of the run have the length `of_run`, those of the companion `step`.
     pub(super) fn step_to(
         &self,
         mechanism: &dyn Mechanism,
+        integrator: &mut Integrator,
         made: usize,
         [of_run, step]: [f64; 2],
         t: f64,
@@ -25,8 +26,6 @@ impl Companion {
         let mut at = State::from_row(self.layout, &states[(made - later) * width..]);
         // The same steps from the common start would show no difference.
         let step = if at.t == self.start { 0.5 * (t - at.t) / ((t - at.t) / of_run).ceil() } else { step };
-        // A copy, so that the companion itself is not affected.
-        let mut integrator = self.integrator.clone();
         while at.t < t {
             at = integrator.between(mechanism, &at, t.min(at.t + step)).ok()?;
         }
