@@ -9,6 +9,7 @@ use crate::graph::{Id, Op, Signed};
 use crate::kernel::Local;
 use crate::term::Symbol;
 use qrm_core::named_tape::{Argument, Function, ResultField, Shape};
+use qrm_scene::scene::EliminationForm;
 
 /// The results of the function `position`.
 pub(super) struct Position {
@@ -83,8 +84,15 @@ impl Emitter<'_> {
             name.map(|name| (name, *value))
         };
         let names: BTreeMap<String, u32> = values.iter().filter_map(name).collect();
-        let doc = "What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the \
-                   dependent coordinates follow the others.";
+        let doc = match self.kernel.form {
+            EliminationForm::Sparse => {
+                "What follows from the position alone: named quantities, their slopes, and the factors of the elimination."
+            }
+            EliminationForm::NullSpace | EliminationForm::RangeSpace => {
+                "What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent \
+                 coordinates follow the others."
+            }
+        };
         let arguments = match self.kernel.is_timed {
             true => vec![Argument::Time, Argument::Coordinates, Argument::Angles],
             false => vec![Argument::Coordinates, Argument::Angles],

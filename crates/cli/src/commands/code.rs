@@ -124,12 +124,19 @@ fn show(language: &Language, code: &str) {
     });
 }
 
+/// The names of matrices that large trees do not have, and the functions for their products with the rates.
+const IN_LARGE_TREES: [(&[&str], &str); 2] =
+    [(&["T", "com_jacobian"], "com_velocities"), (&["Mbar", "mass_matrix", "dynamics"], "momenta")];
+
 fn unknown(code: &Code, scene: &str, name: &str) -> Error {
     let [names, symbols] = rust::names(code);
     let all = names.iter().chain(&symbols).map(String::as_str);
     // A name may be abbreviated to its beginning.
     let begins = names.iter().find(|other| name.len() > 2 && other.starts_with(name));
+    let instead =
+        IN_LARGE_TREES.iter().find(|(matrix, instead)| matrix.contains(&name) && code.tape.function(instead).is_some());
     let help = match begins {
+        _ if let Some((_, instead)) = instead => format!("a large tree has the function `{instead}` in its place"),
         Some(other) => format!("did you mean `{other}`?"),
         None => suggestion(name, all, || format!("there are: {}", names.join(", "))),
     };
