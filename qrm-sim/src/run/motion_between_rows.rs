@@ -6,11 +6,13 @@ use qrm_core::{Mechanism, RowLayout};
 
 use crate::integrate::Integrator;
 use crate::polynomial::Polynomial;
-use crate::solve::largest;
+use crate::solve::{IRREGULAR, largest};
 use crate::state::State;
 
-/// The number of candidates between two rows from which the motion is interpolated.
+/// The number of candidates between two rows from which the motion is interpolated near a singular position, and
+/// elsewhere.
 const MANY: usize = 16;
+const VERY_MANY: usize = 64;
 /// The number of states of an interpolation.
 const NODES: usize = 6;
 /// The part of the distance between two rows at which an interpolation is compared with the motion.
@@ -87,24 +89,33 @@ impl<'r> MotionBetweenRows<'r> {
             return span.state(self.layout, t);
         }
         let is_here = |bracket: &&[f64; 2]| bracket[0] < ends[1] && ends[0] < bracket[1];
-        if self.brackets.iter().filter(is_here).count() < MANY {
+        let count = self.brackets.iter().filter(is_here).count();
+        if count < MANY {
             return None;
         }
-        let polynomials = ends[1].is_finite().then(|| self.polynomials(row, ends)).flatten();
+        let polynomials = ends[1].is_finite().then(|| self.polynomials(row, ends, count >= VERY_MANY)).flatten();
         let span = Span { ends, polynomials };
         let state = span.state(self.layout, t);
         self.spans.push(span);
         state
     }
 
-    /// The polynomials through states at Chebyshev's points; `None` if the motion is not smooth.
+    /// The polynomials through states at Chebyshev's points with both ends; `None` if the motion is not smooth, or if no
+    /// singular position is near and they are not wanted elsewhere. The first point is the row: rounding errors of an
+    /// interpolation move no extreme away from it.
     fn polynomials(
         &mut self,
         row: (&[f64], usize),
         [begin, end]: [f64; 2],
+        is_wanted: bool,
     ) -> Option<[Option<Vec<Polynomial<f64>>>; 4]> {
         let compared = self.evaluated(row, begin + COMPARED * (end - begin))?;
-        let part = |k: usize| 0.5 - 0.5 * (PI * (k as f64 + 0.5) / NODES as f64).cos();
+        let State { t, q, qd, .. } = &compared;
+        let solver = self.integrator.solver_mut();
+        if !is_wanted && solver.singularity_fraction(self.mechanism, IRREGULAR, *t, (q, qd)).is_none() {
+            return None;
+        }
+        let part = |k: usize| 0.5 - 0.5 * (PI * k as f64 / (NODES - 1) as f64).cos();
         let nodes: Option<Vec<State>> =
             (0..NODES).map(|k| self.evaluated(row, begin + part(k) * (end - begin))).collect();
         let nodes = nodes?;

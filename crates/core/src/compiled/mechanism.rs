@@ -200,17 +200,30 @@ where
 
     #[inline]
     fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult {
-        // Straight-line steps of a large kernel are not compiled a second time.
         #[cfg(feature = "simd")]
-        if const { X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT }
-            && let Some(result) = Fused::vectorize_widest(
-                #[inline(always)]
-                || integrate_rk4(self.fused(), request, rows),
-            )
-        {
+        if let Some(result) = self.integrate_rk4_fused(request, rows) {
             return result;
         }
         integrate_rk4(&self.kernel, request, rows)
+    }
+}
+
+#[cfg(feature = "simd")]
+impl<X: Generated<N, M>, const N: usize, const M: usize, V: AsRef<[f64]>> Compiled<X, N, M, V> {
+    /// Rows with fused products; `None` if the processor has none.
+    #[inline(always)]
+    fn integrate_rk4_fused(&self, request: &RowRequest, rows: &mut [f64]) -> Option<RowResult> {
+        // Steps of a large kernel are compiled once for all numbers of registers.
+        if const { X::Kernel::<f64>::OPERATIONS > Fused::INLINE_LIMIT } {
+            return Fused::vectorize(
+                #[inline(always)]
+                || integrate_rk4(self.fused(), request, rows),
+            );
+        }
+        Fused::vectorize_widest(
+            #[inline(always)]
+            || integrate_rk4(self.fused(), request, rows),
+        )
     }
 }
 
