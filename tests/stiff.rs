@@ -266,3 +266,29 @@ fn implicit_steps_of_large_trees_have_sensitivities() {
     let derivative: f64 = row.split(',').nth(4).and_then(|text| text.parse().ok()).expect("a number");
     assert!((derivative - difference).abs() < 1e-5 * difference.abs(), "{derivative} {difference}");
 }
+
+/// Momenta of unit masses are the rates themselves.
+#[test]
+#[ignore = "full tier: engine"]
+fn large_trees_of_unit_masses_move() {
+    let list = |entry: &dyn Fn(usize) -> String| (0..14).map(entry).collect::<Vec<_>>().join(", ");
+    let text = format!(
+        "name = 'blocks'\ncoordinates = [{}]\n[bodies]\n{}\n[loads]\npull = {{ gravity = ['2', '0'] }}\n[initial]\n\
+         given = {{ {} }}\n[run]\nstep = 0.01\nend_time = 1\nstiff = true\n",
+        list(&|i| format!("{{ name = 'x{i}', unit = 'm' }}")),
+        list(&|i| format!("b{i} = {{ mass = 1, com = ['x{i}', '0'] }}")).replace("}, ", "}\n"),
+        list(&|i| format!("x{i} = {i}, x{i}_dot = 0")),
+    );
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("blocks.toml").display().to_string();
+    fs::write(&path, text).expect("written");
+    for method in ["rk4", "rodas"] {
+        let run = run(&[&path, "--method", method, "--no-figures"]);
+        assert_eq!(run.status(), 0, "{method}: {}", run.stderr());
+        let end = run.summary()["end_state"]["x3"].as_f64().expect("a number");
+        assert!((end - 4.0).abs() < 1e-9, "{method}: {end}");
+    }
+    let certified = qrm(&["certify", &path, "--end-time", "0.01"]).current_dir(folder.path()).output();
+    let certified = certified.expect("it starts");
+    assert!(certified.status.success(), "{}", String::from_utf8_lossy(&certified.stderr));
+}

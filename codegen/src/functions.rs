@@ -57,7 +57,7 @@ pub fn tape_of_form(scene: &Scene, equations: &Equations, form: Option<Eliminati
     };
     tape.given = is_given(|c| &c.position).chain(is_given(|c| &c.rate)).collect();
     tape.is_driven = scene.is_driven();
-    tape.notes = notes(scene, equations, &tape, &layout.forms);
+    tape.notes = notes(scene, equations, &tape, (layout.kernel.form, &layout.forms));
     tape
 }
 

@@ -185,8 +185,8 @@ impl Builder<'_> {
         Some(kernel)
     }
 
-    /// The residuals that a correction of the coordinates removes.
-    fn asked(&mut self) -> Vec<Value> {
+    /// The change of the constraints that a correction of the coordinates makes.
+    fn required_change(&mut self) -> Vec<Value> {
         let m = self.scene.constraints.len();
         (0..m).map(|k| Some(self.lowering.graph.input(Symbol::Residual(k)).negated())).collect()
     }
@@ -235,8 +235,8 @@ impl Builder<'_> {
             (accelerations, multipliers)
         };
         let (accelerations, multipliers) = self.with_friction(normal_forces, forces, &solve);
-        let asked = self.asked();
-        let particular = elimination.particular(self, &asked, Block::Correction, "closing");
+        let required = self.required_change();
+        let particular = elimination.particular(self, &required, Block::Correction, "closing");
         let correction = elimination.free(self, &particular, None, Block::Correction, "correction");
         Solved { growth_factors: elimination.growth_factors(), accelerations, multipliers, correction }
     }
@@ -254,8 +254,8 @@ impl Builder<'_> {
             system.accelerations(builder, if unit.is_some() { &still } else { closing }, forces)
         };
         let (accelerations, multipliers) = self.with_friction(normal_forces, forces, &solve);
-        let asked = self.asked();
-        let correction = system.correction(self, &asked);
+        let required = self.required_change();
+        let correction = system.correction(self, &required);
         Some(Solved { growth_factors: system.growth_factors(), accelerations, multipliers, correction })
     }
 

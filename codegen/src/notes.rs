@@ -15,7 +15,7 @@ pub(crate) fn notes(
     scene: &Scene,
     equations: &Equations,
     tape: &NamedTape,
-    forms: &[(EliminationForm, usize)],
+    (form, forms): (EliminationForm, &[(EliminationForm, usize)]),
 ) -> Vec<String> {
     let mut lines = vec!["Operations:".to_owned()];
     let functions = || tape.functions.iter().filter(|function| !OF_LITTLE_COST.contains(&&*function.name));
@@ -48,6 +48,6 @@ pub(crate) fn notes(
         lines.extend(missing.map(|asked| format!("    `elimination = \"{}\"` is not possible here", asked.name())));
     }
     lines.extend([String::new(), "Left out:".to_owned()]);
-    lines.extend(omissions::omissions(scene, equations).iter().map(|line| format!("    {line}")));
+    lines.extend(omissions::omissions(scene, equations, form).iter().map(|line| format!("    {line}")));
     lines
 }

@@ -1,16 +1,16 @@
 //! The parts that generated code omits, with the reasons.
 
 use crate::term::{Equations, Symbol, Term};
-use qrm_scene::scene::Scene;
+use qrm_scene::scene::{EliminationForm, Scene};
 
 /// The omitted parts, each with its reason.
-pub fn omissions(scene: &Scene, equations: &Equations) -> Vec<String> {
+pub fn omissions(scene: &Scene, equations: &Equations, form: EliminationForm) -> Vec<String> {
     let mut list: Vec<String> =
         scene.left_out().map(|p| format!("{} and all it multiplies: exactly zero in the scene", p.name)).collect();
     list.extend(equations.left_out.iter().cloned());
     list.extend(zeros(equations));
     list.extend(convective(scene, equations));
-    list.extend(constraints(scene, equations));
+    list.extend(constraints(scene, equations, form));
     list.extend(outputs(scene));
     let is_timed = |terms: &[Term]| terms.iter().any(|term| term.any_symbol(&|symbol| symbol == Symbol::Time));
     let is_timed = match equations.has_only_sparse() {
@@ -51,15 +51,20 @@ fn convective(scene: &Scene, equations: &Equations) -> Option<String> {
     (!names.is_empty()).then(|| format!("convective terms of {}: they vanish", names.join(", ")))
 }
 
-fn constraints(scene: &Scene, equations: &Equations) -> Vec<String> {
+fn constraints(scene: &Scene, equations: &Equations, form: EliminationForm) -> Vec<String> {
     if scene.constraints.is_empty() {
         return vec!["constraints, multipliers and projection: the scene has no loop to close".to_owned()];
     }
     let is_timed = equations.constraints.iter().any(|c| c.any_symbol(&|symbol| symbol == Symbol::Time));
-    let mut list = vec![
-        "pivoting and fill-in: dependent coordinates are eliminated in an order that is known".to_owned(),
-        "multipliers at the stages of a step: rows alone need them".to_owned(),
-    ];
+    let mut list = match form {
+        EliminationForm::NullSpace => vec![
+            "pivoting and fill-in: dependent coordinates are eliminated in an order that is known".to_owned(),
+            "multipliers at the stages of a step: rows alone need them".to_owned(),
+        ],
+        EliminationForm::RangeSpace | EliminationForm::Sparse => {
+            vec!["pivoting and fill-in: unknowns are eliminated in an order that is known".to_owned()]
+        }
+    };
     if !is_timed {
         list.push("derivatives of the constraints by time: none depends on it".to_owned());
     }

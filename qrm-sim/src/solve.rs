@@ -40,4 +40,4 @@ pub(crate) use saddle_point::{SaddlePoint, minv_ct, schur_complement};
 pub(crate) use singular_position::{INTERPOLATED, SingularPositions};
 pub(crate) use singularity_distance::{IRREGULAR, NEAR, SINGULAR, SingularityDistance};
 pub(crate) use solver::MultiplierRounding;
-pub(crate) use tree_linearization::{is_tree, linearization_of_tree};
+pub(crate) use tree_linearization::{has_momenta, linearization_of_tree};

@@ -56,13 +56,14 @@ impl Layout {
             lowering = Lowering::from_kernel(lowering.graph);
             kernels.extend(Kernel::new(scene, equations, &mut lowering, form));
         }
-        if equations.has_only_sparse() {
-            lowering = Lowering::from_kernel(lowering.graph);
-        }
         let count = |kernel: &Kernel| kernel.operations(&lowering.graph);
         let forms = kernels.iter().map(|kernel| (kernel.form, count(kernel))).collect();
+        let has_range_space = kernels.iter().any(|kernel| kernel.form == EliminationForm::RangeSpace);
         let cost = |kernel: &Kernel| {
-            (asked.is_some_and(|form| kernel.form != form), !kernel.is_valid_everywhere, count(kernel), kernel.form)
+            let is_other = asked.is_some_and(|form| kernel.form != form);
+            // The range space is valid wherever the mass matrix is regular.
+            let is_limited = has_range_space && !kernel.is_valid_everywhere;
+            (is_other, is_limited, count(kernel), kernel.form)
         };
         let kernel = kernels.into_iter().min_by_key(cost);
         let mut kernel = kernel.expect("the engine tried the sparse form, or there is the null space");

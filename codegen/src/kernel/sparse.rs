@@ -69,10 +69,10 @@ impl Builder<'_> {
         let forces = self.forces_along_variables(&variables, &e.efforts);
         let (accelerations, multipliers) =
             elimination.solve(&mut self, &variables, forces, &closing, Block::Accelerations, "ddot");
-        let asked: Vec<Value> =
-            (0..m).map(|k| Some(self.lowering.graph.input(Symbol::Residual(k)).negated())).collect();
+        let required = self.required_change();
         let still = vec![Vec::new(); variables.count()];
-        let (correction, _) = elimination.solve(&mut self, &variables, still, &asked, Block::Correction, "correction");
+        let (correction, _) =
+            elimination.solve(&mut self, &variables, still, &required, Block::Correction, "correction");
         variables.accelerations(&mut self, &e.names);
         let outputs: Vec<Value> = e.outputs.iter().map(|output| self.value(output)).collect();
         let zero = self.lowering.graph.number(0.0);

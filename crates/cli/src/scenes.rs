@@ -128,7 +128,8 @@ pub(crate) fn scene_of_source(models: &'static [Model], path: &Path, source: Str
         None => engine::derive(path, &source)?,
     };
     let model = Box::leak(Box::new(derived.into_model()));
-    Ok(known().entry(source).or_insert(FoundScene { model, path: file, scene: Some(Arc::new(scene)) }).clone())
+    let found = FoundScene { model, path: file.clone(), scene: Some(Arc::new(scene)) };
+    Ok(FoundScene { path: file, ..known().entry(source).or_insert(found).clone() })
 }
 
 /// The scene of the program with this text.

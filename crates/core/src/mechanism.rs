@@ -47,7 +47,7 @@ pub trait Mechanism: Send + Sync {
     /// Whether constraints depend on time.
     fn is_driven(&self) -> bool;
 
-    /// Whether [`linearization`](Self::linearization) gives derivatives.
+    /// Whether [`linearization`](Self::linearization) gives derivatives, which are then generated.
     fn has_linearization(&self) -> bool {
         false
     }

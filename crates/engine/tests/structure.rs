@@ -8,8 +8,7 @@ use qrm_codegen::{functions, verify};
 use qrm_core::{NamedTape, Tape, TapeEvaluator};
 use qrm_language::{Code, rust};
 use qrm_scene::resolve;
-use qrm_scene::scene::EliminationForm;
-use qrm_scene::scene::Scene;
+use qrm_scene::scene::{EliminationForm, Scene};
 
 /// Five relative angles, with everything that names occur in: a driven closed loop, roots of named points, rates in
 /// loads, reactions, a point that moves with time.

@@ -232,7 +232,7 @@ pub struct RunSyntax {
     /// The location of the request for inverse dynamics, if there is one.
     pub inverse: Option<Span>,
     /// The form of the kernel, if the scene asks for one.
-    pub elimination: Option<EliminationForm>,
+    pub elimination: Option<(EliminationForm, Span)>,
     /// The start of the table.
     pub span: Span,
     /// Whether all of the table could be read.

@@ -292,12 +292,13 @@ impl EliminationForm {
 
 /// The number of coordinates above which a scene is large.
 pub const MANY_COORDINATES: usize = 12;
-/// The number of coordinates above which a tree with Jacobians is large: these expand sums of angles.
+/// The number of coordinates above which a tree with `stiff = true` is large: generated Jacobians would expand sums of
+/// angles.
 const MANY_COORDINATES_WITH_JACOBIANS: usize = 6;
 
 impl Scene {
     /// Whether points are variables of the equations of motion, which are then derived body by body: a scene with many
-    /// coordinates, without constraints, that asks for nothing but its motion.
+    /// coordinates, without constraints, that does not ask for inverse dynamics or another form of its kernel.
     pub fn is_large_tree(&self) -> bool {
         let many = if self.run.stiff { MANY_COORDINATES_WITH_JACOBIANS } else { MANY_COORDINATES };
         self.coordinates.len() > many

@@ -60,7 +60,7 @@ impl Auto {
 
     /// Estimates the fastest rate of the linearized equations by two more steps of the power method.
     fn rate(&mut self, mechanism: &dyn Mechanism, at: &State) -> f64 {
-        let Some(response) = Response::generated(mechanism, at) else { return f64::INFINITY };
+        let Some(response) = Response::exact(mechanism, at) else { return f64::INFINITY };
         // Every second step amplifies by the square of a frequency, the others by less than one.
         let mut growth = 1.0;
         for _ in 0..2 {

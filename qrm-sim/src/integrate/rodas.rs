@@ -9,7 +9,7 @@ use super::method::Method;
 /// The linearly implicit method of order 4.
 pub const RODAS: &Method = &Method {
     name: "rodas",
-    doc: "Linearly implicit method of order 4 for stiff springs and dampers, steps chosen by --tolerance; the scene \
+    doc: "Linearly implicit method of order 4 for stiff springs and dampers, steps chosen by --tolerance; most scenes \
           must say `stiff = true`",
     order: 4,
     is_for_stiff: true,

@@ -98,7 +98,7 @@ impl ExtremeSearch {
             let t = estimate.1;
             let sign = sign(end);
             let mut value = |t: f64| {
-                let at = motion.at(t)?;
+                let at = motion.at(t, column)?;
                 Some(sign * number(mechanism, &at, column)).filter(|value| value.is_finite())
             };
             let at = value(t);

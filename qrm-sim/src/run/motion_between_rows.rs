@@ -40,8 +40,8 @@ pub(super) struct MotionBetweenRows<'r> {
 /// The time between two rows.
 struct Span {
     ends: [f64; 2],
-    /// The polynomials of coordinates, rates, accelerations and multipliers, each `None` where rounding errors are
-    /// larger than their changes; `None` where the motion is evaluated.
+    /// The polynomials of coordinates, rates, accelerations and multipliers, the last two `None` where they are steep or
+    /// mostly rounding errors; `None` where the motion is evaluated.
     polynomials: Option<[Option<Vec<Polynomial<f64>>>; 4]>,
 }
 
@@ -58,14 +58,14 @@ impl<'r> MotionBetweenRows<'r> {
         Self { mechanism, integrator: run.clone(), layout, rows, brackets, spans: Vec::new(), from }
     }
 
-    /// The state at a time; `None` before the first row, and where the motion cannot be continued to.
-    pub(super) fn at(&mut self, t: f64) -> Option<State> {
+    /// The state at a time, for a column; `None` before the first row, and where the motion cannot be continued to.
+    pub(super) fn at(&mut self, t: f64, column: usize) -> Option<State> {
         let before = self.rows.into_iter().filter_map(|rows| self.place(rows, t).checked_sub(1).map(|k| (rows, k)));
         let (rows, k) = before.max_by(|a, b| self.time(*a).total_cmp(&self.time(*b)))?;
         let begin = self.time((rows, k));
         if begin < t
             && self.brackets.len() >= MANY
-            && let Some(state) = self.interpolated((rows, k), [begin, self.next_time(t)], t)
+            && let Some(state) = self.interpolated((rows, k), [begin, self.next_time(t)], (t, column))
         {
             return Some(state);
         }
@@ -83,10 +83,10 @@ impl<'r> MotionBetweenRows<'r> {
         self.integrator.between(self.mechanism, &self.from, t).ok()
     }
 
-    /// The state by interpolation; `None` where few candidates lie, or where the motion is not smooth.
-    fn interpolated(&mut self, row: (&[f64], usize), ends: [f64; 2], t: f64) -> Option<State> {
+    /// The state by interpolation; `None` where few candidates lie, or where what the column needs is not smooth.
+    fn interpolated(&mut self, row: (&[f64], usize), ends: [f64; 2], at: (f64, usize)) -> Option<State> {
         if let Some(span) = self.spans.iter().find(|span| span.ends == ends) {
-            return span.state(self.layout, t);
+            return span.state(self.layout, at);
         }
         let is_here = |bracket: &&[f64; 2]| bracket[0] < ends[1] && ends[0] < bracket[1];
         let count = self.brackets.iter().filter(is_here).count();
@@ -95,7 +95,7 @@ impl<'r> MotionBetweenRows<'r> {
         }
         let polynomials = ends[1].is_finite().then(|| self.polynomials(row, ends, count >= VERY_MANY)).flatten();
         let span = Span { ends, polynomials };
-        let state = span.state(self.layout, t);
+        let state = span.state(self.layout, at);
         self.spans.push(span);
         state
     }
@@ -160,12 +160,19 @@ impl<'r> MotionBetweenRows<'r> {
 }
 
 impl Span {
-    fn state(&self, RowLayout { n, m }: RowLayout, t: f64) -> Option<State> {
+    /// The state at a time for a column; `None` if a part that the column needs is not interpolated.
+    fn state(&self, RowLayout { n, m }: RowLayout, (t, column): (f64, usize)) -> Option<State> {
         let mut state = State { t, ..State::zero(n, m) };
+        let is_needed = match column {
+            _ if column > 3 * n + m => [true; 4],
+            _ if column > 3 * n => [false, false, false, true],
+            _ => [false, false, column.is_multiple_of(3), false],
+        };
         let numbers = [&mut state.q, &mut state.qd, &mut state.qdd, &mut state.multipliers];
-        for (numbers, polynomials) in numbers.into_iter().zip(self.polynomials.as_ref()?) {
+        for ((numbers, polynomials), is_needed) in numbers.into_iter().zip(self.polynomials.as_ref()?).zip(is_needed) {
             match polynomials {
                 Some(own) => numbers.iter_mut().zip(own).for_each(|(number, own)| *number = own.value(t)),
+                None if is_needed => return None,
                 None => numbers.fill(f64::NAN),
             }
         }

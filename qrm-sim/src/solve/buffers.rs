@@ -3,7 +3,7 @@
 use qrm_core::{Dual, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism};
 
 use super::matrix::{Matrix, dot};
-use super::tree_linearization::{is_tree, linearization_of_tree};
+use super::tree_linearization::{has_momenta, linearization_of_tree};
 
 /// The parts of the equations of motion at one state: see [`qrm_core::Dynamics`].
 #[derive(Clone, Debug)]
@@ -133,7 +133,7 @@ impl Linearization {
 
     /// Whether a mechanism has derivatives: generated ones if its scene requests them, those of large trees always.
     pub fn is_known(mechanism: &dyn Mechanism) -> bool {
-        mechanism.has_linearization() || is_tree(mechanism.tape())
+        mechanism.has_linearization() || has_momenta(mechanism.tape())
     }
 
     /// Evaluates the derivatives; false if they are not known.
@@ -149,7 +149,7 @@ impl Linearization {
         if mechanism.linearization(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, linearization) {
             return true;
         }
-        let Some(tape) = mechanism.tape().filter(|tape| is_tree(Some(tape))) else { return false };
+        let Some(tape) = mechanism.tape().filter(|tape| has_momenta(Some(tape))) else { return false };
         let plain = |values: &[f64]| values.iter().map(|value| Dual(*value)).collect::<Vec<_>>();
         let [parameters, q, qd, qdd] = [mechanism.parameters(), &at.q, &at.qd, &at.qdd].map(plain);
         let parts = linearization_of_tree(tape, &parameters, Dual(at.t), [&q, &qd, &qdd]);

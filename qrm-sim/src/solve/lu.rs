@@ -95,11 +95,11 @@ impl Lu {
         let n = self.order.len();
         x.iter_mut().zip(&self.order).for_each(|(x, &i)| *x = right[i]);
         for i in 0..n {
-            let ([before, _], row) = (self.nonzeros.around_diagonal(i), &self.factors[i]);
+            let (before, row) = (self.nonzeros.before_diagonal(i), &self.factors[i]);
             x[i] = before.iter().fold(x[i], |rest, &j| rest - row[j] * x[j]);
         }
         for i in (0..n).rev() {
-            let ([_, after], row) = (self.nonzeros.around_diagonal(i), &self.factors[i]);
+            let (after, row) = (self.nonzeros.after_diagonal(i), &self.factors[i]);
             x[i] = after.iter().fold(x[i], |rest, &j| rest - row[j] * x[j]) / row[i];
         }
     }

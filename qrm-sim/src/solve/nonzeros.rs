@@ -29,12 +29,16 @@ impl Nonzeros {
         &self.columns[begin..self.ends[i]]
     }
 
-    /// The columns of the nonzero entries of a row before and after its diagonal entry.
-    pub(super) fn around_diagonal(&self, i: usize) -> [&[usize]; 2] {
+    /// The columns of the nonzero entries of a row before its diagonal entry.
+    pub(super) fn before_diagonal(&self, i: usize) -> &[usize] {
         let row = self.row(i);
-        let begin = row.partition_point(|&j| j < i);
-        let after = row.partition_point(|&j| j <= i);
-        [&row[..begin], &row[after..]]
+        &row[..row.partition_point(|&j| j < i)]
+    }
+
+    /// The columns of the nonzero entries of a row after its diagonal entry.
+    pub(super) fn after_diagonal(&self, i: usize) -> &[usize] {
+        let row = self.row(i);
+        &row[row.partition_point(|&j| j <= i)..]
     }
 }
 
@@ -48,8 +52,8 @@ mod tests {
         for _ in 0..2 {
             nonzeros.find([0.0, 2.0, 0.0, 3.0, f64::NAN, 0.0, 0.0, 0.0, -0.0].chunks_exact(3));
             assert_eq!([0, 1, 2].map(|i| nonzeros.row(i)), [&[1][..], &[0, 1], &[]]);
-            assert_eq!(nonzeros.around_diagonal(1), [&[0][..], &[]]);
-            assert_eq!(nonzeros.around_diagonal(0), [&[][..], &[1]]);
+            assert_eq!([nonzeros.before_diagonal(1), nonzeros.after_diagonal(1)], [&[0][..], &[]]);
+            assert_eq!([nonzeros.before_diagonal(0), nonzeros.after_diagonal(0)], [&[][..], &[1]]);
         }
     }
 }

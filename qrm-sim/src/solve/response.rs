@@ -17,17 +17,17 @@ pub(crate) struct Response {
 }
 
 impl Response {
-    /// Computes the response from the generated derivatives; `None` if the scene does not request them.
-    pub(crate) fn generated(mechanism: &dyn Mechanism, at: &State) -> Option<Self> {
+    /// Computes the response from exact derivatives; `None` if they are not known.
+    pub(crate) fn exact(mechanism: &dyn Mechanism, at: &State) -> Option<Self> {
         let mut linearization = Linearization::zero(at.q.len(), at.multipliers.len());
         linearization
             .evaluate(mechanism, at)
             .then(|| Self { dynamics: Dynamics::at(mechanism, at.t, &at.q, &at.qd), linearization })
     }
 
-    /// Computes the response from the generated derivatives, or from differences if there are none.
+    /// Computes the response from exact derivatives, or from differences if there are none.
     pub(crate) fn new(mechanism: &dyn Mechanism, at: &State) -> Self {
-        Self::generated(mechanism, at).unwrap_or_else(|| Self {
+        Self::exact(mechanism, at).unwrap_or_else(|| Self {
             dynamics: Dynamics::at(mechanism, at.t, &at.q, &at.qd),
             linearization: differences(mechanism, at),
         })

@@ -25,8 +25,8 @@ const MOST_SWEEPS: usize = 30;
 /// The relative change at which inverse iteration ends.
 const SETTLED: f64 = 1e-6;
 const MOST_INVERSE_ITERATIONS: usize = 20;
-/// The smallest pivot, as a fraction of its diagonal entry, of products of rows that determine a singular value to five
-/// digits: it is the square of one.
+/// The smallest pivot, as a fraction of its diagonal entry, of products of rows that determine a singular value: pivots
+/// are squares of such values, and are known to about five digits here.
 const SMALLEST_PRODUCT: f64 = 1e-11;
 /// The part of a fixed combination in the first one.
 const MIXED: f64 = 1e-3;

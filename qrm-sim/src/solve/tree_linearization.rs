@@ -9,8 +9,8 @@ const PARTS: usize = 8;
 /// A number with derivatives by some coordinates, rates or time.
 type Differentiated<D> = Dual<DualSVec<D, PARTS>>;
 
-/// Whether [`linearization_of_tree`] gives derivatives.
-pub(crate) fn is_tree(tape: Option<&Tape>) -> bool {
+/// Whether [`linearization_of_tree`] gives derivatives. Pages have no implicit methods, and are to be small.
+pub(crate) fn has_momenta(tape: Option<&Tape>) -> bool {
     cfg!(feature = "extremes") && tape.is_some_and(|tape| tape.momenta.is_some())
 }
 

@@ -88,7 +88,11 @@ impl Emitter<'_> {
             EliminationForm::Sparse => {
                 "What follows from the position alone: named quantities, their slopes, and the factors of the elimination."
             }
-            EliminationForm::NullSpace | EliminationForm::RangeSpace => {
+            EliminationForm::RangeSpace => {
+                "What follows from the position alone: the loops, their Jacobian, the mass matrix, and the factors of \
+                 `Mbar` and `C_q Mbar^-1 C_q'`."
+            }
+            EliminationForm::NullSpace => {
                 "What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent \
                  coordinates follow the others."
             }

@@ -179,15 +179,12 @@ impl<const C: usize> Mechanism for Interpreted<C> {
             return RowResult { rows_written: 0, reason: None };
         };
         // The same numbers as a compiled kernel has.
-        if self.operations() <= Fused::INLINE_LIMIT {
-            let fused = &*lock(fused);
-            let rows = &mut *rows;
-            if let Some(result) = Fused::vectorize(
-                #[inline(always)]
-                || integrate_rk4(fused, request, rows),
-            ) {
-                return result;
-            }
+        let fused = &*lock(fused);
+        if let Some(result) = Fused::vectorize(
+            #[inline(always)]
+            || integrate_rk4(fused, request, &mut *rows),
+        ) {
+            return result;
         }
         integrate_rk4(&*lock(kernel), request, rows)
     }

@@ -96,11 +96,12 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
         for j in 0..n {
             self.values[first + j] = R::from_f64(1.0);
             self.evaluate_at(R::zero(), [q], &momenta.operations);
-            self.values[first + j] = R::zero();
+            // The momentum of a unit mass is the rate itself.
             for (i, &place) in momenta.results.iter().enumerate().skip(j) {
                 let entry = self.values[place as usize];
                 (results[i * n + j], results[j * n + i]) = (entry, entry);
             }
+            self.values[first + j] = R::zero();
         }
     }
 

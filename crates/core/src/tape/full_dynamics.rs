@@ -57,7 +57,13 @@ impl Tape {
                 place += width;
             }
             for (i, &result) in momenta.results.iter().enumerate().skip(j) {
-                let entry = if result < end { result } else { new[(result - end) as usize] };
+                let entry = match result {
+                    // The momentum of a unit mass is the rate itself.
+                    rate if rates.contains(&rate) && (rate - first) as usize == j => one,
+                    rate if rates.contains(&rate) => zero,
+                    other if other < end => other,
+                    other => new[(other - end) as usize],
+                };
                 (matrix[i * n + j], matrix[j * n + i]) = (entry, entry);
             }
         }

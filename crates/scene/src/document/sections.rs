@@ -13,7 +13,7 @@ use super::values::{position, side};
 use super::{
     BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, LinkSyntax, OutputSyntax, ParameterSyntax,
 };
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::names::{is_identifier, suggestion};
 use crate::scene::EliminationForm;
 
@@ -162,15 +162,16 @@ impl Document {
     }
 }
 
-fn elimination(r: &mut Reader, value: reader::Value) -> Option<EliminationForm> {
+fn elimination(r: &mut Reader, value: reader::Value) -> Option<(EliminationForm, Span)> {
     let Identifier { name, span } = r.text(value)?;
     let found = EliminationForm::ALL.into_iter().find(|form| form.name() == name);
     if found.is_none() {
         let forms = EliminationForm::ALL.map(EliminationForm::name);
         let help = suggestion(&name, forms, || format!("forms: {}", forms.join(", ")));
-        r.findings.push(Diagnostic::error(format!("there is no elimination `{name}`"), span, "not known").help(help));
+        let title = format!("there is no elimination `{name}`");
+        r.findings.push(Diagnostic::error(title, span.clone(), "not known").help(help));
     }
-    found
+    found.map(|form| (form, span))
 }
 
 fn coordinate(r: &mut Reader, value: reader::Value) -> Option<CoordinateSyntax> {

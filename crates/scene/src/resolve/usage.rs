@@ -10,9 +10,12 @@ pub(super) fn used(document: &Document, scene: &Scene, findings: &mut Vec<Diagno
         let com = body.com.iter().flatten().filter(|_| body.mass.is_some());
         com.chain(body.angle.iter().filter(|_| body.inertia.is_some()))
     });
-    let moved = scene.coordinates_of(inertial.chain(scene.constraints.iter().map(|c| &c.residual)));
+    let mut is_moved = vec![false; scene.coordinates.len()];
+    for i in scene.coordinates_of(inertial.chain(scene.constraints.iter().map(|c| &c.residual))) {
+        is_moved[i] = true;
+    }
     for (i, syntax) in document.coordinates.iter().enumerate() {
-        if !moved.contains(&i) {
+        if !is_moved[i] {
             let name = &syntax.identifier.name;
             findings.push(
                 Diagnostic::error(

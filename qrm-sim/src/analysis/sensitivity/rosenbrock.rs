@@ -10,7 +10,7 @@ use super::saddle::less_product;
 use super::slope::Slope;
 use crate::integrate::StepError;
 use crate::integrate::rodas::{ARGUMENTS, BY_TIME, GAMMA, INCREMENTS, NODES};
-use crate::solve::{Lu, Matrix, is_tree, linearization_of_tree};
+use crate::solve::{Lu, Matrix, has_momenta, linearization_of_tree};
 
 /// The state at `t` by one step of RODAS, whose matrix has derivatives too.
 ///
@@ -77,7 +77,7 @@ impl<T: Inner> System<T> {
         equations.evaluator.dynamics(from.t, &from.q, &from.qd, &mut dynamics);
         let DualState { t, q, qd, qdd, multipliers } = from;
         let [mass, _, jacobian, _] = tape.split_dynamics(&dynamics);
-        let [stiffness, damping, forcing] = if is_tree(Some(tape)) {
+        let [stiffness, damping, forcing] = if has_momenta(Some(tape)) {
             linearization_of_tree(tape, equations.evaluator.parameters(), *t, [q, qd, qdd])
         } else {
             let mut linearization = zero(tape.linearization.as_ref().ok_or(StepError::NoLinearization)?.results.len());

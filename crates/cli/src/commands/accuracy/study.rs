@@ -6,7 +6,7 @@ use qrm_sim::analysis::{Measurement, Repetitions, Trial, measure};
 use qrm_sim::columns::{Column, Kind};
 use qrm_sim::integrate::{METHODS, Method, MethodSettings};
 use qrm_sim::run::{End, Request, simulate};
-use qrm_sim::solve::Projection;
+use qrm_sim::solve::{Linearization, Projection};
 
 use crate::error::{Error, Message};
 use crate::format::seconds;
@@ -162,7 +162,8 @@ fn run_study(setup: &Setup, reference: &Reference, deadline: Instant) -> (Vec<Sa
 /// The methods that differ in this scene, with fixed steps by each projection.
 fn all_series(setup: &Setup) -> Vec<Series> {
     let mut all = Vec::new();
-    for method in METHODS.into_iter().filter(|method| setup.scene.run.stiff || !method.is_for_stiff) {
+    let is_linearized = Linearization::is_known(&*setup.mechanism());
+    for method in METHODS.into_iter().filter(|method| is_linearized || !method.is_for_stiff) {
         // Without constraints there is nothing to project.
         if !method.is_adaptive() && !setup.scene.constraints.is_empty() {
             all.extend(Projection::ALL.map(|(_, projection)| Series::new(setup, method, projection)));

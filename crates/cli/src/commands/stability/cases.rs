@@ -7,6 +7,7 @@ use qrm_scene::evaluate::constant;
 use qrm_scene::scene::{Extreme, Known};
 use qrm_sim::analysis::{Repetitions, Trial, measure, wrap_angle};
 use qrm_sim::run::{Observer, Row, accepted_fraction};
+use qrm_sim::solve::Linearization;
 
 use super::TOLERANCE;
 use crate::error::Error;
@@ -83,7 +84,8 @@ fn case(
     if let Some(t) = &extreme.end_time {
         (varied.end_time, varied.until) = (Some(format!("{:?}", constant(t, &parameters))), None);
     }
-    let methods = METHODS.into_iter().filter(|method| setup.scene.run.stiff || !method.needs_linearization);
+    let is_linearized = Linearization::is_known(&*setup.mechanism());
+    let methods = METHODS.into_iter().filter(|method| is_linearized || !method.needs_linearization);
     let mut case =
         Case { name: extreme.name.clone(), set: changed.join(" "), origin: String::new(), results: Vec::new() };
     let mut exact: Option<Result<Exact, String>> = None;
