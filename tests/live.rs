@@ -90,7 +90,8 @@ fn chain(bodies: usize) -> String {
         |i: usize| format!("P{i} = ['{}cos({})', '{}sin({})']\n", above(i, "x"), angle(i), above(i, "y"), angle(i));
     format!(
         "name = \"chain\"\ncoordinates = [{}]\n[points]\n{}[bodies]\n{}[loads]\ngravity = {{ gravity = ['0', '-9.81'] \
-         }}\n[initial]\ngiven = {{ {} }}\n[run]\nstep = 1e-3\nend_time = 1\nstiff = true\n",
+         }}\n[initial]\ngiven = {{ {} }}\n[run]\nstep = 1e-3\nend_time = 1\nstiff = true\n\
+         elimination = \"null-space\"\n",
         names(&|i| format!("{{ name = \"a{i}\", unit = \"rad\" }}")).join(", "),
         names(&point).concat(),
         names(&|i| format!("b{i} = {{ mass = 1, com = \"P{i}\" }}\n")).concat(),
