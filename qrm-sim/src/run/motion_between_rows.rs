@@ -42,7 +42,14 @@ struct Span {
     ends: [f64; 2],
     /// The polynomials of coordinates, rates, accelerations and multipliers, the last two `None` where they are steep or
     /// mostly rounding errors; `None` where the motion is evaluated.
-    polynomials: Option<[Option<Vec<Polynomial<f64>>>; 4]>,
+    polynomials: Option<Polynomials>,
+}
+
+/// The polynomials of a span.
+struct Polynomials {
+    parts: [Option<Vec<Polynomial<f64>>>; 4],
+    /// Whether a part without polynomials is evaluated: near a singular position that would take seconds.
+    evaluates: bool,
 }
 
 impl<'r> MotionBetweenRows<'r> {
@@ -103,16 +110,12 @@ impl<'r> MotionBetweenRows<'r> {
     /// The polynomials through states at Chebyshev's points with both ends; `None` if the motion is not smooth, or if no
     /// singular position is near and they are not wanted elsewhere. The first point is the row: rounding errors of an
     /// interpolation move no extreme away from it.
-    fn polynomials(
-        &mut self,
-        row: (&[f64], usize),
-        [begin, end]: [f64; 2],
-        is_wanted: bool,
-    ) -> Option<[Option<Vec<Polynomial<f64>>>; 4]> {
+    fn polynomials(&mut self, row: (&[f64], usize), [begin, end]: [f64; 2], is_wanted: bool) -> Option<Polynomials> {
         let compared = self.evaluated(row, begin + COMPARED * (end - begin))?;
         let State { t, q, qd, .. } = &compared;
         let solver = self.integrator.solver_mut();
-        if !is_wanted && solver.singularity_fraction(self.mechanism, IRREGULAR, *t, (q, qd)).is_none() {
+        let is_near = solver.singularity_fraction(self.mechanism, IRREGULAR, *t, (q, qd)).is_some();
+        if !is_wanted && !is_near {
             return None;
         }
         let part = |k: usize| 0.5 - 0.5 * (PI * k as f64 / (NODES - 1) as f64).cos();
@@ -129,12 +132,13 @@ impl<'r> MotionBetweenRows<'r> {
             };
             (0..numbers(&compared).len()).map(polynomial).collect()
         };
-        Some([
+        let parts = [
             Some(through(|state| &state.q)?),
             Some(through(|state| &state.qd)?),
             through(|state| &state.qdd),
             through(|state| &state.multipliers),
-        ])
+        ];
+        Some(Polynomials { parts, evaluates: !is_near })
     }
 
     /// The number of rows until a time.
@@ -160,7 +164,7 @@ impl<'r> MotionBetweenRows<'r> {
 }
 
 impl Span {
-    /// The state at a time for a column; `None` if a part that the column needs is not interpolated.
+    /// The state at a time for a column; `None` if it is to be evaluated.
     fn state(&self, RowLayout { n, m }: RowLayout, (t, column): (f64, usize)) -> Option<State> {
         let mut state = State { t, ..State::zero(n, m) };
         let is_needed = match column {
@@ -169,10 +173,11 @@ impl Span {
             _ => [false, false, column.is_multiple_of(3), false],
         };
         let numbers = [&mut state.q, &mut state.qd, &mut state.qdd, &mut state.multipliers];
-        for ((numbers, polynomials), is_needed) in numbers.into_iter().zip(self.polynomials.as_ref()?).zip(is_needed) {
-            match polynomials {
+        let Polynomials { parts, evaluates } = self.polynomials.as_ref()?;
+        for ((numbers, part), is_needed) in numbers.into_iter().zip(parts).zip(is_needed) {
+            match part {
                 Some(own) => numbers.iter_mut().zip(own).for_each(|(number, own)| *number = own.value(t)),
-                None if is_needed => return None,
+                None if *evaluates && is_needed => return None,
                 None => numbers.fill(f64::NAN),
             }
         }
