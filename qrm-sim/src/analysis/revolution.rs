@@ -66,7 +66,7 @@ pub fn revolution(
     let mut positions = vec![sweep.start.clone()];
     let mut change_points = Vec::new();
     let mut visit = |step| match step {
-        Step::To(position) => positions.push(position),
+        Step::To(position) => positions.push(*position),
         Step::ChangePoint(angle) => change_points.push(angle),
     };
     let followed = sweep.follow(sweep.direction, SAMPLES, &mut visit);
@@ -82,7 +82,7 @@ pub fn revolution(
         ahead => {
             let mut behind = Vec::new();
             let mut visit = |step| match step {
-                Step::To(position) => behind.push(position),
+                Step::To(position) => behind.push(*position),
                 Step::ChangePoint(angle) => change_points.push(angle),
             };
             let back = sweep.follow(-sweep.direction, SAMPLES, &mut visit).err();

@@ -93,7 +93,7 @@ impl<'m> TurnSweep<'m> {
                 visit(Step::ChangePoint(angle));
             }
             if i <= samples {
-                visit(Step::To(last[2].clone()));
+                visit(Step::To(Box::new(last[2].clone())));
             }
         }
         Ok(last[1].clone())
@@ -154,7 +154,7 @@ impl<'m> TurnSweep<'m> {
 /// A step of the revolution.
 pub(super) enum Step {
     /// The next position.
-    To(Position),
+    To(Box<Position>),
     /// Branches cross before the next position, at this angle.
     ChangePoint(f64),
 }
