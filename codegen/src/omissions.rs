@@ -14,7 +14,7 @@ pub fn omissions(scene: &Scene, equations: &Equations, form: EliminationForm) ->
     list.extend(outputs(scene));
     let is_timed = |terms: &[Term]| terms.iter().any(|term| term.any_symbol(&|symbol| symbol == Symbol::Time));
     let is_timed = match equations.has_only_sparse() {
-        true => scene.loads.iter().flat_map(|load| load.kind.formulae()).any(|value| scene.depends_on_time(value)),
+        true => scene.depends_on_time(scene.loads.iter().flat_map(|load| load.kind.formulae())),
         false => is_timed(&equations.generalized_forces),
     };
     if !is_timed {

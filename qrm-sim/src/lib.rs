@@ -10,6 +10,7 @@
 pub mod analysis;
 pub mod batch;
 pub mod columns;
+mod differentiated;
 pub mod integrate;
 pub mod position;
 pub mod run;

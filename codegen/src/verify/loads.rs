@@ -111,7 +111,7 @@ impl<B: Differentiable> Sample<B> {
                     }
                     continue;
                 }
-                LoadKind::Spring { along, stiffness, rest, potential: own, .. } if !scene.depends_on_time(along) => {
+                LoadKind::Spring { along, stiffness, rest, potential: own, .. } if !scene.depends_on_time([along]) => {
                     let optional = |value: &Option<Formula>| value.as_ref().map_or(zero, |v| plain.value(v));
                     let extension = plain.value(along) - optional(rest);
                     potential += optional(stiffness) * extension * extension * 0.5;
@@ -125,7 +125,7 @@ impl<B: Differentiable> Sample<B> {
             for ((effort, displacement), is_constant) in
                 self.load_forces(scene, plain, &load.kind).into_iter().zip(is_constant)
             {
-                if is_constant && !scene.depends_on_time(displacement) {
+                if is_constant && !scene.depends_on_time([displacement]) {
                     potential -= effort * plain.value(displacement);
                 } else {
                     power += effort * gradients.velocity(displacement);

@@ -39,8 +39,16 @@ pub(crate) enum SceneSource {
 
 impl FoundScene {
     /// A scene of the program, which has not been read yet.
-    pub(crate) fn of_program(model: &'static Model) -> Self {
+    pub(crate) fn from_model(model: &'static Model) -> Self {
         Self { model, path: path_of(model.description), scene: None }
+    }
+
+    /// The scene with its own parameter values, which is read unless it was.
+    pub(crate) fn read(&self) -> Result<Arc<Scene>, Error> {
+        match &self.scene {
+            Some(scene) => Ok(scene.clone()),
+            None => Ok(Arc::new(resolve::read(&self.path, self.model.description.source)?.0)),
+        }
     }
 }
 
@@ -57,7 +65,7 @@ impl SceneName {
     /// Finds the scene with this name, or in a file. A file is read once.
     pub(crate) fn find(&self, models: &'static [Model]) -> Result<FoundScene, Error> {
         match self.source(models)? {
-            SceneSource::Model(model) => Ok(FoundScene::of_program(model)),
+            SceneSource::Model(model) => Ok(FoundScene::from_model(model)),
             SceneSource::File(path) => scene_of_file(models, &path),
         }
     }
@@ -110,8 +118,8 @@ pub(crate) fn scene_of_file_now(models: &'static [Model], path: &Path) -> Result
     scene_of_source(models, path, source)
 }
 
-/// The scene of a text, with a compiled model of the same text, or an interpreted one. Paths in the text are relative to
-/// its file.
+/// The scene of a text, with a compiled model of the same text, or an interpreted one. Paths in the text are relative
+/// to its file.
 pub(crate) fn scene_of_source(models: &'static [Model], path: &Path, source: String) -> Result<FoundScene, Error> {
     let file = path.display().to_string();
     if let Some(model) = model_of_text(models, &source) {

@@ -60,7 +60,7 @@ impl Loads {
                     }
                 }
                 LoadKind::Spring { along, stiffness, rest, damping, potential, force, friction } => {
-                    let is_moved = scene.depends_on_time(along);
+                    let is_moved = scene.depends_on_time([along]);
                     let along = algebra.simplify(&algebra.atom(along));
                     let constant =
                         |value: &Option<Value>| value.as_ref().map_or_else(|| Atom::num(0), |v| algebra.atom(v));
@@ -138,7 +138,7 @@ impl Adding<'_> {
     /// depend on time.
     fn effort(&mut self, axis: &str, effort: &Value, displacement: &Value) {
         let is_constant = effort.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi))
-            && !self.scene.depends_on_time(displacement);
+            && !self.scene.depends_on_time([displacement]);
         let (effort, displacement) = (self.algebra.atom(effort), self.algebra.atom(displacement));
         self.add(axis, &effort, &displacement);
         if is_constant {

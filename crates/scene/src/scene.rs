@@ -356,14 +356,14 @@ impl Scene {
 
     /// Whether a loop closure depends on time.
     pub fn is_driven(&self) -> bool {
-        self.constraints.iter().any(|constraint| self.depends_on_time(&constraint.residual))
+        self.depends_on_time(self.constraints.iter().map(|constraint| &constraint.residual))
     }
 
     /// The driving constraints: drives of joints, and other constraints that depend on time.
     pub fn drives(&self) -> Vec<usize> {
         let is_drive = |i: &usize| {
             let constraint = &self.constraints[*i];
-            constraint.is_drive || self.depends_on_time(&constraint.residual)
+            constraint.is_drive || self.depends_on_time([&constraint.residual])
         };
         (0..self.constraints.len()).filter(is_drive).collect()
     }

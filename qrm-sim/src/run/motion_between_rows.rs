@@ -40,13 +40,14 @@ pub(super) struct MotionBetweenRows<'r> {
 /// The time between two rows.
 struct Span {
     ends: [f64; 2],
-    /// The polynomials of coordinates, rates, accelerations and multipliers, the last two `None` where they are steep or
-    /// mostly rounding errors; `None` where the motion is evaluated.
+    /// `None` where the motion is evaluated.
     polynomials: Option<Polynomials>,
 }
 
 /// The polynomials of a span.
 struct Polynomials {
+    /// Those of coordinates, rates, accelerations and multipliers; `None` where accelerations or multipliers are steep
+    /// or mostly rounding errors.
     parts: [Option<Vec<Polynomial<f64>>>; 4],
     /// Whether a part without polynomials is evaluated: near a singular position that would take seconds.
     evaluates: bool,
@@ -107,9 +108,9 @@ impl<'r> MotionBetweenRows<'r> {
         state
     }
 
-    /// The polynomials through states at Chebyshev's points with both ends; `None` if the motion is not smooth, or if no
-    /// singular position is near and they are not wanted elsewhere. The first point is the row: rounding errors of an
-    /// interpolation move no extreme away from it.
+    /// The polynomials through states at Chebyshev's points with both ends; `None` if the motion is not smooth, or if
+    /// no singular position is near and they are not wanted elsewhere. The first point is the row: rounding errors of
+    /// an interpolation move no extreme away from it.
     fn polynomials(&mut self, row: (&[f64], usize), [begin, end]: [f64; 2], is_wanted: bool) -> Option<Polynomials> {
         let compared = self.evaluated(row, begin + COMPARED * (end - begin))?;
         let State { t, q, qd, .. } = &compared;

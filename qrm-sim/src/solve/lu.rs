@@ -10,7 +10,8 @@ pub struct Lu {
     /// The nonzero entries of the factors.
     nonzeros: Nonzeros,
     order: Vec<usize>,
-    /// The determinant; zero if the matrix is singular. That of a large matrix may exceed all doubles, or be below them.
+    /// The determinant; zero if the matrix is singular. That of a large matrix may exceed all doubles, or be below
+    /// them.
     pub determinant: f64,
     /// Whether all pivots are finite and not zero.
     pub is_regular: bool,
@@ -19,17 +20,18 @@ pub struct Lu {
 impl Lu {
     /// Factors a matrix.
     pub fn new(matrix: Matrix) -> Self {
-        let mut lu = Self::of(matrix);
+        let mut lu = Self::from_matrix(matrix);
         lu.factor();
         lu
     }
 
     /// Creates buffers for a matrix of this size.
     pub(crate) fn with_size(n: usize) -> Self {
-        Self::of(Matrix::zero(n, n))
+        Self::from_matrix(Matrix::zero(n, n))
     }
 
-    fn of(factors: Matrix) -> Self {
+    /// Creates buffers that hold a matrix, which is not factored yet.
+    fn from_matrix(factors: Matrix) -> Self {
         let order = Vec::with_capacity(factors.columns());
         Self { factors, nonzeros: Nonzeros::default(), order, determinant: 1.0, is_regular: true }
     }

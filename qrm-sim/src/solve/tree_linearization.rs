@@ -1,21 +1,17 @@
 //! The derivatives of the equations of motion of large trees with respect to the state.
 
-use num_dual::{Derivative, DualSVec};
+use num_dual::DualSVec;
 use qrm_core::{Dual, DualKind, Scalar, Tape, TapeEvaluator};
 
-/// The number of derivatives that are computed together.
-const PARTS: usize = 8;
-
-/// A number with derivatives by some coordinates, rates or time.
-type Differentiated<D> = Dual<DualSVec<D, PARTS>>;
+use crate::differentiated::{Differentiated, PARTS, derivative, differentiated};
 
 /// Whether [`linearization_of_tree`] gives derivatives. Pages have no implicit methods, and are to be small.
 pub(crate) fn has_momenta(tape: Option<&Tape>) -> bool {
     cfg!(feature = "extremes") && tape.is_some_and(|tape| tape.momenta.is_some())
 }
 
-/// The stiffness `(Mbar qdd - fbar)_q`, the damping `-fbar_qd` and the forcing `fbar_t` of a large tree, matrices row by
-/// row.
+/// The stiffness `(Mbar qdd - fbar)_q`, the damping `-fbar_qd` and the forcing `fbar_t` of a large tree, matrices row
+/// by row.
 ///
 /// `Mbar qdd` are the momenta with the accelerations as rates: a derivative takes as many operations as there are
 /// bodies, and no derivatives are generated.
@@ -39,11 +35,16 @@ pub(crate) fn linearization_of_tree<D: DualKind>(
             values.iter().enumerate().map(|(i, x)| part(i).map_or_else(|| constant(*x), |k| variable(*x, k))).collect()
         };
         let (q, qd, t) = (seeded(q, 0), seeded(qd, n), seeded(&[t], 2 * n)[0]);
-        evaluator.momenta(&q, &qdd, &mut momenta);
+        if from < n {
+            evaluator.momenta(&q, &qdd, &mut momenta);
+        } else {
+            // They depend on coordinates alone.
+            momenta.fill(Differentiated::zero());
+        }
         evaluator.generalized_forces(t, &q, &qd, &mut forces);
         for (k, place) in (from..=2 * n).take(PARTS).enumerate() {
             for i in 0..n {
-                let excess = derivative(&momenta[i], k) - derivative(&forces[i], k);
+                let excess = Dual(derivative(&momenta[i], k) - derivative(&forces[i], k));
                 match place {
                     j if j < n => stiffness[i * n + j] = excess,
                     j if j < 2 * n => damping[i * n + j - n] = excess,
@@ -60,10 +61,5 @@ fn constant<D: DualKind>(value: Dual<D>) -> Differentiated<D> {
 }
 
 fn variable<D: DualKind>(value: Dual<D>, part: usize) -> Differentiated<D> {
-    let of_part = |k: usize| D::from(if k == part { 1.0 } else { 0.0 });
-    Dual(DualSVec::new(value.0, Derivative::some(std::array::from_fn::<D, PARTS, _>(of_part).into())))
-}
-
-fn derivative<D: DualKind>(number: &Differentiated<D>, part: usize) -> Dual<D> {
-    Dual(number.0.eps.0.as_ref().map_or(D::from(0.0), |all| all[part]))
+    differentiated(value.0, std::array::from_fn(|k| D::from(if k == part { 1.0 } else { 0.0 })))
 }

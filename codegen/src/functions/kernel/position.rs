@@ -84,17 +84,13 @@ impl Emitter<'_> {
             name.map(|name| (name, *value))
         };
         let names: BTreeMap<String, u32> = values.iter().filter_map(name).collect();
-        let doc = match self.kernel.form {
-            EliminationForm::Sparse => {
-                "What follows from the position alone: named quantities, their slopes, and the factors of the elimination."
-            }
+        let what = match self.kernel.form {
+            EliminationForm::Sparse => "named quantities, their slopes, and the factors of the elimination",
             EliminationForm::RangeSpace => {
-                "What follows from the position alone: the loops, their Jacobian, the mass matrix, and the factors of \
-                 `Mbar` and `C_q Mbar^-1 C_q'`."
+                "the loops, their Jacobian, the mass matrix, and the factors of `Mbar` and `C_q Mbar^-1 C_q'`"
             }
             EliminationForm::NullSpace => {
-                "What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent \
-                 coordinates follow the others."
+                "the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others"
             }
         };
         let arguments = match self.kernel.is_timed {
@@ -108,7 +104,7 @@ impl Emitter<'_> {
         };
         self.writer.add(Function {
             name: "position".to_owned(),
-            doc: doc.to_owned(),
+            doc: format!("What follows from the position alone: {what}."),
             arguments,
             statements: body.finish(),
             parts: names.iter().map(part).collect(),

@@ -1,10 +1,8 @@
 //! A loaded scene.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use qrm_core::{Description, Model};
-use qrm_scene::resolve;
 
 use super::options::RunOptions;
 use crate::error::Error;
@@ -25,7 +23,7 @@ impl LoadedScene {
     /// There is no such scene or file, or the scene has errors or cannot be derived.
     pub fn load(models: &'static [Model], name: &str) -> Result<Self, Error> {
         Self::new(match (SceneName { scene: name.to_owned() }).source(models)? {
-            SceneSource::Model(model) => FoundScene::of_program(model),
+            SceneSource::Model(model) => FoundScene::from_model(model),
             SceneSource::File(path) => scene_of_file_now(models, &path)?,
         })
     }
@@ -39,11 +37,7 @@ impl LoadedScene {
     }
 
     fn new(found: FoundScene) -> Result<Self, Error> {
-        let scene = match found.scene {
-            Some(scene) => scene,
-            None => Arc::new(resolve::read(&found.path, found.model.description.source)?.0),
-        };
-        Ok(Self { found: FoundScene { scene: Some(scene), ..found } })
+        Ok(Self { found: FoundScene { scene: Some(found.read()?), ..found } })
     }
 
     /// Names, units and descriptions.

@@ -1,10 +1,10 @@
 //! `qrm page`
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use qrm_core::{DerivedScene, Model};
-use qrm_scene::resolve;
 use qrm_view::animation::{SimulatorPage, simulator_page};
 
 use crate::error::Error;
@@ -33,9 +33,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
 
 /// Creates the page of a scene; `name` is its name on the command line.
 pub(crate) fn page(found: &FoundScene, name: &str) -> Result<String, Error> {
-    let FoundScene { model, path, .. } = found;
+    let FoundScene { model, .. } = found;
     let description = model.description;
-    let (scene, _) = resolve::read(path, description.source)?;
+    let scene = found.read()?;
     // The folder of a file means nothing where the page is read.
     let name = Path::new(name).file_name().unwrap_or_default().to_string_lossy();
     let page = SimulatorPage {
@@ -44,7 +44,7 @@ pub(crate) fn page(found: &FoundScene, name: &str) -> Result<String, Error> {
         command: &shell_word(&name),
         is_writable: false,
         module: &packing::module(),
-        scene: Some(&packing::packed(DerivedScene::from_model(model), scene)?),
+        scene: Some(&packing::packed(DerivedScene::from_model(model), Arc::unwrap_or_clone(scene))?),
     };
     simulator_page(&page, packing::compressed)
 }

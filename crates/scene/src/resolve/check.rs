@@ -204,12 +204,12 @@ fn loads(scene: &Scene, findings: &mut Vec<Diagnostic>) {
 /// prescribed motion.
 fn prescribed_bodies(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     let places = scene.bodies.iter().flat_map(|body| body.com.iter().flatten().chain(&body.angle));
-    if !scene.depend_on_time(places) {
+    if !scene.depends_on_time(places) {
         return;
     }
     for body in &scene.bodies {
         let places = body.com.iter().flatten().chain(&body.angle);
-        if let Some(place) = places.into_iter().find(|place| scene.depends_on_time(place)) {
+        if let Some(place) = places.into_iter().find(|place| scene.depends_on_time([*place])) {
             findings.push(
                 Diagnostic::error(
                     format!("body `{}` is moved by time alone", body.name),

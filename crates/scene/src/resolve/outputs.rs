@@ -21,7 +21,7 @@ impl Resolver<'_> {
         }
         if let Some(constraint) = place(&constraints) {
             let residual = &scene.constraints[constraint].residual;
-            if !scene.depends_on_time(residual) {
+            if !scene.depends_on_time([residual]) {
                 let title = format!("constraint `{}` does no work", identifier.name);
                 self.findings.push(
                     Diagnostic::error(title, identifier.span.clone(), "its power is always zero")

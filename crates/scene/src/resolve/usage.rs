@@ -10,12 +10,9 @@ pub(super) fn used(document: &Document, scene: &Scene, findings: &mut Vec<Diagno
         let com = body.com.iter().flatten().filter(|_| body.mass.is_some());
         com.chain(body.angle.iter().filter(|_| body.inertia.is_some()))
     });
-    let mut is_moved = vec![false; scene.coordinates.len()];
-    for i in scene.coordinates_of(inertial.chain(scene.constraints.iter().map(|c| &c.residual))) {
-        is_moved[i] = true;
-    }
+    let moved = scene.coordinates_of(inertial.chain(scene.constraints.iter().map(|c| &c.residual)));
     for (i, syntax) in document.coordinates.iter().enumerate() {
-        if !is_moved[i] {
+        if !moved.contains(&i) {
             let name = &syntax.identifier.name;
             findings.push(
                 Diagnostic::error(

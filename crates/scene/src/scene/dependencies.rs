@@ -10,13 +10,8 @@ impl Scene {
         value.names().all(|name| *name != Quantity::Unknown)
     }
 
-    /// Whether a formula depends on time, also through points.
-    pub fn depends_on_time(&self, value: &Value) -> bool {
-        self.depend_on_time([value])
-    }
-
     /// Whether any of these formulae depends on time, also through points.
-    pub fn depend_on_time<'s>(&'s self, values: impl IntoIterator<Item = &'s Value>) -> bool {
+    pub fn depends_on_time<'s>(&'s self, values: impl IntoIterator<Item = &'s Value>) -> bool {
         self.quantities_of(values).any(|name| name == Quantity::Time)
     }
 
@@ -52,7 +47,8 @@ impl Scene {
         found
     }
 
-    /// The quantities in formulae, also through points, each of which is visited once; with repetitions.
+    /// The quantities in formulae and in the points that they use. Each point is visited once; a quantity may occur
+    /// more often.
     fn quantities_of<'s>(&'s self, values: impl IntoIterator<Item = &'s Value>) -> impl Iterator<Item = Quantity> + 's {
         let mut visited = vec![false; self.points.len()];
         let mut pending: Vec<&Value> = values.into_iter().collect();

@@ -10,7 +10,7 @@ use super::equations::DualState;
 use super::error::SensitivityError;
 use super::event::DualEvent;
 use super::mesh::{Mesh, MeshStep};
-use super::number::{Inner, Number, number};
+use super::number::{Inner, Number, differentiated};
 use super::result::Motion;
 use super::start::start;
 use super::stepper::DualStepper;
@@ -234,7 +234,7 @@ fn seed<T: Inner>(
             return replace(name).map(Number::from_f64);
         }
         let by = |place: usize| T::from(if part == Some(place) { 1.0 } else { 0.0 });
-        Some(number(T::new(mechanism.parameters()[i], along.unwrap_or(0.0)), std::array::from_fn(by)))
+        Some(differentiated(T::new(mechanism.parameters()[i], along.unwrap_or(0.0)), std::array::from_fn(by)))
     });
     Ok(())
 }

@@ -1,16 +1,16 @@
 //! Numbers with their derivatives by several parameters, and the derivatives of those along a direction.
 
 use num_dual::{Derivative, Dual64, DualSVec, HyperDual64};
-use qrm_core::{Dual, DualKind, Scalar};
+use qrm_core::{DualKind, Scalar};
 
-/// The number of parameters whose derivatives are computed together.
-pub(super) const PARTS: usize = 8;
+use crate::differentiated::Differentiated;
+pub(super) use crate::differentiated::{PARTS, derivative, differentiated};
 
 /// A value with its derivatives by parameters.
 pub(super) type Derived<T> = DualSVec<T, PARTS>;
 
-/// A value with its derivatives, as the scalar that a tape is evaluated on.
-pub(super) type Number<T> = Dual<Derived<T>>;
+/// A value with its derivatives by parameters, as the scalar that a tape is evaluated on.
+pub(super) type Number<T> = Differentiated<T>;
 
 /// The type of a value or a derivative: a double, or a double with its derivative along a direction of the parameters.
 pub(super) trait Inner: DualKind {
@@ -83,16 +83,6 @@ impl Place {
             }
         }
     }
-}
-
-/// A number by its value and derivatives.
-pub(super) fn number<T: Inner>(value: T, derivatives: [T; PARTS]) -> Number<T> {
-    Dual(Derived::new(value, Derivative::some(derivatives.into())))
-}
-
-/// The derivative of a number by a parameter.
-pub(super) fn derivative<T: Inner>(number: &Number<T>, part: usize) -> T {
-    number.0.eps.0.as_ref().map_or(T::from(0.0), |all| all[part])
 }
 
 /// The derivatives of a number by all parameters.

@@ -109,13 +109,13 @@ fn copy_values<T: Inner>(numbers: &[Number<T>], values: &mut [f64]) {
 mod tests {
     use num_dual::Dual64;
 
-    use super::super::number::{Number, number, with_part};
+    use super::super::number::{Number, differentiated, with_part};
     use super::*;
 
     /// A number with derivatives by `p` and `f`, and along `p` where there is a direction.
     fn dual<T: Inner>(value: f64, by_p: f64, by_f: f64) -> Number<T> {
         let by = |i: usize| T::from([by_p, by_f].get(i).copied().unwrap_or(0.0));
-        number(T::new(value, by_p), std::array::from_fn(by))
+        differentiated(T::new(value, by_p), std::array::from_fn(by))
     }
 
     /// Masses `p` and 2 in line, held at a distance, pulled by forces `f = 3` and 1: both accelerate by

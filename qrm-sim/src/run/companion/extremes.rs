@@ -10,8 +10,8 @@ use crate::solve::MultiplierRounding;
 use crate::state::State;
 
 impl Companion {
-    /// The state at a time after the first of the last rows, by a copy of the integrator, so that the companion itself is
-    /// not affected. Steps of the run have the length `of_run`, those of the companion `step`.
+    /// The state at a time after the first of the last rows, by a copy of the integrator, so that the companion itself
+    /// is not affected. Steps of the run have the length `of_run`, those of the companion `step`.
     pub(super) fn step_to(
         &self,
         mechanism: &dyn Mechanism,
