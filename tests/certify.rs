@@ -9,8 +9,8 @@ use qrm_sim::analysis::{
 };
 use serde_json::Value;
 
+use crate::common::chains::chain;
 use crate::common::{Table, event, model, qrm, run};
-use crate::languages::chain;
 
 /// The motion of a scene, enclosed.
 #[track_caller]

@@ -156,3 +156,22 @@ fn kernels_of_all_forms_give_one_motion() {
         }
     }
 }
+
+/// A constraint on the length of a rod, which no motion changes.
+#[test]
+#[ignore = "full tier: engine"]
+fn forms_that_are_not_possible_are_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let source = fs::read_to_string("scenes/double-pendulum.toml").expect("a scene");
+    let fixed = "[constraints]\nrod = { residual = 'hypot(B.x - A.x, B.y - A.y) - l', unit = \"m\" }\n\n[loads]";
+    let path = folder.path().join("fixed.toml").display().to_string();
+    for form in ["range-space", "sparse"] {
+        let asks = format!("[run]\nelimination = \"{form}\"");
+        fs::write(&path, source.replacen("[loads]", fixed, 1).replacen("[run]", &asks, 1)).expect("written");
+        let refused = run(&[&path]);
+        assert_eq!(refused.status(), 2, "{}", refused.stderr());
+        let title = format!("`elimination = \"{form}\"` is not possible here");
+        assert!(refused.stderr().contains(&title), "{}", refused.stderr());
+        assert!(refused.stderr().contains("a constraint is redundant"), "{}", refused.stderr());
+    }
+}

@@ -1,15 +1,12 @@
 //! Motions in C and MATLAB, compiled and run by Octave: they show what `qrm run` writes.
 
-#[path = "../codegen/examples/make.rs"]
-#[allow(dead_code, unreachable_pub, reason = "the command around it is not used")]
-mod make;
-
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 use crate::common;
+use crate::common::chains::chain;
 use crate::common::{Table, qrm, run};
 
 /// The largest difference, relative to the largest number of a column or to 1.
@@ -238,26 +235,6 @@ fn large_trees_have_the_same_motion_in_c() {
         assert!(difference.parse::<f64>().expect("a number") < 1e-12, "{compiler}: {difference}");
         compare(&rows_of(rows), &wanted, &names);
     }
-}
-
-/// A scene file with thirteen links in a chain, which is a large tree.
-pub(crate) fn chain() -> (tempfile::TempDir, String) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let scene = folder.path().join("relative-13.toml");
-    fs::write(&scene, make::chain(13, make::Chain::Relative)).expect("written");
-    let scene = scene.to_str().expect("a name").to_owned();
-    (folder, scene)
-}
-
-/// The chain with stiff damped springs in its joints.
-pub(crate) fn stiff_chain() -> (tempfile::TempDir, String) {
-    let (folder, scene) = chain();
-    let text = fs::read_to_string(&scene).expect("a scene");
-    let spring = |i: u32| format!("spring{i} = {{ along = 'a{i}', force = '-2000*s - 20*s_dot' }}\n");
-    let springs: String = (1..13).map(spring).collect();
-    let text = text.replace("[loads]\n", &format!("[loads]\n{springs}")).replace("[run]\n", "[run]\nstiff = true\n");
-    fs::write(&scene, text).expect("written");
-    (folder, scene)
 }
 
 /// The accelerations by the kernel and by full matrices.

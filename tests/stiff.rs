@@ -8,8 +8,8 @@ use qrm_model::MODELS;
 use qrm_sim::solve::{Dynamics, Linearization, dot};
 use qrm_sim::state::State;
 
+use crate::common::chains::stiff_chain;
 use crate::common::{Run, Table, qrm, run, with_slot};
-use crate::languages::stiff_chain;
 
 const COORDINATES: [&str; 3] = ["phi2", "phi4", "phi5"];
 

@@ -131,7 +131,7 @@ impl Derivation<'_> {
 
     fn jacobian(&self) -> String {
         let e = self.equations;
-        let (title, quantity) = if e.has_only_sparse() {
+        let (title, quantity) = if e.has_momenta() {
             let velocities = self.vector(&set(r"@T\,@qd"), r"\mathcal{V}", &e.com_velocities);
             ("Velocities and convective accelerations: `com_velocities`, `com_bias`", velocities)
         } else {
@@ -145,7 +145,7 @@ impl Derivation<'_> {
     }
 
     fn mass(&self) -> String {
-        if self.equations.has_only_sparse() {
+        if self.equations.has_momenta() {
             let text = "Each body has momenta along the named quantities in its position. From the last quantity to \
                         the first, the momentum along a quantity, times its derivatives, is added to the momenta \
                         along the quantities in its definition. Momenta along the coordinates remain. Unit rates give \
@@ -168,7 +168,7 @@ impl Derivation<'_> {
             text += "There are no loads.\n";
         }
         text += &set("\n$$@f = @Q + @T^{T}\\left(@F - @M\\,(@T\\,@qd)_{@q}\\,@qd\\right)$$\n\n");
-        if self.equations.has_only_sparse() {
+        if self.equations.has_momenta() {
             text += "The forces along named quantities are those along the quantities in their definitions, times the \
                      derivatives: this leads to the forces along the coordinates.\n";
         } else {

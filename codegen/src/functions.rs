@@ -19,6 +19,7 @@ use qrm_scene::formula_tape;
 use qrm_scene::scene::{Coordinate, EliminationForm, Scene, Start};
 
 use crate::graph::{Graph, Id, Op, Signed};
+use crate::kernel::ImpossibleForm;
 use crate::notes::notes;
 use crate::term::{Equations, Symbol};
 use body::Body;
@@ -29,13 +30,23 @@ use qrm_core::named_tape::{Argument, Function, ResultField, place};
 
 /// Creates the functions of a scene. Its kernel has the form that the scene asks for, or the one with the fewest
 /// operations.
-pub fn tape(scene: &Scene, equations: &Equations) -> NamedTape {
-    tape_of_form(scene, equations, None)
+///
+/// # Errors
+/// The form that the scene asks for is not possible.
+pub fn tape(scene: &Scene, equations: &Equations) -> Result<NamedTape, ImpossibleForm> {
+    tape_of_form(scene, equations, scene.run.asked_form())
 }
 
-/// Creates the functions of a scene. Its kernel has this form if the equations allow it.
-pub fn tape_of_form(scene: &Scene, equations: &Equations, form: Option<EliminationForm>) -> NamedTape {
-    let layout = Layout::new(scene, equations, form);
+/// Creates the functions of a scene. Its kernel has this form, or the one with the fewest operations.
+///
+/// # Errors
+/// The form is not possible.
+pub fn tape_of_form(
+    scene: &Scene,
+    equations: &Equations,
+    form: Option<EliminationForm>,
+) -> Result<NamedTape, ImpossibleForm> {
+    let layout = Layout::new(scene, equations, form)?;
     let writer = Writer::new(scene, &layout);
     for plan in &layout.plans {
         let function = writer.function(plan);
@@ -58,7 +69,7 @@ pub fn tape_of_form(scene: &Scene, equations: &Equations, form: Option<Eliminati
     tape.given = is_given(|c| &c.position).chain(is_given(|c| &c.rate)).collect();
     tape.is_driven = scene.is_driven();
     tape.notes = notes(scene, equations, &tape, (layout.kernel.form, &layout.forms));
-    tape
+    Ok(tape)
 }
 
 /// Names of arguments and of the two structs of a mechanism.

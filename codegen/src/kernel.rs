@@ -4,10 +4,11 @@
 mod algebra;
 mod block;
 mod builder;
-mod elimination;
+mod choice;
 mod inverse;
 mod named_quantities;
 mod normal_forces;
+mod null_space;
 mod range_space;
 mod sparse;
 
@@ -20,7 +21,9 @@ use algebra::{Matrix, Value};
 pub use block::Block;
 use builder::Builder;
 pub use builder::Local;
-use elimination::Elimination;
+pub(crate) use choice::Choice;
+pub use choice::ImpossibleForm;
+use null_space::NullSpace;
 use qrm_scene::scene::{EliminationForm, Scene};
 use range_space::RangeSpace;
 
@@ -56,12 +59,13 @@ pub struct Kernel {
 impl Kernel {
     /// Creates the kernel of a scene in a form; its graph may contain other operations. `None` if the equations were
     /// not derived for the form, or if a pivot is zero by structure: in the sparse form and in the range space that of
-    /// a coordinate without inertia, or of a constraint that repeats others.
+    /// a coordinate without inertia, or of a constraint that no motion changes or that repeats others.
     pub fn new(scene: &Scene, equations: &Equations, lowering: &mut Lowering, form: EliminationForm) -> Option<Self> {
         let builder = Builder::new(scene, lowering, 0, false);
         match form {
+            EliminationForm::Sparse if equations.has_fixed_constraint() => None,
             EliminationForm::Sparse => builder.build_sparse(equations.sparse.as_ref()?),
-            _ if equations.has_only_sparse() => None,
+            _ if equations.has_momenta() => None,
             EliminationForm::NullSpace | EliminationForm::RangeSpace => builder.build(equations, form),
         }
     }
@@ -69,7 +73,7 @@ impl Kernel {
     /// Binds the symbols of generalized momenta and forces to values that are valid at any position, for plain
     /// functions.
     pub fn bind_dynamics(scene: &Scene, equations: &Equations, lowering: &mut Lowering) {
-        if let Some(sparse) = equations.sparse.as_ref().filter(|_| equations.has_only_sparse()) {
+        if let Some(sparse) = equations.sparse.as_ref().filter(|_| equations.has_momenta()) {
             Builder::new(scene, lowering, 0, true).bind_dynamics(sparse);
         }
     }
@@ -143,8 +147,8 @@ impl Builder<'_> {
         let own_rate = |k: usize| self.named(Block::Jacobian, &format!("{}_t", constraints[k]), &e.constraint_rate[k]);
         let own_rates: Vec<Value> = (0..m).map(own_rate).collect();
         let mass = self.mass_matrix(e);
-        let elimination =
-            (form == EliminationForm::NullSpace).then(|| Elimination::new(&mut self, equations, &jacobian, &mass));
+        let null_space =
+            (form == EliminationForm::NullSpace).then(|| NullSpace::new(&mut self, equations, &jacobian, &mass));
 
         self.named_rates(&e.names);
         let bias = (0..m).map(|k| {
@@ -153,8 +157,8 @@ impl Builder<'_> {
         });
         let bias: Vec<Value> = bias.collect();
         let forces = self.forces(&e.effort_groups);
-        let solved = match &elimination {
-            Some(elimination) => self.by_null_space(elimination, (&bias, &forces), &e.normal_forces),
+        let solved = match &null_space {
+            Some(null_space) => self.by_null_space(null_space, (&bias, &forces), &e.normal_forces),
             None => self.by_range_space((&jacobian, &mass), (&bias, &forces), &e.normal_forces)?,
         };
         let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
@@ -175,7 +179,7 @@ impl Builder<'_> {
             multipliers: all(solved.multipliers),
             outputs: all(outputs),
             form,
-            is_valid_everywhere: elimination.is_none_or(|elimination| elimination.is_valid_everywhere()),
+            is_valid_everywhere: null_space.is_none_or(|null_space| null_space.is_valid_everywhere()),
             is_timed: self.scene.is_driven()
                 || e.names.iter().any(|named| named.inside().any_symbol(&|symbol| symbol == Symbol::Time)),
             ..Kernel::default()
@@ -222,23 +226,23 @@ impl Builder<'_> {
     /// Solves the linear equations by the null-space method, which first finds the motions that the loops allow.
     fn by_null_space(
         &mut self,
-        elimination: &Elimination,
+        null_space: &NullSpace,
         (closing, forces): (&[Value], &[Value]),
         normal_forces: &[NormalForce],
     ) -> Solved {
         let still = vec![None; self.scene.coordinates.len()];
-        let particular = elimination.particular(self, closing, Block::Accelerations, "closing");
+        let particular = null_space.particular(self, closing, Block::Accelerations, "closing");
         let solve = |builder: &mut Self, forces: &[Value], unit: Option<&str>| {
             let (rest, what) = unit.map_or((&particular, "ddot".to_owned()), |name| (&still, format!("by_{name}")));
-            let accelerations = elimination.free(builder, rest, Some(forces), Block::Accelerations, &what);
-            let multipliers = elimination.multipliers(builder, forces, &accelerations);
+            let accelerations = null_space.free(builder, rest, Some(forces), Block::Accelerations, &what);
+            let multipliers = null_space.multipliers(builder, forces, &accelerations);
             (accelerations, multipliers)
         };
         let (accelerations, multipliers) = self.with_friction(normal_forces, forces, &solve);
         let required = self.required_change();
-        let particular = elimination.particular(self, &required, Block::Correction, "closing");
-        let correction = elimination.free(self, &particular, None, Block::Correction, "correction");
-        Solved { growth_factors: elimination.growth_factors(), accelerations, multipliers, correction }
+        let particular = null_space.particular(self, &required, Block::Correction, "closing");
+        let correction = null_space.free(self, &particular, None, Block::Correction, "correction");
+        Solved { growth_factors: null_space.growth_factors(), accelerations, multipliers, correction }
     }
 
     /// Solves the linear equations by the range-space method, which first finds the forces of the loops.

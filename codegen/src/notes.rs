@@ -26,7 +26,7 @@ pub(crate) fn notes(
         let named = tape.functions.iter().filter(|function| names.contains(&&*function.name));
         named.map(|function| tape.operations(function).sum()).sum::<usize>()
     };
-    if !equations.has_only_sparse() {
+    if !equations.has_momenta() {
         let parts = ["com_jacobian", "com_bias", "constraint_jacobian", "constraint_bias"];
         let dense = evaluated(&parts) + omissions::dense(scene, equations);
         let solved = evaluated(&["dynamics"]) + omissions::system(scene);
@@ -37,15 +37,12 @@ pub(crate) fn notes(
     }
     lines.push(format!("    {:5} operations  by the kernel: {}", tape.solution.sum(), tape.solution));
     // Scenes with few coordinates have one form, which needs no list.
-    if forms.len() > 1 || scene.run.elimination.is_some() || equations.has_only_sparse() {
+    if forms.len() > 1 || scene.run.elimination.is_some() || equations.has_momenta() {
         lines.extend([String::new(), "Forms of the kernel, before pairs are shared:".to_owned()]);
-        lines.extend(
-            forms.iter().map(|(form, count)| {
-                format!("    {count:5} operations  {:11}  by {}", form.name(), form.description())
-            }),
-        );
-        let missing = scene.run.elimination.filter(|asked| forms.iter().all(|(form, _)| form != asked));
-        lines.extend(missing.map(|asked| format!("    `elimination = \"{}\"` is not possible here", asked.name())));
+        lines.extend(forms.iter().map(|(counted, count)| {
+            let taken = if *counted == form { ": taken" } else { "" };
+            format!("    {count:5} operations  {:11}  by {}{taken}", counted.name(), counted.description())
+        }));
     }
     lines.extend([String::new(), "Left out:".to_owned()]);
     lines.extend(omissions::omissions(scene, equations, form).iter().map(|line| format!("    {line}")));

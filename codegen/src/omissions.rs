@@ -13,14 +13,14 @@ pub fn omissions(scene: &Scene, equations: &Equations, form: EliminationForm) ->
     list.extend(constraints(scene, equations, form));
     list.extend(outputs(scene));
     let is_timed = |terms: &[Term]| terms.iter().any(|term| term.any_symbol(&|symbol| symbol == Symbol::Time));
-    let is_timed = match equations.has_only_sparse() {
+    let is_timed = match equations.has_momenta() {
         true => scene.depends_on_time(scene.loads.iter().flat_map(|load| load.kind.formulae())),
         false => is_timed(&equations.generalized_forces),
     };
     if !is_timed {
         list.push("time in the forces: no load depends on it".to_owned());
     }
-    if equations.has_only_sparse() {
+    if equations.has_momenta() {
         list.push("Jacobians of forces: implicit methods take them from dual numbers".to_owned());
     } else if equations.linearization.is_none() {
         list.push(

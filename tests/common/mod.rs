@@ -1,6 +1,7 @@
 //! Runs the command as a user does, and reads what it wrote.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its part")]
 
+pub mod chains;
 pub mod chromium;
 pub mod live;
 pub mod plain;

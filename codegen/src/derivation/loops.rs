@@ -77,7 +77,7 @@ impl Derivation<'_> {
 
     pub(super) fn motion(&self) -> String {
         if self.scene.constraints.is_empty() {
-            let function = if self.equations.has_only_sparse() { "accelerations" } else { "dynamics" };
+            let function = if self.equations.has_momenta() { "accelerations" } else { "dynamics" };
             return format!("## Equations of motion: `{function}`\n\n{}\n", set(r"$$@m\,@qdd = @f$$"));
         }
         let system = set(r"\begin{pmatrix} @m & @C_{@q}^{T} \\ @C_{@q} & 0 \end{pmatrix}

@@ -4,11 +4,11 @@ use std::collections::HashSet;
 
 use super::plan::{Plan, plans};
 use crate::graph::{Graph, Id, Op, Signed};
-use crate::kernel::Kernel;
+use crate::kernel::{Choice, ImpossibleForm, Kernel};
 use crate::lower::Lowering;
 use crate::share::share_pairs;
 use crate::term::{Equations, Named, Symbol, Term};
-use qrm_scene::scene::{EliminationForm, MANY_COORDINATES, Scene};
+use qrm_scene::scene::{EliminationForm, Scene};
 
 /// The functions of a scene in a shared graph.
 #[derive(Debug)]
@@ -27,7 +27,12 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub(super) fn new(scene: &Scene, equations: &Equations, form: Option<EliminationForm>) -> Self {
+    /// The functions, with a kernel of this form or of the cheapest one.
+    pub(super) fn new(
+        scene: &Scene,
+        equations: &Equations,
+        form: Option<EliminationForm>,
+    ) -> Result<Self, ImpossibleForm> {
         let plans = plans(scene, equations);
         let mut lowering = Lowering::default();
         lowering.define(&equations.names);
@@ -49,24 +54,7 @@ impl Layout {
         let symbols: Vec<(&Named, Symbol)> = symbols.collect();
         roots.extend(symbols.iter().map(|(_, symbol)| lowering.bound[symbol]));
         roots.extend(of_friction.iter().map(|(_, value)| *value));
-        let asked = form.or(scene.run.elimination);
-        let mut kernels = Vec::new();
-        for form in forms_of(scene, asked) {
-            // Names have other values in a kernel, and in each form.
-            lowering = Lowering::from_kernel(lowering.graph);
-            kernels.extend(Kernel::new(scene, equations, &mut lowering, form));
-        }
-        let count = |kernel: &Kernel| kernel.operations(&lowering.graph);
-        let forms = kernels.iter().map(|kernel| (kernel.form, count(kernel))).collect();
-        let has_range_space = kernels.iter().any(|kernel| kernel.form == EliminationForm::RangeSpace);
-        let cost = |kernel: &Kernel| {
-            let is_other = asked.is_some_and(|form| kernel.form != form);
-            // The range space is valid wherever the mass matrix is regular.
-            let is_limited = has_range_space && !kernel.is_valid_everywhere;
-            (is_other, is_limited, count(kernel), kernel.form)
-        };
-        let kernel = kernels.into_iter().min_by_key(cost);
-        let mut kernel = kernel.expect("the engine tried the sparse form, or there is the null space");
+        let Choice { mut kernel, forms } = Choice::new(scene, equations, &mut lowering, form)?;
         let angle_sums = lowering.angle_sums(|i| scene.coordinates[i].name.to_lowercase());
         let point_names = scene.points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{}_{axis}", point.name)));
         let point_names: Vec<String> = point_names.map(|name| name.to_lowercase()).collect();
@@ -104,16 +92,8 @@ impl Layout {
         let names = names.zip(roots[name_place..].iter().copied()).collect();
         let named_values =
             point_names.into_iter().zip(roots[point_place..name_place].iter().copied()).chain(named).collect();
-        Self { graph, plans, named_values, names, kernel, forms, inverse }
+        Ok(Self { graph, plans, named_values, names, kernel, forms, inverse })
     }
-}
-
-/// The forms of a kernel that are counted.
-fn forms_of(scene: &Scene, asked: Option<EliminationForm>) -> impl Iterator<Item = EliminationForm> {
-    let has_range_space = !scene.constraints.is_empty()
-        && (scene.coordinates.len() > MANY_COORDINATES || asked == Some(EliminationForm::RangeSpace));
-    let range_space = has_range_space.then_some(EliminationForm::RangeSpace);
-    [EliminationForm::Sparse, EliminationForm::NullSpace].into_iter().chain(range_space)
 }
 
 /// Creates the inverse dynamics of a scene, in a graph that already contains other functions.

@@ -75,7 +75,7 @@ pub(super) fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> 
         structure: None,
     };
 
-    let is_large_tree = e.has_only_sparse();
+    let is_large_tree = e.has_momenta();
     let of_velocities = if is_large_tree {
         single(
             "com_velocities",

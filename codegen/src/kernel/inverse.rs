@@ -4,7 +4,7 @@ use super::Kernel;
 use super::algebra::Value;
 use super::block::Block;
 use super::builder::Builder;
-use super::elimination::Elimination;
+use super::null_space::NullSpace;
 use crate::graph::Signed;
 use crate::term::{Equations, Symbol};
 
@@ -15,8 +15,8 @@ impl Builder<'_> {
         let e = &equations.kernel;
         self.names(&e.names);
         let (jacobian, mass) = (self.jacobian(e), self.mass_matrix(e));
-        let elimination = Elimination::new(&mut self, equations, &jacobian, &mass);
-        if elimination.has_repeated() {
+        let null_space = NullSpace::new(&mut self, equations, &jacobian, &mass);
+        if null_space.has_repeated() {
             return None;
         }
         self.named_rates(&e.names);
@@ -24,7 +24,7 @@ impl Builder<'_> {
         let n = self.scene.coordinates.len();
         let accelerations: Vec<Value> =
             (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Acceleration(i)))).collect();
-        let multipliers = elimination.multipliers(&mut self, &applied, &accelerations);
+        let multipliers = null_space.multipliers(&mut self, &applied, &accelerations);
         let force = |&i: &usize| {
             let column: Vec<Value> = jacobian.iter().map(|row| row[i]).collect();
             let moved = [self.dot(&mass[i], &accelerations), self.dot(&column, &multipliers)];
@@ -33,7 +33,7 @@ impl Builder<'_> {
             let name = format!("needed_{}", self.scene.coordinates[i].name);
             (i, self.keep(Block::Inverse, &name, sum))
         };
-        let forces: Vec<(usize, Value)> = elimination.independent().iter().map(force).collect();
+        let forces: Vec<(usize, Value)> = null_space.independent().iter().map(force).collect();
         let zero = self.lowering.graph.number(0.0);
         let mut kernel = Kernel {
             multipliers: multipliers.into_iter().map(|value| value.unwrap_or(zero)).collect(),

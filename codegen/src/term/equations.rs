@@ -58,10 +58,15 @@ pub struct Equations {
 }
 
 impl Equations {
-    /// Whether the sparse equations give the generalized momenta and forces. Products of `T` and `Mbar` with the rates
-    /// then stand in place of these matrices.
-    pub fn has_only_sparse(&self) -> bool {
+    /// Whether products of `T` and `Mbar` with the rates stand in place of these matrices: the sparse equations give
+    /// the generalized momenta and forces.
+    pub fn has_momenta(&self) -> bool {
         self.sparse.is_some() && self.kernel.mass_matrix.is_empty()
+    }
+
+    /// Whether no motion changes a constraint, at any position.
+    pub fn has_fixed_constraint(&self) -> bool {
+        self.kernel.constraint_jacobian.iter().any(|row| row.iter().all(Term::is_zero))
     }
 
     /// All terms.

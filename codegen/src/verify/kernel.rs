@@ -31,7 +31,7 @@ pub(super) fn agrees(
     let opened: Vec<f64> = (0..scene.constraints.len()).map(|k| 0.1 * (k as f64 + 1.0)).collect();
     let evaluation: Evaluation<DoubleDouble> = sample.evaluation(scene, tape, &opened);
     let growth_factor = evaluation.results("growth_factor");
-    if equations.has_only_sparse() {
+    if equations.has_momenta() {
         return is_balanced(scene, equations, sample, &evaluation);
     }
     let known = |name: &str| numbers(expected, name);

@@ -248,7 +248,12 @@ fn times(setup: &Setup, asked: &[String]) -> Result<Vec<f64>, Error> {
         return Err(Error::run(format!("interrupted at t = {end} s")));
     }
     if !(end > 0.0) {
-        return Err(Error::run("the run has zero length: there is nothing to measure"));
+        return Err(match &outcome.status {
+            Status::Failed(reason) => {
+                setup.step_error(reason).after("no times to compare at: the run broke off at its start: ").into()
+            }
+            _ => Error::run("the run has zero length: there is nothing to measure"),
+        });
     }
     Ok((1..=TIMES).map(|i| end * i as f64 / TIMES as f64).collect())
 }

@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (equations, deriving) = timed(|| qrm_engine::derive(&[&scene], &|_| ()));
     let equations = equations?.remove(0);
     let ((tape, placed), making) = timed(|| {
-        let tape = functions::tape_of_form(&scene, &equations, form);
+        let tape = functions::tape_of_form(&scene, &equations, form).expect("a possible form");
         let placed = tape.placed();
         (tape, placed)
     });

@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let equations = qrm_engine::derive(&list, &|_| ())?;
     let mut failed = 0;
     for ((seed, text, scene), equations) in scenes.iter().zip(&equations) {
-        let tape = functions::tape(scene, equations);
+        let tape = functions::tape(scene, equations).expect("a possible form");
         let printed = rust::check(&tape, &rust::text(&Code { path: "random.toml", scene, source: text, tape: &tape }));
         let write = || std::fs::write(Path::new(folder).join(format!("random-{seed}.toml")), text);
         if keeps_all {

@@ -8,10 +8,11 @@ use qrm_build::GoldenCopy;
 use qrm_codegen::term::Equations;
 use qrm_codegen::verify::{self, Unverified};
 use qrm_codegen::{derivation, functions, names};
+use qrm_core::NamedTape;
 use qrm_language::{Code, rust};
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::names::module_name;
-use qrm_scene::scene::Scene;
+use qrm_scene::scene::{EliminationForm, Scene};
 use qrm_scene::scene_file::SceneFile;
 
 /// The reason why no code was generated.
@@ -47,7 +48,7 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<(), Error> {
     fs::create_dir_all(directory).map_err(|source| Error::File { path: directory.display().to_string(), source })?;
     for (scene_file, equations) in all.iter().zip(&equations(&all, &|_| ())?) {
         let SceneFile { scene, source, path, .. } = scene_file;
-        let tape = functions::tape(scene, equations);
+        let tape = tape(scene_file, equations)?;
         verify::verify(scene, equations, &tape, &tape.placed()).map_err(Error::Unverified)?;
         let path = path.display().to_string();
         let code = rust::text(&Code { path: &path, scene, source, tape: &tape });
@@ -69,6 +70,21 @@ pub(crate) fn read(path: &Path, source: String) -> Result<SceneFile, Error> {
 pub(crate) fn equations(scenes: &[&SceneFile], announce: &dyn Fn(Waiting)) -> Result<Vec<Equations>, Error> {
     let all: Vec<&Scene> = scenes.iter().map(|file| &file.scene).collect();
     crate::derive(&all, announce).map_err(|e| engine_error(e, scenes))
+}
+
+/// Creates the functions of a scene.
+pub(crate) fn tape(file: &SceneFile, equations: &Equations) -> Result<NamedTape, Error> {
+    let scene = &file.scene;
+    functions::tape(scene, equations).map_err(|impossible| {
+        let reason = match impossible.0 {
+            EliminationForm::Sparse if !scene.normal_forces().is_empty() => "friction by normal forces",
+            _ if scene.coordinates.is_empty() => "the scene has no coordinates",
+            _ => "a coordinate has no inertia, or a constraint is redundant",
+        };
+        let span = scene.run.elimination.as_ref().map_or(0..0, |(_, span)| span.clone());
+        let help = "take it out, or write `\"null-space\"`";
+        Error::Scenes(vec![file.report(vec![Diagnostic::error(impossible.to_string(), span, reason).help(help)])])
+    })
 }
 
 /// Reports a name that cannot be that of a module.

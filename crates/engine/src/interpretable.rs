@@ -8,8 +8,7 @@ use qrm_scene::scene_file::SceneFile;
 
 use crate::Waiting;
 use crate::generate::{self, Error};
-use qrm_codegen::verify;
-use qrm_codegen::{derivation, functions};
+use qrm_codegen::{derivation, verify};
 
 /// Derives the equations of motion of a scene. Call it at most once per process.
 ///
@@ -27,7 +26,7 @@ pub fn derive(
     let file = generate::read(path, source)?;
     let equations = generate::equations(&[&file], announce)?.remove(0);
     let SceneFile { scene, source, .. } = &file;
-    let tape = functions::tape(scene, &equations);
+    let tape = generate::tape(&file, &equations)?;
     show(&DerivedScene { description: description(scene, source, String::new()), tape: tape.clone() });
     verify::verify(scene, &equations, &tape, &tape.placed()).map_err(Error::Unverified)?;
     let derivation = derivation::markdown(scene, &equations, source);

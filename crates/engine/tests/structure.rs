@@ -193,7 +193,7 @@ fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
     let equations = qrm_engine::derive(&scenes.each_ref(), &|_| ()).expect("the equations");
     let tapes: Vec<NamedTape> = (0..texts.len())
         .map(|i| {
-            let tape = functions::tape(&scenes[i], &equations[i]);
+            let tape = functions::tape(&scenes[i], &equations[i]).expect("a possible form");
             verify::verify(&scenes[i], &equations[i], &tape, &tape.placed()).unwrap_or_else(|wrong| panic!("{wrong}"));
             tape
         })
@@ -233,7 +233,8 @@ fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
         assert!(said.contains(&format!("generated `{function}` is wrong")), "{said}");
     }
     // The sparse elimination of twelve links has smaller rounding errors than the one of their mass matrix.
-    let full = functions::tape_of_form(&scenes[1], &equations[1], Some(EliminationForm::NullSpace));
+    let full =
+        functions::tape_of_form(&scenes[1], &equations[1], Some(EliminationForm::NullSpace)).expect("a possible form");
     let [sparse, full] = [&tapes[1], &full].map(|tape| {
         let errors = verify::accuracy(&scenes[1], tape, 40).into_iter().map(|at| at.error);
         errors.fold(0.0, f64::max)

@@ -152,7 +152,7 @@ fn check(equations: &Equations) -> Result<(), verify::Unverified> {
 
 fn check_in(text: &str, equations: &Equations) -> Result<(), verify::Unverified> {
     let (scene, _) = resolve::read("pendulum.toml", text).expect("the scene is right");
-    let tape = functions::tape(&scene, equations);
+    let tape = functions::tape(&scene, equations).expect("a possible form");
     verify::verify(&scene, equations, &tape, &tape.placed())
 }
 
@@ -246,7 +246,8 @@ fn a_wrong_tape_is_found() {
     let mut wrong = equations();
     wrong.power[0] = product(&[number(2), wrong.power[0].clone()]);
     let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
-    let [right, wrong] = [equations(), wrong].map(|equations| functions::tape(&scene, &equations));
+    let [right, wrong] =
+        [equations(), wrong].map(|equations| functions::tape(&scene, &equations).expect("a possible form"));
     let said = verify::verify(&scene, &equations(), &right, &wrong.placed()).expect_err("a wrong tape").to_string();
     assert!(said.contains("generated tape of `power` is wrong"), "{said}");
 }
@@ -256,7 +257,7 @@ fn changed_text_is_found() {
     // Here the text is changed instead of the equations: parentheses removed, operands exchanged, numbers changed.
     let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
     let equations = equations();
-    let tape = functions::tape(&scene, &equations);
+    let tape = functions::tape(&scene, &equations).expect("a possible form");
     let text = rust::text(&Code { path: "pendulum.toml", scene: &scene, source: SCENE, tape: &tape });
     assert_eq!(rust::check(&tape, &text), Ok(()));
     for (right, wrong) in [

@@ -252,7 +252,14 @@ pub struct Run {
     /// Whether a function for inverse dynamics is generated.
     pub inverse: bool,
     /// The form of the kernel; `None` for the one with the fewest operations.
-    pub elimination: Option<EliminationForm>,
+    pub elimination: Option<(EliminationForm, Span)>,
+}
+
+impl Run {
+    /// The form of the kernel that the scene asks for.
+    pub fn asked_form(&self) -> Option<EliminationForm> {
+        self.elimination.as_ref().map(|(form, _)| *form)
+    }
 }
 
 /// The forms in which a kernel may solve the equations of motion.
@@ -305,7 +312,7 @@ impl Scene {
             && self.constraints.is_empty()
             && self.normal_forces().is_empty()
             && !self.run.inverse
-            && self.run.elimination.is_none_or(|form| form == EliminationForm::Sparse)
+            && self.run.asked_form().is_none_or(|form| form == EliminationForm::Sparse)
     }
 
     /// The names that formulae can contain.

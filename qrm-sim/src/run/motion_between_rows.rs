@@ -19,6 +19,8 @@ const NODES: usize = 6;
 const COMPARED: f64 = 0.3;
 /// The largest error of an interpolation, relative to the largest number of its kind.
 const SMOOTH: f64 = 1e-11;
+/// The number of times that a steep span near a singular position is halved.
+const HALVINGS: usize = 3;
 
 /// The motion between rows: each state is a step from the last row before it.
 ///
@@ -37,7 +39,7 @@ pub(super) struct MotionBetweenRows<'r> {
     from: State,
 }
 
-/// The time between two rows.
+/// The time between two rows, or a part of it.
 struct Span {
     ends: [f64; 2],
     /// `None` where the motion is evaluated.
@@ -93,7 +95,8 @@ impl<'r> MotionBetweenRows<'r> {
 
     /// The state by interpolation; `None` where few candidates lie, or where what the column needs is not smooth.
     fn interpolated(&mut self, row: (&[f64], usize), ends: [f64; 2], at: (f64, usize)) -> Option<State> {
-        if let Some(span) = self.spans.iter().find(|span| span.ends == ends) {
+        let contains = |span: &&Span| span.ends[0] <= at.0 && at.0 <= span.ends[1];
+        if let Some(span) = self.spans.iter().find(contains) {
             return span.state(self.layout, at);
         }
         let is_here = |bracket: &&[f64; 2]| bracket[0] < ends[1] && ends[0] < bracket[1];
@@ -101,11 +104,22 @@ impl<'r> MotionBetweenRows<'r> {
         if count < MANY {
             return None;
         }
-        let polynomials = ends[1].is_finite().then(|| self.polynomials(row, ends, count >= VERY_MANY)).flatten();
-        let span = Span { ends, polynomials };
-        let state = span.state(self.layout, at);
-        self.spans.push(span);
-        state
+        self.add_spans(row, ends, count >= VERY_MANY, HALVINGS);
+        self.spans.iter().find(contains)?.state(self.layout, at)
+    }
+
+    /// Adds the span between two times after a row, in halves if it is steep near a singular position.
+    fn add_spans(&mut self, row: (&[f64], usize), ends: [f64; 2], is_wanted: bool, halvings: usize) {
+        let polynomials = ends[1].is_finite().then(|| self.polynomials(row, ends, is_wanted)).flatten();
+        let is_steep = |found: &Polynomials| !found.evaluates && found.parts.iter().any(Option::is_none);
+        if halvings > 0 && polynomials.as_ref().is_some_and(is_steep) {
+            let middle = 0.5 * (ends[0] + ends[1]);
+            for half in [[ends[0], middle], [middle, ends[1]]] {
+                self.add_spans(row, half, is_wanted, halvings - 1);
+            }
+        } else {
+            self.spans.push(Span { ends, polynomials });
+        }
     }
 
     /// The polynomials through states at Chebyshev's points with both ends; `None` if the motion is not smooth, or if

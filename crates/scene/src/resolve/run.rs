@@ -59,7 +59,7 @@ impl Resolver<'_> {
             end_time: max_time.or(end_time).unwrap_or_else(missing),
             stiff: run.stiff.is_some(),
             inverse: run.inverse.is_some(),
-            elimination: run.elimination.as_ref().map(|(form, _)| *form),
+            elimination: run.elimination.clone(),
         }
     }
 

@@ -1,5 +1,5 @@
-//! Sparse elimination for the linear equations of a kernel: constraints are solved for the dependent coordinates, in an
-//! order that preserves zeros, and the remaining equations for the independent ones.
+//! The null-space method for the linear equations of a kernel: constraints are solved for the dependent coordinates, in
+//! an order that preserves zeros, and the remaining equations for the independent ones.
 
 mod pivots;
 mod solutions;
@@ -14,7 +14,7 @@ use crate::term::Equations;
 use pivots::pivots;
 
 /// A factored system.
-pub(super) struct Elimination {
+pub(super) struct NullSpace {
     constraints: usize,
     /// Constraint and coordinate of each pivot, in order.
     pivots: Vec<(usize, usize)>,
@@ -41,12 +41,12 @@ pub(super) struct Elimination {
     has_lone_pivot: bool,
 }
 
-impl Elimination {
+impl NullSpace {
     pub(super) fn new(builder: &mut Builder, equations: &Equations, jacobian: &Matrix, mass: &Matrix) -> Self {
         let pivots = pivots(builder, equations, jacobian);
         let n = builder.scene.coordinates.len();
         let independent: Vec<usize> = (0..n).filter(|i| !pivots.iter().any(|(_, c)| c == i)).collect();
-        let mut elimination = Self {
+        let mut system = Self {
             constraints: jacobian.len(),
             pivots,
             independent,
@@ -62,11 +62,11 @@ impl Elimination {
             pivot_ratios: Vec::new(),
             has_lone_pivot: false,
         };
-        elimination.factor(builder, jacobian);
-        elimination.tangents(builder, jacobian);
-        elimination.pivot_ratios(builder, jacobian);
-        elimination.inertia(builder);
-        elimination
+        system.factor(builder, jacobian);
+        system.tangents(builder, jacobian);
+        system.pivot_ratios(builder, jacobian);
+        system.inertia(builder);
+        system
     }
 
     fn name(&self, builder: &Builder, coordinate: usize) -> String {

@@ -1,12 +1,12 @@
 //! The solutions of a factored system.
 
-use super::Elimination;
+use super::NullSpace;
 use crate::graph::Signed;
 use crate::kernel::algebra::Value;
 use crate::kernel::block::Block;
 use crate::kernel::builder::Builder;
 
-impl Elimination {
+impl NullSpace {
     /// A solution of `C_q x = right` whose independent coordinates are zero.
     pub(in crate::kernel) fn particular(
         &self,
