@@ -34,7 +34,7 @@ use qrm_core::named_tape::{Argument, Function, ResultField, place};
 /// # Errors
 /// The form that the scene asks for is not possible.
 pub fn tape(scene: &Scene, equations: &Equations) -> Result<NamedTape, ImpossibleForm> {
-    tape_of_form(scene, equations, scene.run.asked_form())
+    tape_of_form(scene, equations, scene.run.elimination)
 }
 
 /// Creates the functions of a scene. Its kernel has this form, or the one with the fewest operations.

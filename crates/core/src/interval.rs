@@ -139,6 +139,12 @@ impl Interval {
     fn outward(lo: f64, hi: f64) -> Self {
         Self::new(lo.next_down(), hi.next_up())
     }
+
+    /// The same for a result that is not negative if no operand is.
+    fn outward_from(operands: [Self; 2], lo: f64, hi: f64) -> Self {
+        let is_negative = operands[0].lo < 0.0 || operands[1].lo < 0.0;
+        Self::new(if is_negative { lo.next_down() } else { lo.next_down().max(0.0) }, hi.next_up())
+    }
 }
 
 /// The smallest and the largest of four numbers.
@@ -162,7 +168,7 @@ impl Add for Interval {
         match (self == Self::ZERO, other == Self::ZERO) {
             (true, _) => other,
             (_, true) => self,
-            _ => Self::outward(self.lo + other.lo, self.hi + other.hi),
+            _ => Self::outward_from([self, other], self.lo + other.lo, self.hi + other.hi),
         }
     }
 }
@@ -185,7 +191,7 @@ impl Mul for Interval {
             return Self::ZERO;
         }
         let [lo, hi] = ends([self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi]);
-        Self::outward(lo, hi)
+        Self::outward_from([self, other], lo, hi)
     }
 }
 
@@ -200,7 +206,7 @@ impl Div for Interval {
             return self;
         }
         let [lo, hi] = ends([self.lo / other.lo, self.lo / other.hi, self.hi / other.lo, self.hi / other.hi]);
-        Self::outward(lo, hi)
+        Self::outward_from([self, other], lo, hi)
     }
 }
 
@@ -255,7 +261,16 @@ mod tests {
     fn products_that_underflow_are_contained() {
         let tiny = Interval::point(1e-300);
         let product = tiny * tiny;
+        assert!(product.lo == 0.0 && product.hi > 0.0);
+        let product = tiny * -tiny;
         assert!(product.lo < 0.0 && product.hi > 0.0);
+    }
+
+    #[test]
+    fn rounding_adds_no_negative_numbers() {
+        let [zero_to_one, two] = [Interval::new(0.0, 1.0), Interval::point(2.0)];
+        let sum = zero_to_one * two + zero_to_one.square() / two;
+        assert!(sum.lo == 0.0 && sum.hi > 2.5 && sum.sqrt().is_finite());
     }
 
     #[test]

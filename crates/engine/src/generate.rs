@@ -11,6 +11,7 @@ use qrm_codegen::{derivation, functions, names};
 use qrm_core::NamedTape;
 use qrm_language::{Code, rust};
 use qrm_scene::diagnostic::{Diagnostic, Report};
+use qrm_scene::document::Document;
 use qrm_scene::names::module_name;
 use qrm_scene::scene::{EliminationForm, Scene};
 use qrm_scene::scene_file::SceneFile;
@@ -79,9 +80,11 @@ pub(crate) fn tape(file: &SceneFile, equations: &Equations) -> Result<NamedTape,
         let reason = match impossible.0 {
             EliminationForm::Sparse if !scene.normal_forces().is_empty() => "friction by normal forces",
             _ if scene.coordinates.is_empty() => "the scene has no coordinates",
+            EliminationForm::RangeSpace if scene.constraints.is_empty() => "the scene has no constraints",
             _ => "a coordinate has no inertia, or a constraint is redundant",
         };
-        let span = scene.run.elimination.as_ref().map_or(0..0, |(_, span)| span.clone());
+        let asked = Document::parse(&file.source).0.run.elimination;
+        let span = asked.map_or(0..0, |(_, span)| span);
         let help = "take it out, or write `\"null-space\"`";
         Error::Scenes(vec![file.report(vec![Diagnostic::error(impossible.to_string(), span, reason).help(help)])])
     })

@@ -24,7 +24,7 @@ pub(super) fn is_sparse(scene: &Scene) -> bool {
     // Normal forces are derived with respect to the accelerations of the coordinates.
     let is_possible = !scene.coordinates.is_empty() && scene.normal_forces().is_empty();
     let most = if scene.constraints.is_empty() { MANY_OF_TREE } else { MANY_COORDINATES };
-    is_possible && scene.run.asked_form().map_or(scene.coordinates.len() > most, |form| form == EliminationForm::Sparse)
+    is_possible && scene.run.elimination.map_or(scene.coordinates.len() > most, |form| form == EliminationForm::Sparse)
 }
 
 /// Derives the sparse equations; `None` for scenes with few coordinates, or with friction by normal forces.

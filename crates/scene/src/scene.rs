@@ -252,14 +252,7 @@ pub struct Run {
     /// Whether a function for inverse dynamics is generated.
     pub inverse: bool,
     /// The form of the kernel; `None` for the one with the fewest operations.
-    pub elimination: Option<(EliminationForm, Span)>,
-}
-
-impl Run {
-    /// The form of the kernel that the scene asks for.
-    pub fn asked_form(&self) -> Option<EliminationForm> {
-        self.elimination.as_ref().map(|(form, _)| *form)
-    }
+    pub elimination: Option<EliminationForm>,
 }
 
 /// The forms in which a kernel may solve the equations of motion.
@@ -312,7 +305,7 @@ impl Scene {
             && self.constraints.is_empty()
             && self.normal_forces().is_empty()
             && !self.run.inverse
-            && self.run.asked_form().is_none_or(|form| form == EliminationForm::Sparse)
+            && self.run.elimination.is_none_or(|form| form == EliminationForm::Sparse)
     }
 
     /// The names that formulae can contain.

@@ -6,7 +6,7 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::document::Document;
 use crate::expression::Node;
 use crate::parser::{Condition, Formula};
-use crate::scene::{EliminationForm, Quantity, Run, Value};
+use crate::scene::{Quantity, Run, Value};
 
 impl Resolver<'_> {
     pub(super) fn run(&mut self, document: &Document) -> Run {
@@ -46,20 +46,13 @@ impl Resolver<'_> {
         if let (Some((title, label, help)), true) = (wrong, run.is_well_formed) {
             self.findings.push(Diagnostic::error(title, run.span.clone(), label).help(help));
         }
-        if let Some((EliminationForm::RangeSpace, span)) = &run.elimination
-            && document.constraints.is_empty()
-        {
-            let title = "`elimination = \"range-space\"` without constraints";
-            let diagnostic = Diagnostic::error(title, span.clone(), "`C_q` has no rows");
-            self.findings.push(diagnostic.help("take it out, or write `\"null-space\"` or `\"sparse\"`"));
-        }
         Run {
             step,
             until,
             end_time: max_time.or(end_time).unwrap_or_else(missing),
             stiff: run.stiff.is_some(),
             inverse: run.inverse.is_some(),
-            elimination: run.elimination.clone(),
+            elimination: run.elimination.as_ref().map(|(form, _)| *form),
         }
     }
 
