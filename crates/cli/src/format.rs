@@ -26,7 +26,19 @@ pub(crate) fn milliseconds(seconds: f64) -> String {
 
 /// A number in the shortest decimal that reads back exactly; empty if it is not finite.
 pub(crate) fn full(value: f64) -> String {
-    if value.is_finite() { format!("{value:?}") } else { String::new() }
+    let mut text = String::new();
+    push_full(&mut text, value);
+    text
+}
+
+/// Appends a number as [`full`] writes it.
+pub(crate) fn push_full(text: &mut String, value: f64) {
+    // Both write the same, but for exponents of small numbers; the library takes a fifth of the time.
+    if value == 0.0 || (1e-4..f64::INFINITY).contains(&value.abs()) {
+        text.push_str(zmij::Buffer::new().format_finite(value));
+    } else if value.is_finite() {
+        text.extend([format!("{value:?}")]);
+    }
 }
 
 /// A number with seven decimals, or with six digits after the first if seven decimals are too few.
@@ -124,7 +136,22 @@ pub(crate) fn shortened(text: &str, width: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::with_error;
+    use rand::{RngCore, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::{full, with_error};
+
+    #[test]
+    fn numbers_are_written_as_by_the_standard_library() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let edges = [0.0, -0.0, 1.0, 1e15, 1e16, 1e17, 1.5e300, 9.999e-5, 1e-4, -1e-5, 5e-324, f64::MAX, f64::INFINITY];
+        let any = (0..100_000).map(|_| f64::from_bits(random.next_u64()));
+        for value in edges.into_iter().chain(any.collect::<Vec<_>>()) {
+            let expected = if value.is_finite() { format!("{value:?}") } else { String::new() };
+            assert_eq!(full(value), expected);
+            assert_eq!(full(value.fract()), if value.is_finite() { format!("{:?}", value.fract()) } else { expected });
+        }
+    }
 
     #[test]
     fn known_digits_end_with_the_error() {

@@ -2,6 +2,7 @@
 
 mod time_function;
 
+use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 
 use crate::expression::{Node, NodeId};
@@ -30,11 +31,8 @@ pub enum TimeScale {
 /// substituted. Arguments that depend on time in another way, or on the motion too, give none.
 pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
     let courses = TimeFunctions::new(scene, parameters);
-    let loads = scene.loads.iter().flat_map(|load| load.kind.formulae());
-    let constraints = scene.constraints.iter().map(|constraint| &constraint.residual);
-    let points = scene.points.iter().flat_map(|point| &point.position);
     let mut scales = Vec::new();
-    for value in loads.chain(constraints).chain(points) {
+    for value in formulae(scene) {
         for scale in formula_scales(value, &courses.time_functions(value)) {
             if !scales.contains(&scale) {
                 scales.push(scale);
@@ -42,6 +40,18 @@ pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
         }
     }
     scales
+}
+
+/// The parameters on which the time scales of a scene may depend.
+pub fn parameters_of_time_scales(scene: &Scene) -> BTreeSet<usize> {
+    if scene.depends_on_time(formulae(scene)) { scene.parameters_of(formulae(scene)) } else { BTreeSet::new() }
+}
+
+/// The formulae of loads, constraints and points.
+fn formulae(scene: &Scene) -> impl Iterator<Item = &Value> {
+    let loads = scene.loads.iter().flat_map(|load| load.kind.formulae());
+    let constraints = scene.constraints.iter().map(|constraint| &constraint.residual);
+    loads.chain(constraints).chain(scene.points.iter().flat_map(|point| &point.position))
 }
 
 fn formula_scales(value: &Value, courses: &[Option<TimeFunction>]) -> Vec<TimeScale> {
@@ -168,7 +178,7 @@ mod tests {
     use super::*;
     use crate::resolve::read;
 
-    fn scales(force: &str) -> Vec<TimeScale> {
+    fn scene_with(force: &str) -> Scene {
         let text = format!(
             r#"name = "one"
 coordinates = [{{ name = "x", unit = "m" }}]
@@ -190,7 +200,11 @@ step = 1e-3
 end_time = 1
 "#
         );
-        let scene = read("one.toml", &text).unwrap_or_else(|report| panic!("{report}")).0;
+        read("one.toml", &text).unwrap_or_else(|report| panic!("{report}")).0
+    }
+
+    fn scales(force: &str) -> Vec<TimeScale> {
+        let scene = scene_with(force);
         let parameters = crate::evaluate::parameter_values(&scene, |_| None);
         time_scales(&scene, &parameters)
     }
@@ -300,6 +314,13 @@ end_time = 1
             })
         };
         assert!(moment(0.5, 1e-4) && moment(0.75, 0.5e-4), "{scales:?}");
+    }
+
+    #[test]
+    fn their_parameters_are_those_of_formulae_if_one_depends_on_time() {
+        assert_eq!(parameters_of_time_scales(&scene_with("w*m*x")), BTreeSet::new());
+        assert_eq!(parameters_of_time_scales(&scene_with("exp(-(t/w)^2)")), BTreeSet::from([1]));
+        assert_eq!(parameters_of_time_scales(&scene_with("m*x*sin(2*t) + w")), BTreeSet::from([0, 1]));
     }
 
     #[test]

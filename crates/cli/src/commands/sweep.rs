@@ -28,7 +28,7 @@ pub(crate) use designs::{Designs, by_lanes, threads};
 use journal::Journal;
 use part::Part;
 pub(super) use part::join;
-use rows::Record;
+use rows::Block;
 pub(crate) use rows::{Cell, Field, Row};
 use table::Format;
 
@@ -181,15 +181,13 @@ impl<'s> Plan<'s> {
     fn run(&self, journal: &mut Journal, done: usize) -> Result<(usize, Warned), Error> {
         let (begin, end) = self.range;
         let progress = Progress::designs(end - begin, done);
-        let records = |rows: Vec<Row>| rows.into_iter().map(Record::from).collect();
         let (mut warned, mut design) = (Warned::default(), begin + done);
-        let written = self.designs.run((begin + done, end), self.threads, records, |records: Vec<Record>| {
-            journal.write(&records)?;
-            progress.add(records.len());
-            for record in records {
-                warned.take(design, record.warnings);
-                design += 1;
-            }
+        let written = self.designs.run((begin + done, end), self.threads, Block::from, |mut block| {
+            journal.write(&mut block)?;
+            let count = block.done + block.failed;
+            progress.add(count);
+            block.warnings.into_iter().for_each(|(place, warnings)| warned.take(design + place, warnings));
+            design += count;
             Ok(())
         })?;
         Ok((written, warned))
@@ -205,12 +203,10 @@ struct Warned {
 }
 
 impl Warned {
-    /// Takes the warnings of a design.
+    /// Takes the warnings of a design, of which there are some.
     fn take(&mut self, design: usize, warnings: Vec<Message>) {
-        if !warnings.is_empty() {
-            self.count += 1;
-            self.first.get_or_insert((design, warnings));
-        }
+        self.count += 1;
+        self.first.get_or_insert((design, warnings));
     }
 
     /// The number of these designs, and the warnings of the first.

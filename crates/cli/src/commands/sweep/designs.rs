@@ -8,10 +8,10 @@ use std::time::Duration;
 
 use qrm_core::ParameterOverrides;
 use qrm_scene::evaluate::{constant, parameter_values};
-use qrm_scene::time_scales::time_scales;
+use qrm_scene::time_scales::{parameters_of_time_scales, time_scales};
 use qrm_sim::batch::{DesignResult, LaneCount, SweepRequest, sweep};
 use qrm_sim::columns::Column;
-use qrm_sim::integrate::{DOP853, MethodSettings};
+use qrm_sim::integrate::{DOP853, MethodSettings, StepBounds};
 use qrm_sim::run::End;
 
 use super::axes::Axes;
@@ -33,6 +33,8 @@ pub(crate) struct Designs {
     pub(crate) estimate_error: bool,
     /// The number of designs that a core runs simultaneously.
     pub(crate) lanes: LaneCount,
+    /// The bounds of the steps of every design, if they do not depend on the varied parameters.
+    pub(crate) step_bounds: Option<StepBounds>,
 }
 
 /// A design and its result.
@@ -83,7 +85,11 @@ impl Designs {
             value: &|design, name| axes.value(&axes.values(design), name),
             range: &|name| axes.range(name),
         })?;
-        Ok(Self { setup, axes, has_extremes: true, estimate_error: true, lanes: LaneCount::Most })
+        let of_scales = parameters_of_time_scales(&setup.scene);
+        let is_varied = |i: &usize| axes.names().any(|name| setup.scene.parameters[*i].name == name);
+        let step_bounds = (!of_scales.iter().any(is_varied))
+            .then(|| setup.step_bounds(&parameter_values(&setup.scene, setup.replace())));
+        Ok(Self { setup, axes, has_extremes: true, estimate_error: true, lanes: LaneCount::Most, step_bounds })
     }
 
     /// The number of designs.
@@ -179,7 +185,10 @@ impl Designs {
         let refused: Vec<Option<String>> = parameters.iter().map(|parameters| self.refused(parameters)).collect();
         let kept: Vec<usize> = (0..numbers.len()).filter(|i| refused[*i].is_none()).collect();
         let designs: Vec<ParameterOverrides> = kept.iter().map(|i| replacements[*i]).collect();
-        let step_bounds = |design: usize| self.setup.step_bounds(&parameters[kept[design]]);
+        let step_bounds = |design: usize| match &self.step_bounds {
+            Some(bounds) => bounds.clone(),
+            None => self.setup.step_bounds(&parameters[kept[design]]),
+        };
         let request = SweepRequest {
             settings,
             step_bounds: Some(&step_bounds),

@@ -8,7 +8,7 @@ use qrm_core::digest;
 use qrm_scene::files::{open_locked, temporary_path};
 use qrm_sim::columns::Column;
 
-use super::rows::{Field, Record};
+use super::rows::{Block, Field};
 use super::table::Format;
 use crate::error::Error;
 use crate::output::check_target;
@@ -89,15 +89,11 @@ impl Journal {
         (self.mark.done, self.mark.failed)
     }
 
-    pub(super) fn write(&mut self, rows: &[Record]) -> Result<(), Error> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        rows.iter().try_for_each(|row| writer.write_record(&row.fields))?;
-        let mut block = writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
-        let done = rows.iter().filter(|row| row.is_done).count();
-        let failed = rows.len() - done;
-        let mark = Mark::new(&self.mark.line, &block, self.mark.done + done, self.mark.failed + failed);
-        block.extend(mark.line.bytes());
-        self.file.write_all(&block).map_err(|e| Error::unwritable(&self.path, &e).while_running())?;
+    pub(super) fn write(&mut self, rows: &mut Block) -> Result<(), Error> {
+        let [done, failed] = [self.mark.done + rows.done, self.mark.failed + rows.failed];
+        let mark = Mark::new(&self.mark.line, rows.text.as_bytes(), done, failed);
+        rows.text.push_str(&mark.line);
+        self.file.write_all(rows.text.as_bytes()).map_err(|e| Error::unwritable(&self.path, &e).while_running())?;
         self.mark = mark;
         Ok(())
     }

@@ -7,7 +7,7 @@ use qrm_sim::run::Status;
 
 use super::axes::Axes;
 use crate::error::Message;
-use crate::format::full;
+use crate::format::push_full;
 use crate::parquet;
 use crate::run_report::design_warnings;
 use crate::setup::Setup;
@@ -33,28 +33,46 @@ pub(crate) enum Cell {
 }
 
 impl Cell {
-    /// The cell as text.
-    fn text(&self) -> String {
+    /// Writes the cell as a field of CSV.
+    fn write(&self, text: &mut String) {
         match self {
-            Self::Whole(number) => number.to_string(),
-            Self::Number(number) => full(*number),
-            Self::Text(text) => text.clone(),
-            Self::Empty => String::new(),
+            Self::Whole(number) => text.push_str(&number.to_string()),
+            Self::Number(number) => push_full(text, *number),
+            Self::Text(own) if own.contains(['"', ',', '\n', '\r']) => {
+                text.extend(["\"", &own.replace('"', "\"\""), "\""]);
+            }
+            Self::Text(own) => text.push_str(own),
+            Self::Empty => {}
         }
     }
 }
 
-/// A row as texts.
-pub(super) struct Record {
-    pub(super) fields: Vec<String>,
-    pub(super) is_done: bool,
-    pub(super) warnings: Vec<Message>,
+/// Rows as CSV.
+pub(super) struct Block {
+    pub(super) text: String,
+    /// The number of designs that reached their end, and of those that did not.
+    pub(super) done: usize,
+    pub(super) failed: usize,
+    /// The warnings of designs, with their places among the rows.
+    pub(super) warnings: Vec<(usize, Vec<Message>)>,
 }
 
-impl From<Row> for Record {
-    fn from(row: Row) -> Self {
-        let fields = row.cells.iter().map(Cell::text).collect();
-        Self { fields, is_done: row.is_done, warnings: row.warnings }
+impl From<Vec<Row>> for Block {
+    fn from(rows: Vec<Row>) -> Self {
+        let mut text = String::new();
+        for row in &rows {
+            for (place, cell) in row.cells.iter().enumerate() {
+                if place > 0 {
+                    text.push(',');
+                }
+                cell.write(&mut text);
+            }
+            text.push('\n');
+        }
+        let done = rows.iter().filter(|row| row.is_done).count();
+        let failed = rows.len() - done;
+        let warnings = rows.into_iter().map(|row| row.warnings).enumerate();
+        Self { text, done, failed, warnings: warnings.filter(|(_, warnings)| !warnings.is_empty()).collect() }
     }
 }
 
@@ -208,4 +226,21 @@ pub(super) fn row(
 /// An error in as many digits as are known of it.
 fn two_digits(error: f64) -> f64 {
     format!("{error:.1e}").parse().unwrap_or(error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_those_of_the_library() {
+        let texts = ["", "done", "a, b", "one \"two\"", "two\nlines", "-1"];
+        let cells = texts.map(|text| Cell::Text(text.to_owned())).into_iter();
+        let cells = cells.chain([Cell::Whole(7), Cell::Number(0.1), Cell::Number(f64::NAN), Cell::Empty]).collect();
+        let block = Block::from(vec![Row { cells, is_done: false, warnings: Vec::new() }]);
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record(texts.into_iter().chain(["7", "0.1", "", ""])).expect("written");
+        assert_eq!(block.text.as_bytes(), writer.into_inner().expect("written"));
+        assert_eq!((block.done, block.failed), (0, 1));
+    }
 }
