@@ -73,8 +73,10 @@ impl<'a> EventFunction<'a> {
 
     /// Sets the value at the start, relative to which values are near zero.
     pub(crate) fn set_start(&mut self, value: f64) {
-        self.bounds.replace(None);
         self.nearness = NEARNESS * value.abs();
+        if let Some(bounds) = self.bounds.get_mut() {
+            bounds.set_nearness(self.nearness);
+        }
     }
 
     /// Whether the event comes near zero at a state.
@@ -84,7 +86,7 @@ impl<'a> EventFunction<'a> {
 
     /// Sets the parameters to those of another mechanism of the same scene.
     pub(crate) fn set_parameters(&self, mechanism: &dyn Mechanism) {
-        self.bounds.replace(None);
+        self.bounds.borrow_mut().take_if(|bounds| !bounds.hold_for(mechanism));
         if let Some(evaluator) = &self.evaluator {
             let parameters = mechanism.parameters();
             evaluator.borrow_mut().set_parameters(|i| Some(parameters[i]));

@@ -95,6 +95,12 @@ impl FunctionBounds {
         Bound { value: value.intersection(natural).unwrap_or(natural), slope, curvature }
     }
 
+    /// Whether the function rises in all of a step, by the natural bound of its slope.
+    pub(crate) fn rises(&mut self, motion: &ArgumentPolynomials) -> bool {
+        let natural = self.expand(motion, 0.5, 0.5, 0);
+        natural.is_finite() && !self.series.may_jump() && self.expand(motion, 0.5, 0.5, 1).lo() > 0.0
+    }
+
     /// The place where the slope of the function times a sign falls through zero in a part of the step, and half of the
     /// second derivative there, by Newton's method.
     pub(crate) fn turning_point(

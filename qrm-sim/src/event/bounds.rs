@@ -14,6 +14,8 @@ const MOST_MARGIN: f64 = 1e4;
 #[derive(Clone, Debug)]
 pub(super) struct EventBounds {
     pub(super) function: FunctionBounds,
+    /// The numbers and values of the parameters that it uses.
+    parameters: Vec<(usize, f64)>,
     /// Intervals of the arguments within which the event is negative; empty if none are known.
     negative: Vec<Interval>,
     /// The margin of the next such intervals, in widths of those that are asked for.
@@ -25,8 +27,28 @@ pub(super) struct EventBounds {
 impl EventBounds {
     /// `None` if the tape has no event.
     pub(super) fn new(tape: &Tape, mechanism: &dyn Mechanism, nearness: f64) -> Option<Self> {
-        let function = FunctionBounds::new(tape, tape.event.as_ref()?, mechanism);
-        Some(Self { function, negative: Vec::new(), margin: 1.0, nearness })
+        let event = tape.event.as_ref()?;
+        let values = mechanism.parameters();
+        Some(Self {
+            function: FunctionBounds::new(tape, event, mechanism),
+            parameters: tape.parameters_of(event).map(|i| (i, values[i])).collect(),
+            negative: Vec::new(),
+            margin: 1.0,
+            nearness,
+        })
+    }
+
+    /// Whether they are those of another mechanism of the same scene too.
+    pub(super) fn hold_for(&self, mechanism: &dyn Mechanism) -> bool {
+        let values = mechanism.parameters();
+        self.parameters.iter().all(|(i, value)| values[*i] == *value)
+    }
+
+    /// Sets how far below zero the event counts as negative.
+    pub(super) fn set_nearness(&mut self, nearness: f64) {
+        self.nearness = nearness;
+        self.negative.clear();
+        self.margin = 1.0;
     }
 
     /// Whether the event is negative in all of a step, and not near zero, by its natural bound.

@@ -116,11 +116,16 @@ impl EventFunction<'_> {
         if self.with_bounds(mechanism, |bounds| bounds.is_negative_in(&motion))? {
             return None;
         }
+        let has_crossed = self.value(mechanism, to).is_some_and(|value| value >= 0.0);
+        // The natural bound of the slope often suffices, and takes a fifth of the time of the others.
+        if has_crossed && self.with_bounds(mechanism, |bounds| bounds.function.rises(&motion))? {
+            return Some(Reached::Crossed(to.clone()));
+        }
         let bound = self.with_bounds(mechanism, |bounds| bounds.function.within(&motion, [0.0, 1.0], is_below))?;
         if bound.value.hi() < 0.0 {
             return None;
         }
-        if bound.slope.lo() > 0.0 && self.value(mechanism, to).is_some_and(|value| value >= 0.0) {
+        if has_crossed && bound.slope.lo() > 0.0 {
             return Some(Reached::Crossed(to.clone()));
         }
         if let Some(middle) = at(begin + 0.5 * h) {

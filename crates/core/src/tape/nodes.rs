@@ -25,15 +25,12 @@ impl Nodes {
     pub(super) fn new(tape: &Tape, function: &TapeFunction, replace: impl Fn(usize) -> Option<Interval>) -> Self {
         let own = tape.arguments();
         let arguments = own.sin - own.t;
-        let all = tape.places().max(own.end + places(&function.operations));
-        let mut nodes = Self { nodes: vec![Node::Argument; arguments], results: Vec::new(), at: vec![0; all] };
+        let is_used = used_places(tape, function);
+        let at = vec![0; is_used.len()];
+        let mut nodes = Self { nodes: vec![Node::Argument; arguments], results: Vec::new(), at };
         for argument in 0..arguments {
             nodes.at[own.t + argument] = argument as u32;
         }
-        let mut is_used = vec![false; all];
-        function.results.iter().for_each(|place| is_used[*place as usize] = true);
-        mark_used(&mut is_used, own.end, &function.operations);
-        mark_used(&mut is_used, own.constants, &tape.constants);
         let values: Vec<Option<Interval>> = (0..own.t).map(replace).collect();
         if (0..own.t).any(|i| is_used[i] && values[i].is_none()) {
             nodes.take_parameters(tape, &values);
@@ -222,6 +219,24 @@ impl Nodes {
         let product = self.push(Node::Mul(exponent, logarithm));
         self.push(Node::Exp(product))
     }
+}
+
+impl Tape {
+    /// The numbers of the parameters that a function uses.
+    pub fn parameters_of(&self, function: &TapeFunction) -> impl Iterator<Item = usize> {
+        let is_used = used_places(self, function);
+        (0..self.arguments().t).filter(move |i| is_used[*i])
+    }
+}
+
+/// Whether a function uses each place of its tape.
+fn used_places(tape: &Tape, function: &TapeFunction) -> Vec<bool> {
+    let own = tape.arguments();
+    let mut is_used = vec![false; tape.places().max(own.end + places(&function.operations))];
+    function.results.iter().for_each(|place| is_used[*place as usize] = true);
+    mark_used(&mut is_used, own.end, &function.operations);
+    mark_used(&mut is_used, own.constants, &tape.constants);
+    is_used
 }
 
 /// Marks the places that operations before those of marked places use; the first result has the place `first`.

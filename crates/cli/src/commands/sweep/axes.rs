@@ -151,7 +151,7 @@ fn values_of(name: &str, unit: &str, text: &str, values: &str) -> Result<Values,
                     return Err(wrong(text, &why));
                 }
             };
-            Ok(Values::Spaced { from, to, count })
+            Ok(Values::spaced(from, to, count))
         }
         _ => Err(wrong(text, "has neither one `:` list nor three parts")),
     }

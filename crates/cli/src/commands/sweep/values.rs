@@ -16,7 +16,16 @@ pub(super) enum Values {
     },
 }
 
+/// The largest number of spaced values that are kept: each takes as long as a step to round.
+const MOST_KEPT: usize = 1 << 16;
+
 impl Values {
+    /// Values at equal distances, the first and the last one and how many there are.
+    pub(super) fn spaced(from: f64, to: f64, count: usize) -> Self {
+        let spaced = Self::Spaced { from, to, count };
+        if count > MOST_KEPT { spaced } else { Self::Listed((0..count).map(|place| spaced.at(place)).collect()) }
+    }
+
     /// How many there are.
     pub(super) fn count(&self) -> usize {
         match self {
