@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use qrm_core::ParameterOverrides;
 use qrm_scene::evaluate::{constant, parameter_values};
+use qrm_scene::scene::{Scene, Value};
 use qrm_scene::time_scales::{parameters_of_time_scales, time_scales};
 use qrm_sim::batch::{DesignResult, LaneCount, SweepRequest, sweep};
 use qrm_sim::columns::Column;
@@ -33,16 +34,22 @@ pub(crate) struct Designs {
     pub(crate) estimate_error: bool,
     /// The number of designs that a core runs simultaneously.
     pub(crate) lanes: LaneCount,
-    /// The bounds of the steps of every design, if they do not depend on the varied parameters.
-    pub(crate) step_bounds: Option<StepBounds>,
+    /// What does not depend on the varied parameters.
+    pub(crate) common: Common,
+}
+
+/// What all designs share; `None` where it depends on the varied parameters.
+pub(crate) struct Common {
+    /// The bounds of the steps.
+    step_bounds: Option<StepBounds>,
+    /// The reason why no design can run, if there is one.
+    refusal: Option<Option<String>>,
 }
 
 /// A design and its result.
 pub(super) struct Design {
     /// The values of the varied parameters.
     values: Vec<f64>,
-    /// The values of all parameters.
-    parameters: Vec<f64>,
     /// The result of the design, or the reason why it cannot run.
     pub(super) result: Result<DesignResult, String>,
 }
@@ -85,11 +92,8 @@ impl Designs {
             value: &|design, name| axes.value(&axes.values(design), name),
             range: &|name| axes.range(name),
         })?;
-        let of_scales = parameters_of_time_scales(&setup.scene);
-        let is_varied = |i: &usize| axes.names().any(|name| setup.scene.parameters[*i].name == name);
-        let step_bounds = (!of_scales.iter().any(is_varied))
-            .then(|| setup.step_bounds(&parameter_values(&setup.scene, setup.replace())));
-        Ok(Self { setup, axes, has_extremes: true, estimate_error: true, lanes: LaneCount::Most, step_bounds })
+        let common = Common::new(&setup, &axes);
+        Ok(Self { setup, axes, has_extremes: true, estimate_error: true, lanes: LaneCount::Most, common })
     }
 
     /// The number of designs.
@@ -156,7 +160,7 @@ impl Designs {
         let row = |(number, design): (&usize, Design)| match &design.result {
             Err(reason) => rows::refused(&columns, *number, &design.values, reason),
             Ok(result) => {
-                let passed_over = self.passed_over(&design.parameters, result.end_time);
+                let passed_over = self.passed_over(&design.values, result.end_time);
                 rows::row(&columns, &self.setup, *number, &design.values, result, passed_over)
             }
         };
@@ -180,14 +184,16 @@ impl Designs {
         let replacements: Vec<_> = values.iter().map(replacing).collect();
         let replacements: Vec<ParameterOverrides> =
             replacements.iter().map(|replace| replace as ParameterOverrides).collect();
-        let parameters: Vec<Vec<f64>> =
-            replacements.iter().map(|replace| parameter_values(&self.setup.scene, replace)).collect();
-        let refused: Vec<Option<String>> = parameters.iter().map(|parameters| self.refused(parameters)).collect();
+        let scene = &self.setup.scene;
+        let refused: Vec<Option<String>> = match &self.common.refusal {
+            Some(refusal) => vec![refusal.clone(); numbers.len()],
+            None => values.iter().map(|values| refusal(scene, &self.parameters(values))).collect(),
+        };
         let kept: Vec<usize> = (0..numbers.len()).filter(|i| refused[*i].is_none()).collect();
         let designs: Vec<ParameterOverrides> = kept.iter().map(|i| replacements[*i]).collect();
-        let step_bounds = |design: usize| match &self.step_bounds {
+        let step_bounds = |design: usize| match &self.common.step_bounds {
             Some(bounds) => bounds.clone(),
-            None => self.setup.step_bounds(&parameters[kept[design]]),
+            None => self.setup.step_bounds(&self.parameters(&values[kept[design]])),
         };
         let request = SweepRequest {
             settings,
@@ -198,36 +204,56 @@ impl Designs {
             estimate_error: self.estimate_error,
         };
         let mut results = sweep(self.setup.model, &designs, &request, lanes).into_iter();
-        let all = values.into_iter().zip(parameters).zip(refused);
-        let design = |((values, parameters), refused): ((Vec<f64>, Vec<f64>), Option<String>)| {
+        let design = |(values, refused): (Vec<f64>, Option<String>)| {
             let result = refused.map_or_else(|| results.next().ok_or_else(String::new), Err);
-            Design { values, parameters, result }
+            Design { values, result }
         };
-        all.map(design).collect()
+        values.into_iter().zip(refused).map(design).collect()
+    }
+
+    /// The values of all parameters of a design, from those that are varied.
+    fn parameters(&self, values: &[f64]) -> Vec<f64> {
+        let own = self.setup.replace();
+        parameter_values(&self.setup.scene, |name| self.axes.value(values, name).or_else(|| own(name)))
     }
 
     /// The reason why the steps of a design miss a change of a load with time.
-    fn passed_over(&self, parameters: &[f64], end_time: f64) -> Option<String> {
+    fn passed_over(&self, values: &[f64], end_time: f64) -> Option<String> {
         if self.setup.settings.method.is_adaptive() {
             return None;
         }
-        let scene = &self.setup.scene;
+        let (scene, parameters) = (&self.setup.scene, &self.parameters(values));
         let step = self.setup.requested_step.unwrap_or_else(|| constant(&scene.run.step, parameters));
         resolution::passed_over(&time_scales(scene, parameters), step, end_time)
     }
+}
 
-    /// The reason why a design cannot run.
-    fn refused(&self, parameters: &[f64]) -> Option<String> {
-        let parts = self
-            .setup
-            .scene
-            .bodies
-            .iter()
-            .flat_map(|body| [(&body.name, "mass", &body.mass), (&body.name, "inertia", &body.inertia)]);
-        let mut values =
-            parts.filter_map(|(name, what, value)| Some((name, what, constant(value.as_ref()?, parameters))));
-        let (name, what, value) = values.find(|(_, _, value)| !(*value >= 0.0 && value.is_finite()))?;
-        let wrong = if value < 0.0 { "a negative" } else { "no finite" };
-        Some(format!("body `{name}` has {wrong} {what}: {value}"))
+impl Common {
+    fn new(setup: &Setup, axes: &Axes) -> Self {
+        let scene = &setup.scene;
+        let is_varied = |i: &usize| axes.names().any(|name| scene.parameters[*i].name == name);
+        let parameters = parameter_values(scene, setup.replace());
+        let of_scales = parameters_of_time_scales(scene);
+        let of_inertia = scene.parameters_of(inertias(scene).map(|(.., value)| value));
+        Self {
+            step_bounds: (!of_scales.iter().any(is_varied)).then(|| setup.step_bounds(&parameters)),
+            refusal: (!of_inertia.iter().any(is_varied)).then(|| refusal(scene, &parameters)),
+        }
     }
+}
+
+/// The reason why a design cannot run.
+fn refusal(scene: &Scene, parameters: &[f64]) -> Option<String> {
+    let mut values = inertias(scene).map(|(name, what, value)| (name, what, constant(value, parameters)));
+    let (name, what, value) = values.find(|(_, _, value)| !(*value >= 0.0 && value.is_finite()))?;
+    let wrong = if value < 0.0 { "a negative" } else { "no finite" };
+    Some(format!("body `{name}` has {wrong} {what}: {value}"))
+}
+
+/// The masses and inertias of a scene, with the names of their bodies and what they are.
+fn inertias(scene: &Scene) -> impl Iterator<Item = (&str, &'static str, &Value)> {
+    scene.bodies.iter().flat_map(|body| {
+        let parts = [("mass", &body.mass), ("inertia", &body.inertia)];
+        parts.into_iter().filter_map(|(what, value)| Some((body.name.as_str(), what, value.as_ref()?)))
+    })
 }

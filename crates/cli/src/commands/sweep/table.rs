@@ -1,6 +1,6 @@
 //! The table of a sweep, in the format given by its file name.
 
-use std::io::{self, Read, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::Path;
 
 use qrm_scene::files::write_atomic_with;
@@ -55,10 +55,11 @@ impl Format {
 
 /// Copies text; returns the number of lines.
 fn copy_lines(from: &mut impl Read, to: &mut impl Write) -> io::Result<usize> {
+    let mut to = BufWriter::with_capacity(1 << 16, to);
     let (mut buffer, mut lines) = (vec![0; 1 << 16], 0);
     loop {
         match from.read(&mut buffer)? {
-            0 => return Ok(lines),
+            0 => return to.flush().map(|()| lines),
             count => {
                 to.write_all(&buffer[..count])?;
                 lines += buffer[..count].iter().filter(|&&byte| byte == b'\n').count();
