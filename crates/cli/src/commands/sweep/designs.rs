@@ -192,7 +192,7 @@ impl Designs {
         let kept: Vec<usize> = (0..numbers.len()).filter(|i| refused[*i].is_none()).collect();
         let designs: Vec<ParameterOverrides> = kept.iter().map(|i| replacements[*i]).collect();
         let step_bounds = |design: usize| match &self.common.step_bounds {
-            Some(bounds) => bounds.clone(),
+            Some(bounds) => *bounds,
             None => self.setup.step_bounds(&self.parameters(&values[kept[design]])),
         };
         let request = SweepRequest {
