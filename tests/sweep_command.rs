@@ -349,3 +349,33 @@ fn lanes_find_narrow_peaks() {
         }
     }
 }
+
+/// A pulse whose width is a formula of the varied parameter: a mass gains the speed `w sqrt(pi)`.
+#[test]
+#[ignore = "full tier: engine"]
+fn steps_see_pulses_of_every_width() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("pulse.toml");
+    let text = r#"
+name = "pulse"
+coordinates = [{ name = "x", unit = "m" }]
+parameters = { n = 1, w = '10^(-n)' }
+points = { P = ['x', '0'] }
+bodies = { b = { mass = 1, com = "P" } }
+loads = { F = { force = ['exp(-((t - 1)/w)^2)', '0'], on = "b" } }
+initial = { given = { x = 0, x_dot = 0 } }
+run = { step = 0.1, end_time = 2 }
+"#;
+    fs::write(&scene, text).expect("a scene");
+    let out = folder.path().join("sweep.csv");
+    let mut command = qrm(&["sweep"]);
+    command.arg(&scene).args(["--vary", "n=1,2,4,6", "--out"]).arg(&out);
+    let output = command.output().expect("the command starts");
+    assert!(output.status.success(), "{}", said(&output));
+    let table = Table::read(&out);
+    for (design, n) in [1, 2, 4, 6].into_iter().enumerate() {
+        let exact = 10.0_f64.powi(-n) * std::f64::consts::PI.sqrt();
+        let off = (table.number(design, "x_dot") - exact).abs();
+        assert!(off < 1e-8, "n = {n}: off by {off:e}");
+    }
+}

@@ -59,7 +59,7 @@ pub struct Kernel {
 impl Kernel {
     /// Creates the kernel of a scene in a form; its graph may contain other operations. `None` if the equations were
     /// not derived for the form, or if a pivot is zero by structure: in the sparse form and in the range space that of
-    /// a coordinate without inertia, or of a constraint that no motion changes or that repeats others.
+    /// a coordinate without inertia, or of a constraint that no motion changes.
     pub fn new(scene: &Scene, equations: &Equations, lowering: &mut Lowering, form: EliminationForm) -> Option<Self> {
         let builder = Builder::new(scene, lowering, 0, false);
         match form {

@@ -18,7 +18,7 @@ pub(crate) struct Choice {
 pub struct ImpossibleForm(pub EliminationForm);
 
 impl Choice {
-    /// Creates the kernel in all forms that may be the cheapest; `lowering` is left to the last one.
+    /// Creates the kernel in all forms that may be the cheapest. Afterwards `lowering` has the names of the last form.
     ///
     /// # Errors
     /// The form was asked for, and is not possible.

@@ -108,7 +108,7 @@ struct Triangles {
 }
 
 impl Triangles {
-    /// Factors a matrix; `None` if a diagonal entry is zero.
+    /// Factors a matrix; `None` if a pivot is zero by structure.
     fn new(builder: &mut Builder, block: Block, matrix: &Matrix, names: &[String]) -> Option<Self> {
         let order = sparse_order(matrix);
         let n = order.len();
@@ -138,8 +138,8 @@ impl Triangles {
             let known = (0..i).filter_map(|k| builder.multiply(scaled[i][k], factors.lower[i][k])).map(Signed::negated);
             let terms: Vec<Signed> = std::iter::once(whole).chain(known.collect::<Vec<_>>()).collect();
             let is_whole = terms.len() == 1;
-            let pivot = builder.sum(terms);
-            let pivot = builder.keep(block, &format!("pivot_{}", names[row]), pivot);
+            let pivot = builder.sum(terms)?;
+            let pivot = builder.keep(block, &format!("pivot_{}", names[row]), Some(pivot));
             let inverse = builder.reciprocal(pivot);
             let inverse = builder.keep(block, &format!("inv_pivot_{}", names[row]), inverse);
             factors.inverse_pivots.push(inverse);

@@ -3,12 +3,13 @@
 //! `cargo run --release --manifest-path crates/engine/Cargo.toml --target-dir target/engine --example phases SCENE.toml
 //! [FORM] [FILE]`
 //!
-//! `FORM`: `cheapest` (the default), `null-space`, `range-space` or `sparse`; the cheapest if a scene has no other.
+//! `FORM`: `cheapest` (the default), `null-space`, `range-space` or `sparse`.
 //! `FILE` receives the code.
 
 use std::error::Error;
 use std::time::{Duration, Instant};
 
+use qrm_codegen::kernel::ImpossibleForm;
 use qrm_codegen::{derivation, functions, verify};
 use qrm_language::{Code, rust};
 use qrm_scene::scene::EliminationForm;
@@ -31,11 +32,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (scene, _) = scene.map_err(|report| report.to_string())?;
     let (equations, deriving) = timed(|| qrm_engine::derive(&[&scene], &|_| ()));
     let equations = equations?.remove(0);
-    let ((tape, placed), making) = timed(|| {
-        let tape = functions::tape_of_form(&scene, &equations, form).expect("a possible form");
+    let (made, making) = timed(|| {
+        let tape = functions::tape_of_form(&scene, &equations, form)?;
         let placed = tape.placed();
-        (tape, placed)
+        Ok::<_, ImpossibleForm>((tape, placed))
     });
+    let (tape, placed) = made?;
     let (verified, verifying) = timed(|| verify::verify(&scene, &equations, &tape, &placed));
     verified?;
     let ((code, derivation), writing) = timed(|| {

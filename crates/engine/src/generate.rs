@@ -81,7 +81,7 @@ pub(crate) fn tape(file: &SceneFile, equations: &Equations) -> Result<NamedTape,
             EliminationForm::Sparse if !scene.normal_forces().is_empty() => "friction by normal forces",
             _ if scene.coordinates.is_empty() => "the scene has no coordinates",
             EliminationForm::RangeSpace if scene.constraints.is_empty() => "the scene has no constraints",
-            _ => "a coordinate has no inertia, or a constraint is redundant",
+            _ => "a coordinate has no inertia, or no motion changes a constraint",
         };
         let asked = Document::parse(&file.source).0.run.elimination;
         let span = asked.map_or(0..0, |(_, span)| span);

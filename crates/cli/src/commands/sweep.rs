@@ -182,8 +182,8 @@ impl<'s> Plan<'s> {
         let (begin, end) = self.range;
         let progress = Progress::designs(end - begin, done);
         let (mut warned, mut design) = (Warned::default(), begin + done);
-        let written = self.designs.run((begin + done, end), self.threads, Block::from, |mut block| {
-            journal.write(&mut block)?;
+        let written = self.designs.run((begin + done, end), self.threads, Block::from, |block| {
+            journal.write(&block)?;
             let count = block.done + block.failed;
             progress.add(count);
             block.warnings.into_iter().for_each(|(place, warnings)| warned.take(design + place, warnings));
@@ -203,7 +203,7 @@ struct Warned {
 }
 
 impl Warned {
-    /// Takes the warnings of a design, of which there are some.
+    /// Takes the warnings of a design; there is at least one.
     fn take(&mut self, design: usize, warnings: Vec<Message>) {
         self.count += 1;
         self.first.get_or_insert((design, warnings));

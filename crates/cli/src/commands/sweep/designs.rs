@@ -38,12 +38,12 @@ pub(crate) struct Designs {
     pub(crate) common: Common,
 }
 
-/// What all designs share; `None` where it depends on the varied parameters.
+/// What depends on the varied parameters, and what all designs have in common.
 pub(crate) struct Common {
-    /// The bounds of the steps.
+    /// The bounds of the steps of all designs; `None` if they depend on the varied parameters.
     step_bounds: Option<StepBounds>,
-    /// The reason why no design can run, if there is one.
-    refusal: Option<Option<String>>,
+    /// Whether masses and inertias depend on the varied parameters.
+    varies_inertia: bool,
 }
 
 /// A design and its result.
@@ -185,9 +185,10 @@ impl Designs {
         let replacements: Vec<ParameterOverrides> =
             replacements.iter().map(|replace| replace as ParameterOverrides).collect();
         let scene = &self.setup.scene;
-        let refused: Vec<Option<String>> = match &self.common.refusal {
-            Some(refusal) => vec![refusal.clone(); numbers.len()],
-            None => values.iter().map(|values| refusal(scene, &self.parameters(values))).collect(),
+        let refused: Vec<Option<String>> = match self.common.varies_inertia {
+            true => values.iter().map(|values| refusal(scene, &self.parameters(values))).collect(),
+            // The scene itself was checked.
+            false => vec![None; numbers.len()],
         };
         let kept: Vec<usize> = (0..numbers.len()).filter(|i| refused[*i].is_none()).collect();
         let designs: Vec<ParameterOverrides> = kept.iter().map(|i| replacements[*i]).collect();
@@ -232,12 +233,11 @@ impl Common {
     fn new(setup: &Setup, axes: &Axes) -> Self {
         let scene = &setup.scene;
         let is_varied = |i: &usize| axes.names().any(|name| scene.parameters[*i].name == name);
-        let parameters = parameter_values(scene, setup.replace());
         let of_scales = parameters_of_time_scales(scene);
         let of_inertia = scene.parameters_of(inertias(scene).map(|(.., value)| value));
         Self {
-            step_bounds: (!of_scales.iter().any(is_varied)).then(|| setup.step_bounds(&parameters)),
-            refusal: (!of_inertia.iter().any(is_varied)).then(|| refusal(scene, &parameters)),
+            step_bounds: (!of_scales.iter().any(is_varied)).then(|| setup.step_bounds(&setup.parameters())),
+            varies_inertia: of_inertia.iter().any(is_varied),
         }
     }
 }
@@ -250,7 +250,7 @@ fn refusal(scene: &Scene, parameters: &[f64]) -> Option<String> {
     Some(format!("body `{name}` has {wrong} {what}: {value}"))
 }
 
-/// The masses and inertias of a scene, with the names of their bodies and what they are.
+/// The masses and inertias of a scene. Each has the name of its body, and the word `mass` or `inertia`.
 fn inertias(scene: &Scene) -> impl Iterator<Item = (&str, &'static str, &Value)> {
     scene.bodies.iter().flat_map(|body| {
         let parts = [("mass", &body.mass), ("inertia", &body.inertia)];

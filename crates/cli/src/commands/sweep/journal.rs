@@ -89,11 +89,12 @@ impl Journal {
         (self.mark.done, self.mark.failed)
     }
 
-    pub(super) fn write(&mut self, rows: &mut Block) -> Result<(), Error> {
+    /// Writes rows and their mark at once.
+    pub(super) fn write(&mut self, rows: &Block) -> Result<(), Error> {
         let [done, failed] = [self.mark.done + rows.done, self.mark.failed + rows.failed];
         let mark = Mark::new(&self.mark.line, rows.text.as_bytes(), done, failed);
-        rows.text.push_str(&mark.line);
-        self.file.write_all(rows.text.as_bytes()).map_err(|e| Error::unwritable(&self.path, &e).while_running())?;
+        let text = [rows.text.as_bytes(), mark.line.as_bytes()].concat();
+        self.file.write_all(&text).map_err(|e| Error::unwritable(&self.path, &e).while_running())?;
         self.mark = mark;
         Ok(())
     }

@@ -234,7 +234,7 @@ mod tests {
 
     #[test]
     fn rows_are_those_of_the_library() {
-        let texts = ["", "done", "a, b", "one \"two\"", "two\nlines", "-1"];
+        let texts = ["", "done", "a, b", "one \"two\"", "two\nlines", "\r", "\"", "# a", " ", "-1"];
         let cells = texts.map(|text| Cell::Text(text.to_owned())).into_iter();
         let cells = cells.chain([Cell::Whole(7), Cell::Number(0.1), Cell::Number(f64::NAN), Cell::Empty]).collect();
         let block = Block::from(vec![Row { cells, is_done: false, warnings: Vec::new() }]);

@@ -16,7 +16,7 @@ pub(super) enum Values {
     },
 }
 
-/// The largest number of spaced values that are kept: each takes as long as a step to round.
+/// The largest number of spaced values that are kept. To round one takes as long as a step of the integration.
 const MOST_KEPT: usize = 1 << 16;
 
 impl Values {
