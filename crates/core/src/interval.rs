@@ -140,7 +140,8 @@ impl Interval {
         Self::new(lo.next_down(), hi.next_up())
     }
 
-    /// The same for a result that is not negative if no operand is.
+    /// The interval that contains all numbers which round to ends between these, for a result that is not negative if
+    /// no operand is: then it has no negative numbers.
     fn outward_from(operands: [Self; 2], lo: f64, hi: f64) -> Self {
         let is_negative = operands[0].lo < 0.0 || operands[1].lo < 0.0;
         Self::new(if is_negative { lo.next_down() } else { lo.next_down().max(0.0) }, hi.next_up())

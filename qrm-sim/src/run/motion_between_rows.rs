@@ -123,8 +123,8 @@ impl<'r> MotionBetweenRows<'r> {
     }
 
     /// The polynomials through states at Chebyshev's points with both ends; `None` if the motion is not smooth, or if
-    /// no singular position is near and they are not wanted elsewhere. The first point is the row: rounding errors of
-    /// an interpolation move no extreme away from it.
+    /// no singular position is near and they are not wanted elsewhere. The first point of a span behind a row is the
+    /// row: rounding errors of an interpolation move no extreme away from it.
     fn polynomials(&mut self, row: (&[f64], usize), [begin, end]: [f64; 2], is_wanted: bool) -> Option<Polynomials> {
         let compared = self.evaluated(row, begin + COMPARED * (end - begin))?;
         let State { t, q, qd, .. } = &compared;

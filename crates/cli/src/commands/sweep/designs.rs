@@ -34,11 +34,11 @@ pub(crate) struct Designs {
     pub(crate) estimate_error: bool,
     /// The number of designs that a core runs simultaneously.
     pub(crate) lanes: LaneCount,
-    /// What does not depend on the varied parameters.
+    /// The parts of the designs that are the same for all.
     pub(crate) common: Common,
 }
 
-/// What depends on the varied parameters, and what all designs have in common.
+/// The parts of designs that do not depend on the varied parameters.
 pub(crate) struct Common {
     /// The bounds of the steps of all designs; `None` if they depend on the varied parameters.
     step_bounds: Option<StepBounds>,
@@ -176,14 +176,9 @@ impl Designs {
         end_time: Option<f64>,
     ) -> Vec<Design> {
         let values: Vec<Vec<f64>> = numbers.iter().map(|number| self.axes.values(*number)).collect();
-        let own = self.setup.replace();
-        let replacing = |values: &Vec<f64>| {
-            let (values, own) = (values.clone(), &own);
-            move |name: &str| self.axes.value(&values, name).or_else(|| own(name))
-        };
-        let replacements: Vec<_> = values.iter().map(replacing).collect();
+        let replacing: Vec<_> = values.iter().map(|values| self.replace(values)).collect();
         let replacements: Vec<ParameterOverrides> =
-            replacements.iter().map(|replace| replace as ParameterOverrides).collect();
+            replacing.iter().map(|replace| replace as ParameterOverrides).collect();
         let scene = &self.setup.scene;
         let refused: Vec<Option<String>> = match self.common.varies_inertia {
             true => values.iter().map(|values| refusal(scene, &self.parameters(values))).collect(),
@@ -205,6 +200,8 @@ impl Designs {
             estimate_error: self.estimate_error,
         };
         let mut results = sweep(self.setup.model, &designs, &request, lanes).into_iter();
+        // They borrow the values, which the results take.
+        drop(replacing);
         let design = |(values, refused): (Vec<f64>, Option<String>)| {
             let result = refused.map_or_else(|| results.next().ok_or_else(String::new), Err);
             Design { values, result }
@@ -214,8 +211,13 @@ impl Designs {
 
     /// The values of all parameters of a design, from those that are varied.
     fn parameters(&self, values: &[f64]) -> Vec<f64> {
+        parameter_values(&self.setup.scene, self.replace(values))
+    }
+
+    /// The values of parameters that are varied or given on the command line.
+    fn replace(&self, values: &[f64]) -> impl Fn(&str) -> Option<f64> {
         let own = self.setup.replace();
-        parameter_values(&self.setup.scene, |name| self.axes.value(values, name).or_else(|| own(name)))
+        move |name| self.axes.value(values, name).or_else(|| own(name))
     }
 
     /// The reason why the steps of a design miss a change of a load with time.
