@@ -2,6 +2,7 @@
 
 mod builtins;
 mod comment;
+mod cuda;
 mod expression;
 mod function;
 mod reserved_words;
@@ -14,6 +15,7 @@ use super::lines::summary;
 use super::names::Names;
 use crate::untranslated::Untranslated;
 use comment::comment;
+pub(super) use cuda::write_cuda;
 use reserved_words::{is_header, is_keyword};
 
 /// Writes the header and the source of a program.
@@ -53,11 +55,23 @@ impl<'p> Writer<'p> {
     }
 
     fn header(&self) -> Result<String, Untranslated> {
-        let Program { name, coordinates, constraints, outputs, functions, .. } = self.program;
-        let guard = name.to_uppercase();
-        let mut text = origin() + "//\n" + &comment(&self.program.notes) + &self.named(USE);
+        let guard = self.program.name.to_uppercase();
+        let mut text = self.introduction(USE);
         text += &format!("\n#ifndef {guard}_H\n#define {guard}_H\n\n");
         text += "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n";
+        text += &self.declarations()?;
+        Ok(text + "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n")
+    }
+
+    /// The first comment of a file, with an example.
+    fn introduction(&self, example: &str) -> String {
+        origin() + "//\n" + &comment(&self.program.notes) + &self.named(example)
+    }
+
+    /// The sizes, the structs and the signatures of all functions.
+    fn declarations(&self) -> Result<String, Untranslated> {
+        let Program { name, coordinates, constraints, outputs, functions, .. } = self.program;
+        let (guard, mut text) = (name.to_uppercase(), String::new());
         for (size, count) in SIZES.into_iter().zip([coordinates, constraints, outputs]) {
             text += &format!("#define {guard}_{size} {}\n", count.len());
         }
@@ -67,16 +81,20 @@ impl<'p> Writer<'p> {
         for function in functions {
             text += &format!("\n{}{};\n", comment(summary(&function.doc)), self.signature(function)?);
         }
-        Ok(text + &self.step_header() + "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n")
+        Ok(text + &self.step_header())
     }
 
     fn source(&self) -> Result<String, Untranslated> {
-        let Program { functions, .. } = self.program;
         let stem = self.stem();
         let mut text = origin() + &format!("\n#include \"{stem}.h\"\n\n#include <float.h>\n#include <math.h>\n");
         text += self.inlining();
-        text += &builtins::helpers(self.program);
-        for function in functions {
+        Ok(text + &self.definitions()?)
+    }
+
+    /// All functions.
+    fn definitions(&self) -> Result<String, Untranslated> {
+        let mut text = builtins::helpers(self.program);
+        for function in &self.program.functions {
             text += &format!("\n{}", self.function(function, KERNEL.contains(&&*function.name))?);
         }
         Ok(text + &self.construction() + &self.step_source())

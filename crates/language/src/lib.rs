@@ -78,7 +78,7 @@ pub struct Language {
 }
 
 /// The languages of generated code.
-pub const LANGUAGES: [Language; 3] = [
+pub const LANGUAGES: [Language; 4] = [
     Language {
         name: "rust",
         title: "Rust",
@@ -95,6 +95,18 @@ pub const LANGUAGES: [Language; 3] = [
         comment: "//",
         takes_repeated_constraints: false,
         write: |code| c(&code.program()),
+        write_part: |code, name| {
+            let program = code.program();
+            code.function(&program, name).map(|function| c::write_function(&program, function)).transpose()
+        },
+    },
+    Language {
+        name: "cuda",
+        title: "CUDA",
+        doc: "CUDA, a header with the functions and steps of the C for a device",
+        comment: "//",
+        takes_repeated_constraints: false,
+        write: |code| c::write_cuda(&code.program()),
         write_part: |code, name| {
             let program = code.program();
             code.function(&program, name).map(|function| c::write_function(&program, function)).transpose()

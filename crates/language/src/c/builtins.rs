@@ -25,8 +25,8 @@ pub(super) fn function(builtin: Builtin) -> &'static str {
         Builtin::Hypot => "hypot",
         Builtin::Atan2 => "atan2",
         Builtin::Sign => "sign",
-        Builtin::Min => "min",
-        Builtin::Max => "max",
+        Builtin::Min => "minimum",
+        Builtin::Max => "maximum",
         Builtin::ValueOr => "number_or",
     }
 }
@@ -43,8 +43,8 @@ fn helper(builtin: Builtin) -> Option<&'static str> {
             "// -1, 0 or 1; what is not a number stays what it is.\n\
              static double sign(double x)\n{\n    return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x;\n}",
         ),
-        Builtin::Min => Some("static double min(double x, double y)\n{\n    return x < y || isnan(x) ? x : y;\n}"),
-        Builtin::Max => Some("static double max(double x, double y)\n{\n    return x > y || isnan(x) ? x : y;\n}"),
+        Builtin::Min => Some("static double minimum(double x, double y)\n{\n    return x < y || isnan(x) ? x : y;\n}"),
+        Builtin::Max => Some("static double maximum(double x, double y)\n{\n    return x > y || isnan(x) ? x : y;\n}"),
         Builtin::ValueOr => {
             Some("static double number_or(double x, double otherwise)\n{\n    return isnan(x) ? otherwise : x;\n}")
         }

@@ -245,8 +245,10 @@ const FUNCTIONS: [&str; 21] = [
     "hypot",
     "atan2",
     "sign",
-    "min",
     "max",
+    "maximum",
+    "min",
+    "minimum",
     "number_or",
 ];
 
