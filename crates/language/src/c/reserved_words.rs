@@ -226,7 +226,7 @@ const CONSTANTS: [&str; 13] = [
     "M_SQRT1_2",
 ];
 
-const FUNCTIONS: [&str; 21] = [
+const FUNCTIONS: [&str; 23] = [
     "sin",
     "cos",
     "tan",
