@@ -5,4 +5,4 @@ mod lanes;
 mod sweep;
 
 pub use design::{DesignResult, SweepRequest};
-pub use sweep::{LaneCount, sweep};
+pub use sweep::{Device, LaneCount, sweep, sweep_on};

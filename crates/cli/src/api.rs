@@ -14,6 +14,7 @@ mod sweep;
 
 pub use crate::commands::sweep::THREADS;
 pub use crate::error::{Error, Finding};
+pub use crate::gpu::Processor;
 pub use accuracy::{Accuracy, AccuracyOptions};
 pub use equations::EquationsOfMotion;
 pub use options::RunOptions;

@@ -8,6 +8,7 @@ mod commands;
 mod error;
 mod far_places;
 mod format;
+mod gpu;
 mod keys;
 mod live;
 mod lsp;

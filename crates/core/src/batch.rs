@@ -7,16 +7,16 @@ use alloc::vec::Vec;
 
 use crate::description::Description;
 use crate::kernel::MAX_GROWTH;
-use crate::lane_steps::BoxedLaneSteps;
-use crate::lane_steps::layout::{
+use crate::lane_layout::{
     BatchLayout, BatchRequest, CHECKPOINT_STEP, CHECKPOINTS, COORDINATE_RANGES, DEFINED, END_TIME, EVENT, LONGEST,
     MAX_STEPS, NEAR_GROWTH, QUALITY, SHORTEST, STEP, STEPS_MADE, TOLERANCE,
 };
+use crate::lane_steps::BoxedLaneSteps;
 
 /// Motions of any mechanism in any number of lanes.
 ///
 /// Each lane chooses its steps by its own tolerance.
-pub struct SimdBatch {
+pub struct Batch {
     steps: BoxedLaneSteps,
     layout: BatchLayout,
     request: BatchRequest,
@@ -39,9 +39,9 @@ pub struct LaneSchedule {
     pub max_steps: f64,
 }
 
-impl SimdBatch {
+impl Batch {
     /// A batch for this mechanism; a step counts as reliable up to this residual of the constraints.
-    pub(crate) fn new(steps: BoxedLaneSteps, mechanism: &Description, request: BatchRequest, residual: f64) -> Self {
+    pub fn new(steps: BoxedLaneSteps, mechanism: &Description, request: BatchRequest, residual: f64) -> Self {
         Self { steps, layout: BatchLayout::new(mechanism, &request), request, residual }
     }
 
@@ -67,11 +67,14 @@ impl SimdBatch {
         [0, 1].into_iter().for_each(|kind| self.set(lane, COORDINATE_RANGES + kind * n, &row[1..=n]));
     }
 
-    /// Copies the motion of a lane to another one.
-    pub fn copy(&mut self, from: usize, to: usize) {
+    /// Lets a lane rest that has no motion: it makes no steps, or those of a lane that has one.
+    pub fn rest(&mut self, lane: usize, other: usize) {
+        if self.steps.are_independent() {
+            return self.set(lane, END_TIME, &[f64::NEG_INFINITY]);
+        }
         let mut numbers = vec![0.0; self.layout.places()];
-        self.steps.read(0, from, &mut numbers);
-        self.steps.write(0, to, &numbers);
+        self.steps.read(0, other, &mut numbers);
+        self.steps.write(0, lane, &numbers);
     }
 
     /// Replaces the state of a lane.

@@ -14,7 +14,9 @@ use crate::kernel::Equations;
 #[cfg(all(feature = "simd", target_arch = "x86_64"))]
 use crate::kernel::Kernel;
 #[cfg(feature = "simd")]
-use crate::lane_steps::{BatchRequest, BoxedLaneSteps};
+use crate::lane_layout::BatchRequest;
+#[cfg(feature = "simd")]
+use crate::lane_steps::BoxedLaneSteps;
 #[cfg(all(feature = "simd", target_arch = "x86_64"))]
 use crate::lane_steps::{StepsBy, suits};
 #[cfg(all(feature = "simd", target_arch = "x86_64"))]

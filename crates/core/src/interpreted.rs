@@ -15,7 +15,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::description::Description;
 use crate::kernel::Kernel;
-use crate::lane_steps::{BatchRequest, BoxedLaneSteps};
+use crate::lane_layout::BatchRequest;
+use crate::lane_steps::BoxedLaneSteps;
 use crate::mechanism::Mechanism;
 use crate::scalar::Fused;
 use crate::tape::{Tape, TapeEvaluator};

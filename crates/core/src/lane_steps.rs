@@ -1,6 +1,5 @@
 //! Steps of one mechanism in the lanes of vectors: the part of a batch that is compiled for each scene.
 
-pub(crate) mod layout;
 mod ranges;
 mod step_control;
 
@@ -10,13 +9,11 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use layout::BatchLayout;
-pub use layout::{BatchRequest, CHECKPOINTS};
-
 use crate::angles::Angles;
 use crate::description::Description;
 use crate::kernel::Kernel;
 use crate::kernel_state::KernelState;
+use crate::lane_layout::{BatchLayout, BatchRequest};
 use crate::lanes::{Lanes, Token};
 #[cfg(target_arch = "x86_64")]
 use crate::scalar::Fused;
@@ -24,11 +21,16 @@ use crate::scalar::Scalar;
 #[cfg(target_arch = "x86_64")]
 use crate::width::Width;
 
-/// Steps in lanes, independent of the mechanism and the number of lanes. [`SimdBatch`](crate::SimdBatch), which knows
+/// Steps in lanes, independent of the mechanism and the number of lanes. [`Batch`](crate::Batch), which knows
 /// the places of the numbers, uses them.
 pub trait LaneSteps {
     /// The number of lanes.
     fn lanes(&self) -> usize;
+
+    /// Whether each lane makes steps until it needs its caller itself, whatever the others do.
+    fn are_independent(&self) -> bool {
+        false
+    }
 
     /// Reads consecutive numbers of a lane, beginning at a place of the batch.
     fn read(&self, place: usize, lane: usize, numbers: &mut [f64]);
@@ -36,7 +38,7 @@ pub trait LaneSteps {
     /// Replaces consecutive numbers of a lane, beginning at a place of the batch.
     fn write(&mut self, place: usize, lane: usize, numbers: &[f64]);
 
-    /// Makes steps in all lanes until one needs its caller: it has reached its end time or its event, its steps are too
+    /// Makes steps in all lanes until one needs its caller, or each one where lanes are independent: it has reached its end time or its event, its steps are too
     /// short, too many or unreliable, or the caller inspects each step.
     fn advance(&mut self);
 }

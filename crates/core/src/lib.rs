@@ -47,6 +47,8 @@ mod interpreted;
 mod interval;
 mod kernel;
 mod kernel_state;
+#[cfg(feature = "std")]
+pub mod lane_layout;
 #[cfg(feature = "simd")]
 mod lane_steps;
 #[cfg(feature = "simd")]
@@ -73,7 +75,7 @@ mod width;
 
 pub use angles::Angles;
 #[cfg(feature = "simd")]
-pub use batch::{LaneSchedule, SimdBatch};
+pub use batch::{Batch, LaneSchedule};
 pub use buffers::{DynamicsMut, LinearizationMut, LoopConstraintsMut, RowQuantities, StartMut, StateRef};
 pub use compiled::{Compiled, Generated, LaneStepsTable};
 #[cfg(feature = "simd")]
@@ -93,8 +95,10 @@ pub use kernel::{
     mass_matrix_from_momenta,
 };
 pub use kernel_state::{KernelState, StepResult};
+#[cfg(feature = "std")]
+pub use lane_layout::{BatchRequest, CHECKPOINTS};
 #[cfg(feature = "simd")]
-pub use lane_steps::{BatchRequest, BoxedLaneSteps, CHECKPOINTS, LaneSteps};
+pub use lane_steps::{BoxedLaneSteps, LaneSteps};
 pub use mechanism::Mechanism;
 #[cfg(feature = "simd")]
 pub use model::{Model, ParameterOverrides};

@@ -5,11 +5,11 @@ extern crate alloc;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use crate::batch::SimdBatch;
+use crate::batch::Batch;
 use crate::compiled::{Generated, LaneStepsTable};
 use crate::description::Description;
 use crate::interpreted;
-use crate::lane_steps::BatchRequest;
+use crate::lane_layout::BatchRequest;
 use crate::mechanism::Mechanism;
 use crate::named_tape::NamedTape;
 use crate::stored_tape::StoredTape;
@@ -112,7 +112,7 @@ impl Model {
     /// large for them.
     ///
     /// A step counts as reliable up to this `residual` of the constraints.
-    pub fn batch(&self, width: Width, request: BatchRequest, residual: f64) -> Option<SimdBatch> {
+    pub fn batch(&self, width: Width, request: BatchRequest, residual: f64) -> Option<Batch> {
         let steps = match self.compiled {
             Some(CompiledFunctions { lane_steps: [four, eight], .. }) => match width {
                 Width::Four => four(request, residual),
@@ -120,6 +120,6 @@ impl Model {
             },
             None => interpreted::lane_steps((self.description, self.tape()), width, request, residual),
         }?;
-        Some(SimdBatch::new(steps, self.description, request, residual))
+        Some(Batch::new(steps, self.description, request, residual))
     }
 }

@@ -5,6 +5,7 @@ mod comment;
 mod cuda;
 mod expression;
 mod function;
+mod lane_steps;
 mod reserved_words;
 mod structs;
 mod templates;
@@ -16,6 +17,7 @@ use super::names::Names;
 use crate::untranslated::Untranslated;
 use comment::comment;
 pub(super) use cuda::write_cuda;
+pub(super) use lane_steps::write_lane_steps;
 use reserved_words::{is_header, is_keyword};
 
 /// Writes the header and the source of a program.
@@ -70,18 +72,21 @@ impl<'p> Writer<'p> {
 
     /// The sizes, the structs and the signatures of all functions.
     fn declarations(&self) -> Result<String, Untranslated> {
-        let Program { name, coordinates, constraints, outputs, functions, .. } = self.program;
+        let mut text = self.sizes_and_structs();
+        text += &format!("\n// The mechanism with these parameters.\n{};\n", self.constructor());
+        for function in &self.program.functions {
+            text += &format!("\n{}{};\n", comment(summary(&function.doc)), self.signature(function)?);
+        }
+        Ok(text + &self.states() + &self.step_header())
+    }
+
+    fn sizes_and_structs(&self) -> String {
+        let Program { name, coordinates, constraints, outputs, .. } = self.program;
         let (guard, mut text) = (name.to_uppercase(), String::new());
         for (size, count) in SIZES.into_iter().zip([coordinates, constraints, outputs]) {
             text += &format!("#define {guard}_{size} {}\n", count.len());
         }
-        text += "\n// An array of no numbers has one place: C has none of size 0.\n";
-        text += &self.structs();
-        text += &format!("\n// The mechanism with these parameters.\n{};\n", self.constructor());
-        for function in functions {
-            text += &format!("\n{}{};\n", comment(summary(&function.doc)), self.signature(function)?);
-        }
-        Ok(text + &self.step_header())
+        text + "\n// An array of no numbers has one place: C has none of size 0.\n" + &self.structs()
     }
 
     fn source(&self) -> Result<String, Untranslated> {
@@ -93,11 +98,16 @@ impl<'p> Writer<'p> {
 
     /// All functions.
     fn definitions(&self) -> Result<String, Untranslated> {
+        Ok(self.functions(|_| true)? + &self.construction() + &self.step_source())
+    }
+
+    /// The functions whose names are chosen.
+    fn functions(&self, is_chosen: impl Fn(&str) -> bool) -> Result<String, Untranslated> {
         let mut text = builtins::helpers(self.program);
-        for function in &self.program.functions {
+        for function in self.program.functions.iter().filter(|function| is_chosen(&function.name)) {
             text += &format!("\n{}", self.function(function, KERNEL.contains(&&*function.name))?);
         }
-        Ok(text + &self.construction() + &self.step_source())
+        Ok(text)
     }
 
     /// The attributes that control how functions are inlined.

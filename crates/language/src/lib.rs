@@ -18,8 +18,8 @@ mod sparsity;
 mod texts;
 mod untranslated;
 
-use qrm_core::NamedTape;
-use qrm_core::named_tape;
+use qrm_core::lane_layout::BatchLayout;
+use qrm_core::{BatchRequest, NamedTape, named_tape};
 use qrm_scene::names::module_name;
 use qrm_scene::scene::Scene;
 
@@ -150,4 +150,19 @@ pub fn c(program: &Program) -> Result<Vec<File>, Untranslated> {
 /// A name cannot be expressed in MATLAB.
 pub fn matlab(program: &Program) -> Result<Vec<File>, Untranslated> {
     matlab::write(program)
+}
+
+/// Writes steps of lanes for a device, in CUDA: the function `advance(numbers, lanes)`, with the numbers of each lane at
+/// the places of the layout. Steps count as reliable up to this residual; `parameters` are the names of the parameters in
+/// the order of the layout.
+///
+/// # Errors
+/// A name cannot be expressed in C.
+pub fn lane_steps(
+    code: &Code,
+    (layout, request): (&BatchLayout, &BatchRequest),
+    residual: f64,
+    parameters: &[&str],
+) -> Result<String, Untranslated> {
+    c::write_lane_steps(&code.program(), (layout, request), residual, parameters)
 }

@@ -6,11 +6,11 @@ mod landing;
 mod result;
 
 use crate::position::{AssemblyBranch, Start};
-use qrm_core::{BatchRequest, LaneSchedule, Mechanism, Model, SimdBatch, Tape, Width};
+use qrm_core::{Batch, BatchRequest, LaneSchedule, Mechanism, Model, Tape};
 
 use super::design::{DesignResult, SweepRequest};
 use crate::event::{End, EventFunction};
-use crate::integrate::{AUTO, DOP853, StepBounds, quintic};
+use crate::integrate::{AUTO, StepBounds, quintic};
 use crate::run::{StartError, Status, check_condition, check_step, first_position};
 use crate::solve::{LoopConstraints, Projection, SingularityDistance, Solver, largest};
 use crate::state::State;
@@ -30,15 +30,15 @@ const NEAR_SINGULAR: f64 = 0.05;
 pub(super) struct LaneSweep<'a> {
     designs: &'a [Box<dyn Mechanism>],
     request: &'a SweepRequest<'a>,
-    batch: SimdBatch,
+    batch: Batch,
     /// The batch of companions, if errors are estimated.
-    companions: Option<SimdBatch>,
+    companions: Option<Batch>,
     /// The next design that waits.
     next: usize,
     /// Companions that wait.
     waiting: Vec<Lane>,
     finished: Vec<Option<DesignResult>>,
-    /// The design of each lane; `None` in lanes that follow another for want of one.
+    /// The design of each lane; `None` in lanes that rest for want of one.
     lanes: Vec<Option<Lane>>,
     /// Room for a row, for the states at both ends of a step, and for another one near its end.
     row: Vec<f64>,
@@ -101,17 +101,16 @@ impl Lane {
 }
 
 impl<'a> LaneSweep<'a> {
-    /// `None` where the processor or the mechanism has no lanes of this width, or the method makes other steps.
+    /// `None` where there are no lanes, or the method makes other steps. The last function creates batches.
     pub(super) fn new(
         model: &Model,
         designs: &'a [Box<dyn Mechanism>],
         request: &'a SweepRequest<'a>,
-        width: Width,
+        new_batch: &dyn Fn(BatchRequest, f64) -> Option<Batch>,
     ) -> Option<Self> {
         let (settings, description) = (request.settings, model.description);
         // Lanes do not know where loads have corners.
-        let is_explicit = settings.method == DOP853 || settings.method == AUTO;
-        if !is_explicit || settings.projection != Projection::default() || description.has_corners {
+        if !settings.method.has_lanes() || settings.projection != Projection::default() || description.has_corners {
             return None;
         }
         // Lanes look at outputs a few times in a step.
@@ -132,7 +131,7 @@ impl<'a> LaneSweep<'a> {
             checkpoints: request.estimate_error,
         };
         let residual = settings.projection_tolerance.residual;
-        let batch = model.batch(width, batch_request, residual)?;
+        let batch = new_batch(batch_request, residual)?;
         let plain = BatchRequest {
             watches_event: false,
             waits_each_step: false,
@@ -140,7 +139,7 @@ impl<'a> LaneSweep<'a> {
             forces: false,
             checkpoints: false,
         };
-        let companions = if request.estimate_error { Some(model.batch(width, plain, residual)?) } else { None };
+        let companions = if request.estimate_error { Some(new_batch(plain, residual)?) } else { None };
         let size = (description.coordinates.len(), description.constraints.len());
         let events = || EventFunction::new(&**designs.first()?, request.end);
         Some(Self {
@@ -186,7 +185,7 @@ impl<'a> LaneSweep<'a> {
         }
     }
 
-    /// Gives waiting designs to lanes without one; where none waits, such a lane follows another.
+    /// Gives waiting designs to lanes without one; where none waits, such a lane rests.
     fn refill(&mut self) {
         if self.lanes.iter().all(Option::is_some) {
             return;
@@ -199,7 +198,7 @@ impl<'a> LaneSweep<'a> {
         let Some(leader) = self.lanes.iter().position(Option::is_some) else { return };
         for lane in 0..self.lanes.len() {
             if self.lanes[lane].is_none() {
-                self.batch.copy(leader, lane);
+                self.batch.rest(lane, leader);
             }
         }
     }
@@ -338,7 +337,7 @@ impl<'a> LaneSweep<'a> {
     }
 
     /// Reads a state of a lane, as the batch reads it into a row.
-    fn read(&mut self, state: &mut State, read: impl FnOnce(&SimdBatch, &mut Vec<f64>)) {
+    fn read(&mut self, state: &mut State, read: impl FnOnce(&Batch, &mut Vec<f64>)) {
         read(&self.batch, &mut self.row);
         state.q.resize(self.size.0, 0.0);
         state.qd.resize(self.size.0, 0.0);

@@ -1,6 +1,6 @@
 //! A sweep: designs of a mechanism, each with its own parameters.
 
-use qrm_core::{Model, ParameterOverrides, Width};
+use qrm_core::{Batch, BatchRequest, Mechanism, Model, ParameterOverrides, Width};
 
 use super::design::{DesignResult, SweepRequest, run_alone};
 use super::lanes::LaneSweep;
@@ -16,6 +16,16 @@ pub enum LaneCount {
     One,
 }
 
+/// A processor with lanes of its own, such as a GPU.
+pub trait Device: Sync {
+    /// The number of lanes of a batch.
+    fn lanes(&self) -> usize;
+
+    /// A batch of motions, whose steps count as reliable up to this residual of the constraints; `None` if the device
+    /// cannot make it.
+    fn batch(&self, request: BatchRequest, residual: f64) -> Option<Batch>;
+}
+
 /// Runs designs, each with some parameters replaced, and returns their results in order.
 pub fn sweep(
     model: &Model,
@@ -29,7 +39,26 @@ pub fn sweep(
         LaneCount::Four => &[Width::Four],
         LaneCount::One => &[],
     };
-    match widths.iter().find_map(|width| LaneSweep::new(model, &designs, request, *width)) {
+    let in_lanes = |width: &Width| {
+        LaneSweep::new(model, &designs, request, &|of_batch, residual| model.batch(*width, of_batch, residual))
+    };
+    results(widths.iter().find_map(in_lanes), &designs, request)
+}
+
+/// Runs designs in the lanes of a device, like [`sweep`].
+pub fn sweep_on(
+    device: &dyn Device,
+    model: &Model,
+    designs: &[ParameterOverrides],
+    request: &SweepRequest,
+) -> Vec<DesignResult> {
+    let designs = model.mechanisms(designs);
+    let lanes = LaneSweep::new(model, &designs, request, &|of_batch, residual| device.batch(of_batch, residual));
+    results(lanes, &designs, request)
+}
+
+fn results(lanes: Option<LaneSweep>, designs: &[Box<dyn Mechanism>], request: &SweepRequest) -> Vec<DesignResult> {
+    match lanes {
         Some(lanes) => lanes.run(),
         None => (0..designs.len()).map(|design| run_alone(design, &*designs[design], request)).collect(),
     }

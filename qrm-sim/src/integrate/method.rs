@@ -32,6 +32,11 @@ impl Method {
     pub fn is_adaptive(&self) -> bool {
         self.formula.is_some()
     }
+
+    /// Whether sweeps make its steps in lanes.
+    pub fn has_lanes(&self) -> bool {
+        self == super::DOP853 || self == super::AUTO
+    }
 }
 
 impl PartialEq for Method {

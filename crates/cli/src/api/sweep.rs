@@ -6,6 +6,7 @@ use super::options::RunOptions;
 use super::scene::LoadedScene;
 use crate::commands::sweep::{Axes, Cell, Designs, Field, Row, THREADS, by_lanes, self_check, threads};
 use crate::error::Error;
+use crate::gpu::Processor;
 use crate::memory::has_room;
 use crate::setup::Setup;
 
@@ -24,6 +25,8 @@ pub struct SweepOptions {
     pub no_error_estimate: bool,
     /// The number of cores; all if `None`.
     pub threads: Option<u32>,
+    /// The processor that runs the designs.
+    pub device: Processor,
 }
 
 /// The table of a sweep.
@@ -64,6 +67,8 @@ impl LoadedScene {
             estimate_error: !options.no_error_estimate,
             ..Designs::new(setup, axes)?
         };
+        let count = designs.count();
+        let designs = designs.on(options.device, count)?;
         let threads = match options.threads {
             Some(asked) if !THREADS.contains(&asked.into()) => {
                 let (least, most) = (THREADS.start(), THREADS.end());
@@ -90,7 +95,8 @@ impl LoadedScene {
             Ok(agreement) => agreement.warning().map(|warning| warning.to_string()),
             Err(difference) => Some(difference.error().to_string()),
         };
-        let warnings = notes.chain(checked).collect();
+        let failure = designs.gpu_failure().map(|failure| failure.to_string());
+        let warnings = notes.chain(checked).chain(failure).collect();
         let column = |Column { name, unit, doc, .. }: Column<Field>| Column { name, unit, doc, kind: () };
         Ok(Sweep { columns: columns.into_iter().map(column).zip(values).collect(), warnings })
     }

@@ -18,6 +18,7 @@ use qrm_sim::batch::LaneCount;
 use crate::columns::write_units;
 use crate::error::{Error, Message};
 use crate::format::counted;
+use crate::gpu::Processor;
 use crate::options::{MethodOptions, SceneOptions, default_folder};
 use crate::output::print;
 use crate::progress::{Progress, watch_interrupts};
@@ -55,8 +56,11 @@ pub(crate) struct Options {
     #[arg(value_parser = clap::value_parser!(u32).range(THREADS))]
     threads: Option<u32>,
     /// How many designs a core makes at once
-    #[arg(long, value_enum, default_value_t = Lanes::Most)]
+    #[arg(long, value_enum, default_value_t = Lanes::Most, conflicts_with = "device")]
     lanes: Lanes,
+    /// The processor that runs the designs
+    #[arg(long, value_enum, default_value_t)]
+    device: Processor,
     /// The table, ending in `.csv` or `.parquet` [default: out/SCENE/sweep.csv]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -106,12 +110,14 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     }
     let units = write_units(&plan.out, &columns).map_err(Error::while_running)?;
     let checked = self_check::compare(&plan.designs, plan.range);
+    let gpu_failure = plan.designs.gpu_failure().map(|failure| format!("\n\n{}", failure.warning())).unwrap_or_default();
     print(&format!(
-        "{}: {}, {done} done, {failed} failed{}{}\n\nwrote {} (units in {})",
+        "{}: {}, {done} done, {failed} failed{}{}{}\n\nwrote {} (units in {})",
         plan.designs.setup.description.name,
         counted((done + failed) as u64, "design"),
+        plan.designs.on_gpu().map(|on| format!(", {on}")).unwrap_or_default(),
         checked.as_ref().map(ToString::to_string).unwrap_or_default(),
-        warned.text(),
+        warned.text() + &gpu_failure,
         plan.out.display(),
         units.file_name().unwrap_or_default().display()
     ));
@@ -147,7 +153,7 @@ impl<'s> Plan<'s> {
                 .help("let `--out` end in `.csv`; `qrm merge OUT.parquet PART...` writes Parquet"));
         }
         format.require()?;
-        let designs = Designs::new(setup, axes)?;
+        let designs = Designs::new(setup, axes)?.on(options.device, range.1 - range.0)?;
         designs.setup.print_notes();
         let designs = Designs {
             has_extremes: !options.no_extremes,
@@ -160,13 +166,13 @@ impl<'s> Plan<'s> {
 
     /// A line that identifies a sweep; its parts share it.
     fn identity(&self) -> String {
-        let Options { scene, how, vary, no_extremes, no_error_estimate, lanes, .. } = self.options;
+        let Options { scene, how, vary, no_extremes, no_error_estimate, lanes, device, .. } = self.options;
         // Four lanes and eight give identical results.
         let is_single = *lanes == Lanes::One;
         let MethodOptions { method: _, tolerance, max_step, projection, closure_tolerance, closure_iterations } = how;
         let name = self.designs.setup.settings.method.name;
         let how = (name, tolerance, max_step, projection, closure_tolerance, closure_iterations);
-        let asked = format!("{scene:?} {how:?} {vary:?} {no_extremes} {no_error_estimate} {is_single}");
+        let asked = format!("{scene:?} {how:?} {vary:?} {no_extremes} {no_error_estimate} {is_single} {device:?}");
         let Description { name, source, .. } = self.designs.setup.description;
         format!("{name} {} {:016x}", env!("CARGO_PKG_VERSION"), digest(source.bytes().chain(asked.bytes())))
     }

@@ -1,18 +1,12 @@
 //! The smallest and the largest values of outputs, including those inside steps.
 
 use super::StepsBy;
-use super::layout::{DEFINED, PARTS};
-use super::step_control::REJECTED;
 use crate::dop853::{DenseOutput, Dop853Step};
 use crate::kernel::Kernel;
 use crate::kernel_state::KernelState;
+use crate::lane_layout::{DEFINED, FIFTH, PARTS, REJECTED, SMOOTH};
 use crate::lanes::{Lanes, Token};
 use crate::scalar::Scalar;
-
-/// The largest ratio of fourth to second differences of a smooth output.
-const SMOOTH: f64 = 0.5;
-/// Twice the largest error of the polynomial through five values between them, as a part of the fifth difference.
-const FIFTH: f64 = 0.06;
 
 impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsBy<K, S, N, M> {
     /// Merges the ranges of the previous step into those of the motion. They stay separate for one step, so that the

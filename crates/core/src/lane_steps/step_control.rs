@@ -1,22 +1,15 @@
 //! Steps of order 8: each lane chooses its own length by its own tolerance.
 
-use super::layout::{
-    CHECKPOINT_STEP, COORDINATE_RANGES, END_TIME, EVENT, LONGEST, MAX_STEPS, QUALITY, SHORTEST, STEP, STEPS_MADE,
-    TOLERANCE,
-};
 use super::{LaneMotion, StepsBy};
 use crate::dop853::{Slopes, dop853_step};
 use crate::kernel::Kernel;
 use crate::kernel_state::KernelState;
+use crate::lane_layout::{
+    CHANGES, CHECKPOINT_STEP, COORDINATE_RANGES, END_TIME, EVENT, LONGEST, MAX_STEPS, QUALITY, REJECTED, SAFETY,
+    SHORTEST, STEP, STEPS_MADE, TOLERANCE,
+};
 use crate::lanes::{Lanes, Token};
 use crate::scalar::Scalar;
-
-/// Steps with an error above this multiple of the tolerance are repeated. A lower limit costs more than it gains.
-pub(super) const REJECTED: f64 = 4.0;
-/// The length of a step, relative to the length at which its error would equal the tolerance.
-const SAFETY: f64 = 0.8;
-/// The smallest and the largest ratio of a step's length to the previous one.
-const CHANGES: [f64; 2] = [0.3, 3.0];
 
 impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsBy<K, S, N, M> {
     /// Makes steps until some lane needs its caller: see [`LaneSteps::advance`](super::LaneSteps::advance).

@@ -17,7 +17,7 @@ pub(crate) fn write_cuda(program: &Program) -> Result<Vec<File>, Untranslated> {
 }
 
 /// A line with the qualifiers of CUDA: functions and tables begin without indentation.
-fn qualified(line: &str) -> String {
+pub(super) fn qualified(line: &str) -> String {
     let begins = |words: &[&str]| words.iter().any(|word| line.starts_with(word));
     match line.strip_prefix("static ") {
         Some(rest) if rest.starts_with("const ") => format!("TABLE {rest}"),
@@ -28,7 +28,7 @@ fn qualified(line: &str) -> String {
 }
 
 /// The qualifiers of functions and tables. The run-time compiler of CUDA has no headers of the host.
-const QUALIFIERS: &str = "
+pub(super) const QUALIFIERS: &str = "
 #if defined(__CUDACC__) || defined(__CUDACC_RTC__)
 #define DEVICE static __device__
 #define TABLE static __constant__

@@ -1,17 +1,21 @@
 //! Templates of the steps of a motion, identical for all mechanisms except for names and sizes.
 
-use qrm_core::dop853::{ERROR_3, ERROR_5, NODES, ROWS, Row};
+use qrm_core::dop853::{DENSE, ERROR_3, ERROR_5, NODES, ROWS, Row};
 
 use super::Writer;
 use crate::constants::substitute;
 use crate::ir::StructKind;
 
+/// States and ends of steps.
+const STATES: &str = include_str!("templates/states.h");
 /// The declarations of the steps for other source files.
 const HEADER: &str = include_str!("templates/steps.h");
 /// The sizes of arrays.
 const SIZES: &str = "\nenum { N = SCENE_COORDINATES, M = SCENE_CONSTRAINTS };\n";
-/// States and their projection.
+/// The projection of the end of a step.
 const PROJECTION: &str = include_str!("templates/projection.c");
+/// States, completed and projected.
+const COMPLETE: &str = include_str!("templates/states.c");
 /// Sines and cosines that are updated by turns.
 const ANGLES: &str = include_str!("templates/angles.c");
 /// The mass matrix from the momenta of a large tree.
@@ -22,12 +26,23 @@ const SADDLE_POINT: &str = include_str!("templates/saddle_point.c");
 const INITIAL: &str = include_str!("templates/initial.c");
 /// The step of the Runge-Kutta method of order 4.
 const RK4: &str = include_str!("templates/rk4.c");
-/// The step of order 8.
+/// The parts of the step of order 8.
 const DOP853: &str = include_str!("templates/dop853.c");
+/// The step of order 8.
+const DOP853_STEP: &str = include_str!("templates/dop853_step.c");
+/// The kernel without the equations of motion for positions that it does not suit.
+const KERNEL_ALONE: &str = include_str!("templates/kernel_alone.c");
+/// The steps of lanes.
+const LANE_STEPS: &str = include_str!("templates/lane_steps.c");
 /// The number of stages of the step of order 8.
 const STAGES: usize = 12;
 
 impl Writer<'_> {
+    /// States and ends of steps.
+    pub(super) fn states(&self) -> String {
+        self.named(STATES)
+    }
+
     /// The declarations of the steps.
     pub(super) fn step_header(&self) -> String {
         self.named(HEADER)
@@ -35,16 +50,34 @@ impl Writer<'_> {
 
     /// The functions of the steps.
     pub(super) fn step_source(&self) -> String {
-        let rows = |rows: &[Row]| list(rows.iter().map(|row| weights(row)), ",\n    ");
-        let booleans = |booleans: &[bool]| list(booleans.iter().map(|boolean| u8::from(*boolean).to_string()), ", ");
-        let dop853 = DOP853
-            .replace("NUMBERS_OF_NODES", &list(NODES[..STAGES].iter().map(|node| format!("{node:?}")), ", "))
-            .replace("NUMBERS_OF_ROWS", &rows(&ROWS[..=STAGES]))
-            .replace("NUMBERS_OF_ERRORS", &rows(&[ERROR_5, ERROR_3]))
-            .replace("NUMBERS_OF_LENGTHS", &booleans(&self.program.is_length));
-        let angles = ANGLES.replace("NUMBERS_OF_ANGLES", &booleans(&self.program.has_angle));
         let mass_matrix = if self.program.function("momenta").is_some() { MASS_MATRIX } else { "" };
-        self.named(&[SIZES, &angles, mass_matrix, SADDLE_POINT, PROJECTION, INITIAL, RK4, &dop853].concat())
+        let (angles, dop853) = (self.angles(), self.dop853(STAGES));
+        let parts =
+            [SIZES, &angles, mass_matrix, SADDLE_POINT, PROJECTION, COMPLETE, INITIAL, RK4, &dop853, DOP853_STEP];
+        self.named(&parts.concat())
+    }
+
+    /// The functions of the steps of lanes.
+    pub(super) fn lane_source(&self) -> String {
+        let dense = rows(&DENSE, ROWS.len());
+        let lane_steps = LANE_STEPS.replace("NUMBERS_OF_DENSE", &dense);
+        self.named(&[SIZES, &self.angles(), KERNEL_ALONE, PROJECTION, &self.dop853(ROWS.len()), &lane_steps].concat())
+    }
+
+    fn angles(&self) -> String {
+        ANGLES.replace("NUMBERS_OF_ANGLES", &booleans(&self.program.has_angle))
+    }
+
+    /// The parts of the step of order 8, with this number of slopes: more than its stages for the dense output.
+    fn dop853(&self, slopes: usize) -> String {
+        let count = ROWS.len().min(slopes + 1);
+        DOP853
+            .replace("COUNT_OF_SLOPES", &slopes.to_string())
+            .replace("COUNT_OF_ROWS", &count.to_string())
+            .replace("NUMBERS_OF_NODES", &list(NODES[..slopes].iter().map(|node| format!("{node:?}")), ", "))
+            .replace("NUMBERS_OF_ROWS", &rows(&ROWS[..count], slopes))
+            .replace("NUMBERS_OF_ERRORS", &rows(&[ERROR_5, ERROR_3], slopes))
+            .replace("NUMBERS_OF_LENGTHS", &booleans(&self.program.is_length))
     }
 
     /// Fills in the constants of the projection and the names of the program.
@@ -57,11 +90,18 @@ impl Writer<'_> {
     }
 }
 
-/// The weights of all stages.
-fn weights(row: Row) -> String {
-    let mut weights = [0.0; STAGES];
-    row.iter().for_each(|&(stage, weight)| weights[stage] = weight);
-    list(weights.iter().map(|weight| format!("{weight:?}")), ", ")
+/// Rows of weights of this number of slopes.
+fn rows(rows: &[Row], slopes: usize) -> String {
+    let weights = |row: &Row| {
+        let mut weights = vec![0.0; slopes];
+        row.iter().for_each(|&(slope, weight)| weights[slope] = weight);
+        list(weights.iter().map(|weight| format!("{weight:?}")), ", ")
+    };
+    list(rows.iter().map(weights), ",\n    ")
+}
+
+fn booleans(booleans: &[bool]) -> String {
+    list(booleans.iter().map(|boolean| u8::from(*boolean).to_string()), ", ")
 }
 
 fn list(items: impl Iterator<Item = String>, separator: &str) -> String {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
 
@@ -10,14 +10,16 @@ use qrm_core::ParameterOverrides;
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::scene::{Scene, Value};
 use qrm_scene::time_scales::{parameters_of_time_scales, time_scales};
-use qrm_sim::batch::{DesignResult, LaneCount, SweepRequest, sweep};
+use qrm_sim::batch::{DesignResult, Device, LaneCount, SweepRequest, sweep, sweep_on};
 use qrm_sim::columns::Column;
 use qrm_sim::integrate::{DOP853, MethodSettings, StepBounds};
 use qrm_sim::run::End;
 
 use super::axes::Axes;
 use super::rows::{self, Field, Row};
-use crate::error::Error;
+use crate::error::{Error, Message};
+use crate::format::counted;
+use crate::gpu::{self, Gpu, Processor};
 use crate::options::MethodOptions;
 use crate::progress::interrupted;
 use crate::regular_forms::DesignSpace;
@@ -34,6 +36,10 @@ pub(crate) struct Designs {
     pub(crate) estimate_error: bool,
     /// The number of designs that a core runs simultaneously.
     pub(crate) lanes: LaneCount,
+    /// The GPU, if one runs them.
+    pub(crate) gpu: Option<Box<dyn Gpu>>,
+    /// The number of designs that left the GPU for runs of their own.
+    pub(crate) alone: AtomicU64,
     /// The parts of the designs that are the same for all.
     pub(crate) common: Common,
 }
@@ -54,7 +60,7 @@ pub(super) struct Design {
     pub(super) result: Result<DesignResult, String>,
 }
 
-/// The number of designs per work item of a core.
+/// The number of designs per work item of a core, without a GPU.
 const BLOCK: usize = 256;
 
 /// The interval between two checks for interrupts.
@@ -93,7 +99,39 @@ impl Designs {
             range: &|name| axes.range(name),
         })?;
         let common = Common::new(&setup, &axes);
-        Ok(Self { setup, axes, has_extremes: true, estimate_error: true, lanes: LaneCount::Most, common })
+        Ok(Self {
+            setup,
+            axes,
+            has_extremes: true,
+            estimate_error: true,
+            lanes: LaneCount::Most,
+            gpu: None,
+            alone: AtomicU64::new(0),
+            common,
+        })
+    }
+
+    /// Lets a processor run the designs, up to this number at a time.
+    pub(crate) fn on(self, processor: Processor, designs: usize) -> Result<Self, Error> {
+        let gpu = match processor {
+            Processor::Cpu => None,
+            Processor::Gpu => Some(gpu::find(&self.setup, designs)?),
+        };
+        Ok(Self { gpu, ..self })
+    }
+
+    /// The GPU that ran designs, and the number of those that left it.
+    pub(crate) fn on_gpu(&self) -> Option<String> {
+        let alone = match self.alone.load(Ordering::Relaxed) {
+            0 => String::new(),
+            count => format!("; {} on the cores", counted(count, "design")),
+        };
+        Some(format!("on {}{alone}", self.gpu.as_ref()?.name()))
+    }
+
+    /// A warning that the GPU failed.
+    pub(crate) fn gpu_failure(&self) -> Option<Message> {
+        self.gpu.as_ref()?.failure()
     }
 
     /// The number of designs.
@@ -116,6 +154,7 @@ impl Designs {
         mut take: impl FnMut(T) -> Result<(), Error>,
     ) -> Result<usize, Error> {
         let next = AtomicUsize::new(begin);
+        let block = self.gpu.as_ref().map_or(BLOCK, |gpu| gpu.lanes());
         let mut taken = Ok(begin);
         std::thread::scope(|scope| {
             let (sender, receiver) = mpsc::sync_channel(4 * threads);
@@ -123,8 +162,8 @@ impl Designs {
                 let (sender, next, convert) = (sender.clone(), &next, &convert);
                 scope.spawn(move || {
                     loop {
-                        let from = next.fetch_add(BLOCK, Ordering::Relaxed);
-                        let to = end.min(from.saturating_add(BLOCK));
+                        let from = next.fetch_add(block, Ordering::Relaxed);
+                        let to = end.min(from.saturating_add(block));
                         if from >= to || sender.send((from, to, convert(self.rows(from, to)))).is_err() {
                             break;
                         }
@@ -160,6 +199,7 @@ impl Designs {
         let row = |(number, design): (&usize, Design)| match &design.result {
             Err(reason) => rows::refused(&columns, *number, &design.values, reason),
             Ok(result) => {
+                self.alone.fetch_add(u64::from(result.is_alone), Ordering::Relaxed);
                 let passed_over = self.passed_over(&design.values, result.end_time);
                 rows::row(&columns, &self.setup, *number, &design.values, result, passed_over)
             }
@@ -199,7 +239,14 @@ impl Designs {
             extremes: self.has_extremes,
             estimate_error: self.estimate_error,
         };
-        let mut results = sweep(self.setup.model, &designs, &request, lanes).into_iter();
+        let results = match self.gpu.as_ref().filter(|_| lanes == LaneCount::Most) {
+            Some(gpu) => {
+                let device: &dyn Device = &**gpu;
+                sweep_on(device, self.setup.model, &designs, &request)
+            }
+            None => sweep(self.setup.model, &designs, &request, lanes),
+        };
+        let mut results = results.into_iter();
         // They borrow the values, which the results take.
         drop(replacing);
         let design = |(values, refused): (Vec<f64>, Option<String>)| {

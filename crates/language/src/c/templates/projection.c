@@ -70,14 +70,6 @@ static INLINE void project_rates(const struct scene *m, int is_suited, const str
     }
 }
 
-void scene_complete(const struct scene *m, double t, struct scene_state *state)
-{
-    struct scene_position position;
-    scene_angles(state->q, &state->angles);
-    scene_position(m, t, state->q, &state->angles, &position);
-    accelerate(m, suits(m, &position), &position, t, state->q, state->qd, &state->angles, state->qdd, state->multipliers);
-}
-
 // Corrects the coordinates at the end of a step for the first time, by Jacobian and mass matrix at a position nearby;
 // `increment` is their change in the step.
 static INLINE void correct_first(const struct scene *m, int is_suited, double t, const struct scene_position *near,
@@ -116,21 +108,4 @@ static INLINE void finish(const struct scene *m, double t, struct scene_step *st
     step->residual = largest(residuals, M);
     // Rounding errors of turns would add up.
     compute_angles(end->q, &end->angles);
-}
-
-int scene_project(const struct scene *m, double t, double tolerance, struct scene_state *state)
-{
-    struct scene_step step = {.end = *state};
-    scene_angles(state->q, &step.end.angles);
-    finish(m, t, &step);
-    if (!scene_is_good(&step, tolerance)) {
-        return 0;
-    }
-    *state = step.end;
-    return 1;
-}
-
-int scene_is_good(const struct scene_step *step, double tolerance)
-{
-    return step->residual <= tolerance && is_finite(&step->end);
 }

@@ -1,0 +1,52 @@
+//! Designs in the lanes of a GPU, in programs with the feature `gpu`.
+
+#[cfg(feature = "gpu")]
+mod cuda;
+#[cfg(feature = "gpu")]
+mod lane_steps;
+
+use clap::ValueEnum;
+use qrm_sim::batch::Device;
+
+use crate::error::{Error, Message};
+use crate::setup::Setup;
+
+/// The processor that runs the designs of a sweep.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Processor {
+    /// The cores of this machine
+    #[default]
+    Cpu,
+    /// A GPU with CUDA; the cores take designs that need a closer look
+    Gpu,
+}
+
+/// A GPU that runs the designs of a scene.
+pub(crate) trait Gpu: Device {
+    /// The name of the GPU.
+    fn name(&self) -> &str;
+
+    /// A warning that the GPU failed, so that the processor did its work.
+    fn failure(&self) -> Option<Message>;
+}
+
+/// Finds a GPU for the designs of a scene, up to this number at a time.
+pub(crate) fn find(setup: &Setup, designs: usize) -> Result<Box<dyn Gpu>, Error> {
+    if !setup.settings.method.has_lanes() {
+        let name = setup.settings.method.name;
+        return Err(Error::usage(format!("a GPU makes no steps of the method `{name}`"))
+            .help("leave out `--method`, or `--device`"));
+    }
+    open(setup, designs)
+}
+
+#[cfg(feature = "gpu")]
+fn open(setup: &Setup, designs: usize) -> Result<Box<dyn Gpu>, Error> {
+    Ok(Box::new(cuda::CudaGpu::open(setup, designs)?))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn open(_: &Setup, _: usize) -> Result<Box<dyn Gpu>, Error> {
+    Err(Error::usage("this program was built without GPUs")
+        .help("build it with the feature `gpu` (`cargo install --path . --features gpu`)"))
+}

@@ -1,0 +1,146 @@
+//! A GPU with CUDA.
+
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use cudarc::driver::{CudaContext, CudaFunction, sys};
+use cudarc::nvrtc::{self, CompileError};
+use qrm_core::lane_layout::BatchLayout;
+use qrm_core::{Batch, BatchRequest, Model};
+use qrm_language::{Code, lane_steps};
+use qrm_scene::scene::Scene;
+use qrm_sim::batch::Device;
+
+use super::Gpu;
+use super::lane_steps::{Buffers, CudaLaneSteps};
+use crate::error::{Error, Message};
+use crate::setup::Setup;
+
+/// The largest number of lanes of a batch: enough to occupy a GPU with the batches of a few cores.
+const LANES: usize = 16384;
+
+/// A GPU, and the compiled steps of one scene.
+pub(super) struct CudaGpu {
+    context: Arc<CudaContext>,
+    name: String,
+    lanes: usize,
+    model: &'static Model,
+    scene: Arc<Scene>,
+    path: String,
+    kernels: Mutex<Vec<Kernel>>,
+    /// Buffers that no batch uses.
+    pub(super) free: Arc<Mutex<Vec<Buffers>>>,
+    /// The first error.
+    failure: Arc<OnceLock<String>>,
+}
+
+/// Compiled steps.
+struct Kernel {
+    request: BatchRequest,
+    residual: f64,
+    function: CudaFunction,
+}
+
+impl CudaGpu {
+    /// Opens the first GPU.
+    pub(super) fn open(setup: &Setup, designs: usize) -> Result<Self, Error> {
+        // SAFETY: loading the libraries runs their initialisers, which need nothing.
+        #[expect(unsafe_code, reason = "libraries of the driver")]
+        let [driver, compiler] = unsafe { [sys::is_culib_present(), nvrtc::sys::is_culib_present()] };
+        if !driver {
+            return Err(no_gpu("no CUDA driver is installed (`libcuda`)"));
+        }
+        if !compiler {
+            return Err(no_gpu("the run-time compiler of CUDA is not installed (`libnvrtc`)"));
+        }
+        let context = CudaContext::new(0).map_err(|error| no_gpu(&format!("the CUDA driver says: {error}")))?;
+        let name = context.name().map_err(|error| no_gpu(&format!("the CUDA driver says: {error}")))?;
+        Ok(Self {
+            context,
+            name,
+            lanes: designs.clamp(1, LANES),
+            model: setup.model,
+            scene: Arc::clone(&setup.scene),
+            path: setup.path.clone(),
+            kernels: Mutex::default(),
+            free: Arc::default(),
+            failure: Arc::default(),
+        })
+    }
+
+    /// The compiled steps for these requests.
+    fn kernel(&self, request: BatchRequest, residual: f64) -> Result<CudaFunction, String> {
+        let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kernel) = kernels.iter().find(|kernel| kernel.request == request && kernel.residual == residual) {
+            return Ok(kernel.function.clone());
+        }
+        let (description, tape) = (self.model.description, self.model.named_tape());
+        let code = Code { path: &self.path, scene: &self.scene, source: description.source, tape };
+        let layout = BatchLayout::new(description, &request);
+        let parameters: Vec<&str> = description.parameters.iter().map(|parameter| parameter.name).collect();
+        let text = lane_steps(&code, (&layout, &request), residual, &parameters)
+            .map_err(|error| format!("the scene cannot be written in CUDA: {error}"))?;
+        let options = nvrtc::CompileOptions { options: vec!["--std=c++17".to_owned()], ..Default::default() };
+        let compiled = nvrtc::compile_ptx_with_opts(text, options).map_err(|error| match error {
+            CompileError::CompileError { log, .. } => format!("the steps do not compile: {}", log.to_string_lossy()),
+            other => format!("the run-time compiler says: {other}"),
+        })?;
+        let module = self.context.load_module(compiled).map_err(|error| format!("the driver says: {error}"))?;
+        let function = module.load_function("advance").map_err(|error| format!("the driver says: {error}"))?;
+        kernels.push(Kernel { request, residual, function: function.clone() });
+        Ok(function)
+    }
+
+    fn try_batch(&self, request: BatchRequest, residual: f64) -> Result<Batch, String> {
+        let description = self.model.description;
+        let places = BatchLayout::new(description, &request).places();
+        let buffers = self.buffers(places)?;
+        let steps = CudaLaneSteps {
+            kernel: self.kernel(request, residual)?,
+            places,
+            lanes: self.lanes,
+            buffers: Some(buffers),
+            free: Arc::clone(&self.free),
+            failure: Arc::clone(&self.failure),
+        };
+        Ok(Batch::new(Box::new(steps), description, request, residual))
+    }
+
+    /// Buffers for lanes with this number of places.
+    fn buffers(&self, places: usize) -> Result<Buffers, String> {
+        let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
+        let length = places * self.lanes;
+        match free.iter().position(|buffers| buffers.numbers.len() == length) {
+            Some(place) => Ok(free.swap_remove(place)),
+            None => Buffers::new(&self.context, length).map_err(|error| format!("the driver says: {error}")),
+        }
+    }
+}
+
+impl Device for CudaGpu {
+    fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    fn batch(&self, request: BatchRequest, residual: f64) -> Option<Batch> {
+        if self.failure.get().is_some() {
+            return None;
+        }
+        self.try_batch(request, residual).map_err(|reason| self.failure.set(reason)).ok()
+    }
+}
+
+impl Gpu for CudaGpu {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn failure(&self) -> Option<Message> {
+        let reason = self.failure.get()?;
+        let text = format!("the GPU failed, and the cores ran the designs: {reason}");
+        Some(Message::new(text).help("the numbers are those of a sweep without `--device gpu`"))
+    }
+}
+
+fn no_gpu(reason: &str) -> Error {
+    Error::usage(format!("there is no GPU with CUDA: {reason}")).help("leave out `--device gpu`")
+}
