@@ -1,4 +1,4 @@
-//! Motions in C and MATLAB, compiled and run by Octave: they show what `qrm run` writes.
+//! Motions in C, CUDA and MATLAB, compiled, or run by Octave: they show what `qrm run` writes.
 
 use std::fs;
 use std::path::Path;
@@ -251,6 +251,53 @@ fn large_trees_have_full_matrices_in_matlab() {
     let (_scenes, scene) = chain();
     for row in rows(&scene, CHAIN) {
         assert!((row[0] - row[1]).abs() < 1e-9 * row[0].abs().max(1.0) && row[2].abs() < 1e-14, "{row:?}");
+    }
+}
+
+/// Prints a motion of the quick-return by steps of both methods.
+const CUDA_MAIN: &str = r#"
+#include "quick_return.cuh"
+#include <stdio.h>
+
+int main()
+{
+    struct quick_return_parameters parameters;
+    struct quick_return mechanism;
+    struct quick_return_step step;
+    quick_return_default_parameters(&parameters);
+    quick_return_new(&parameters, &mechanism);
+    if (!quick_return_initial_state(&mechanism, &step.end)) {
+        return 1;
+    }
+    for (int i = 0; i <= 100; i++) {
+        printf("%.17g %.17g %.17g %.17g\n", i * 1e-3, step.end.q[0], step.end.q[1], step.end.q[2]);
+        if (i % 2) {
+            quick_return_rk4_step(&mechanism, i * 1e-3, 1e-3, &step.end, &step);
+        } else {
+            quick_return_dop853_step(&mechanism, i * 1e-3, 1e-3, 1e-9, &step.end, &step);
+        }
+    }
+    return 0;
+}
+"#;
+
+/// Without a device, the header is compiled as C++; where there is a compiler of CUDA, by that too.
+#[test]
+#[ignore = "full tier: languages"]
+fn the_header_in_cuda_gives_the_motion() {
+    let folder = code("quick-return", "cuda");
+    fs::write(folder.path().join("main.cpp"), CUDA_MAIN).expect("written");
+    let wanted = run(&["quick-return", "--step", "1e-3", "--end-time", "0.1"]).trajectory();
+    for compiler in ["g++", "clang++"] {
+        let options = ["-std=c++17", "-O1", "-Wno-unused-function", "-o", "motion", "main.cpp"];
+        compile(compiler, &options, folder.path());
+        let output = Command::new(folder.path().join("motion")).output().expect("it starts");
+        compare(&rows_of(&String::from_utf8_lossy(&output.stdout)), &wanted, &["t", "phi2", "phi4", "phi5"]);
+    }
+    if Command::new("nvcc").arg("--version").output().is_ok_and(|output| output.status.success()) {
+        let options = ["-x", "cu", "-Werror", "all-warnings", "-c", "main.cpp", "-o", "motion.o"];
+        let output = Command::new("nvcc").args(options).current_dir(folder.path()).output().expect("nvcc");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
 }
 

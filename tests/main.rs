@@ -26,6 +26,7 @@ mod force_elements;
 mod formulae;
 mod friction;
 mod gauss;
+mod gpu;
 mod import;
 mod inverse;
 mod kernel;

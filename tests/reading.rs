@@ -131,7 +131,7 @@ fn unknown_parts_are_errors() {
     assert_eq!(output.status.code(), Some(2));
     assert!(error.contains("has no part `com_jacobien`") && error.contains("did you mean `com_jacobian`?"), "{error}");
     // The end of a function's name is not a function.
-    for language in ["rust", "c", "matlab"] {
+    for language in ["rust", "c", "cuda", "matlab"] {
         let output = qrm(&["code", "quick-return", "jacobian", "--language", language]).output().expect("it starts");
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(error.contains("has no part `jacobian`"), "{language}: {error}");

@@ -3,7 +3,7 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString};
-use qrm_cli::api::{SweepOptions, THREADS, Values};
+use qrm_cli::api::{Processor, SweepOptions, THREADS, Values};
 
 use crate::error::exception;
 use crate::interrupt::detached;
@@ -16,7 +16,7 @@ type Column<'py> = (String, String, String, Bound<'py, PyAny>);
 #[pymethods]
 impl Scene {
     /// Runs many designs.
-    #[pyo3(signature = (asked, vary, is_paired, extremes, estimate_error, threads))]
+    #[pyo3(signature = (asked, vary, is_paired, extremes, estimate_error, threads, device))]
     #[expect(clippy::too_many_arguments, reason = "arguments of Python")]
     fn sweep<'py>(
         &self,
@@ -27,7 +27,9 @@ impl Scene {
         extremes: bool,
         estimate_error: bool,
         threads: Option<Bound<'py, PyAny>>,
+        device: &str,
     ) -> PyResult<(Vec<Column<'py>>, Vec<String>)> {
+        let device = Processor::named(device).map_err(|error| exception(py, &error))?;
         let asked = SweepOptions {
             run: options(asked)?,
             vary,
@@ -35,6 +37,7 @@ impl Scene {
             no_extremes: !extremes,
             no_error_estimate: !estimate_error,
             threads: threads.map(|threads| whole("threads", &threads, THREADS)).transpose()?,
+            device,
         };
         let sweep = detached(py, || self.loaded.sweep(&asked))?.map_err(|error| exception(py, &error))?;
         let columns = sweep

@@ -21,6 +21,14 @@ pub enum Processor {
     Gpu,
 }
 
+impl Processor {
+    /// The processor of this name.
+    pub fn named(name: &str) -> Result<Self, Error> {
+        <Self as ValueEnum>::from_str(name, false)
+            .map_err(|_| Error::usage(format!("there is no device `{name}`")).help("choose `cpu` or `gpu`"))
+    }
+}
+
 /// A GPU that runs the designs of a scene.
 pub(crate) trait Gpu: Device {
     /// The name of the GPU.

@@ -38,6 +38,7 @@ class Scene:
         extremes: bool,
         estimate_error: bool,
         threads: int | None,
+        device: str,
     ) -> tuple[list[tuple[str, str, str, Any]], list[str]]: ...
     def sensitivity(
         self,

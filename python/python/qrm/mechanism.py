@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from functools import cached_property
 from os import PathLike, fsdecode
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -180,6 +180,7 @@ class Mechanism:
         extremes: bool = True,
         estimate_error: bool = True,
         threads: int | None = None,
+        device: Literal["cpu", "gpu"] = "cpu",
         **values: Any,
     ) -> SweepTable:
         """Runs many designs on all cores, as `qrm sweep` does, and returns a structured array with a row for each.
@@ -194,6 +195,7 @@ class Mechanism:
         extremes : whether the columns `NAME_min` and `NAME_max` of the outputs are computed.
         estimate_error : whether the error of each design is estimated.
         threads : how many cores to use; all by default.
+        device : the processor that runs the designs: `"cpu"`, or `"gpu"` for the first GPU with CUDA.
         **values : values of parameters, and `step`, `end_time`, `until`, `max_step` and the options of the method as in
             `run`; the method is `"dop853"` by default.
 
@@ -208,6 +210,7 @@ class Mechanism:
             extremes=extremes,
             estimate_error=estimate_error,
             threads=threads,
+            device=device,
         )
 
     def sensitivity(

@@ -61,6 +61,7 @@ def sweep(
     extremes: bool,
     estimate_error: bool,
     threads: int | None,
+    device: str,
 ) -> SweepTable:
     """Runs designs and makes a table of them; see `Mechanism.sweep`."""
     options = split(arguments)
@@ -70,7 +71,7 @@ def sweep(
     vary = [(name, _numbers(name, values)) for name, values in varied.items()]
     if not vary:
         raise TypeError("a sweep varies at least one parameter: give it several values, as O2A=[0.2, 0.25]")
-    columns, notes = scene.sweep(options, vary, paired, extremes, estimate_error, threads)
+    columns, notes = scene.sweep(options, vary, paired, extremes, estimate_error, threads, device)
     for note in notes:
         warnings.warn(note, RunWarning, stacklevel=3)
     return _table(columns)

@@ -16,8 +16,9 @@ mod worst_case;
 
 use qrm_core::Model;
 
-use super::sweep::{by_lanes, threads};
+use super::sweep::by_lanes;
 use crate::error::Error;
+use crate::memory::has_room;
 use crate::output::{check_target, print, save, save_json};
 use crate::setup::Setup;
 use derivatives::Derived;
@@ -51,8 +52,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     [&json, &picture, &csv].into_iter().try_for_each(|path| check_target(path))?;
 
     let derived = derivatives::find(&nominal, &parameters, &options.of)?;
+    check_memory(parameters.len() + derived.len(), options.samples as usize)?;
     let columns: Vec<&str> = derived.iter().map(|derived| derived.name.as_str()).collect();
-    let mut motions = Motions::new(setup, &parameters, &columns, threads(options.threads))?;
+    let mut motions = Motions::new(setup, &parameters, &columns, options)?;
     let scene = nominal.description.name;
     let resolution = nominal.settings.tolerance().map_or(RESOLUTION, |tolerance| tolerance.max(RESOLUTION));
     let nominal = nominal::run(&nominal, &motions.fields())?;
@@ -84,6 +86,16 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         written.push(csv);
     }
     let written: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
-    print(&format!("{}\nwrote {}", table::text(&report), written.join(", ")));
+    print(&format!("{}\n{}wrote {}", table::text(&report), motions.on_gpu(), written.join(", ")));
     Ok(())
+}
+
+/// Refuses samples that exceed the memory of the machine.
+fn check_memory(columns: usize, samples: usize) -> Result<(), Error> {
+    let bytes = samples.saturating_mul(columns).saturating_mul(8);
+    if has_room(bytes) {
+        return Ok(());
+    }
+    let text = format!("{samples} samples of {columns} columns need {:.0} GB of memory", bytes as f64 / 1e9);
+    Err(Error::usage(text).help("choose fewer `--samples`"))
 }

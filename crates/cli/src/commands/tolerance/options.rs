@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
+use crate::gpu::Processor;
 use crate::options::{MethodOptions, OutFolder, SceneOptions};
 
 #[derive(Args)]
@@ -20,7 +21,7 @@ pub(crate) struct Options {
     pub(super) of: Vec<String>,
     /// Number of Monte Carlo samples
     #[arg(long, value_name = "N", default_value_t = 10_000)]
-    #[arg(value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
+    #[arg(value_parser = clap::value_parser!(u32).range(100..=100_000_000))]
     pub(super) samples: u32,
     /// How parameters vary within their tolerances
     #[arg(long, value_enum, default_value_t = Distribution::Normal)]
@@ -35,6 +36,9 @@ pub(crate) struct Options {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(super) threads: Option<u32>,
+    /// The processor that runs the samples
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) device: Processor,
     #[command(flatten)]
     pub(super) out: OutFolder,
 }
