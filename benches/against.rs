@@ -1,5 +1,5 @@
 //! The integration of two crank revolutions, in one run and in sweeps of many designs on one core, against a program in
-//! C that does the same by hand.
+//! C that does the same by hand; and the commands `qrm run` and `qrm sweep`, as whole processes, against these parts.
 //!
 //! `cargo bench --bench against`; the C program is compiled where there is a C compiler. `-- PROGRAM [ARGUMENTS]` takes
 //! another program instead, which prints `ns_per_step best B median M ...`.
@@ -51,6 +51,46 @@ const SWEEP: [(&str, Measure); 8] = [
     ("sweep to 1e-9, four lanes, with both", |_| designs(LaneCount::Four, 1e-9, true, true)),
 ];
 
+/// Commands: the measured part that each belongs to, its arguments, and the number of designs; none for the time of a step
+/// that the command itself prints.
+const COMMANDS: [(&str, usize, &[&str], Option<usize>); 3] = [
+    (
+        "`qrm run`, 200 000 steps, as it prints",
+        0,
+        &["run", "quick-return", "--step", "8.8e-6", "--every", "1000000", "--no-error-estimate", "--no-figures"],
+        None,
+    ),
+    (
+        "`qrm sweep`, 65 536 designs, end states",
+        RUN.len(),
+        &["sweep", "quick-return", "--vary", "O2A=0.15:0.25:65536", "--no-extremes", "--no-error-estimate"],
+        Some(65536),
+    ),
+    (
+        "`qrm sweep`, 16 384 designs, with both",
+        RUN.len() + 6,
+        &["sweep", "quick-return", "--vary", "O2A=0.15:0.25:16384"],
+        Some(16384),
+    ),
+];
+
+/// The time of a command on one core: nanoseconds a step, or microseconds a design.
+fn command((_, _, arguments, designs): (&str, usize, &[&str], Option<usize>)) -> Option<f64> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("command");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_qrm"));
+    command.args(arguments).arg("--out");
+    let Some(designs) = designs else {
+        let output = command.arg(folder).output().ok()?;
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let words: Vec<&str> = text.split_whitespace().collect();
+        return words.windows(3).find(|words| words[1..] == ["ns", "a"])?[0].parse().ok();
+    };
+    command.arg(folder.with_extension("csv")).args(["--threads", "1"]);
+    let begun = Instant::now();
+    command.output().ok().filter(|output| output.status.success())?;
+    Some(begun.elapsed().as_secs_f64() * 1e6 / designs as f64)
+}
+
 /// The median of whole runs.
 fn one(mechanism: &dyn Mechanism, runs: usize) -> (f64, f64) {
     let request = Request::default();
@@ -100,16 +140,18 @@ fn main() -> ExitCode {
     let given: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
     let program = if given.is_empty() { compiled() } else { Some(given) };
     let ours: Vec<(&str, Measure)> = RUN.into_iter().chain(SWEEP).collect();
-    let count = ours.len() + usize::from(program.is_some());
-    let times = measure::in_turn(count, |i| match (ours.get(i), &program) {
-        (Some((_, measure)), _) => {
+    let first = ours.len() + COMMANDS.len();
+    let count = first + usize::from(program.is_some());
+    let times = measure::in_turn(count, |i| match (ours.get(i), COMMANDS.get(i.wrapping_sub(ours.len())), &program) {
+        (Some((_, measure)), ..) => {
             let (time, steps) = measure(RUNS);
             time / steps
         }
-        (None, Some(program)) => theirs(program).unwrap_or(f64::NAN),
-        (None, None) => f64::NAN,
+        (_, Some(of_command), _) => command(*of_command).unwrap_or(f64::NAN),
+        (.., Some(program)) => theirs(program).unwrap_or(f64::NAN),
+        (.., None) => f64::NAN,
     });
-    let other = program.is_some().then(|| &times[ours.len()]);
+    let other = program.is_some().then(|| &times[first]);
     if other.is_some_and(|other| other.0.iter().any(|time| time.is_nan())) {
         eprintln!("error: the other program did not print `ns_per_step best B median M`");
         return ExitCode::FAILURE;
@@ -128,6 +170,10 @@ fn main() -> ExitCode {
     println!("\n{:52} {:>22}", "", "us a design");
     for ((what, _), time) in SWEEP.iter().zip(sweeps) {
         println!("{what:52} {:>22}", time.show(2));
+    }
+    println!("\n{:52} {:>22}  {:>24}", "whole commands on one core", "ns a step, us a design", "of the bench's");
+    for ((what, part, ..), time) in COMMANDS.iter().zip(&times[ours.len()..]) {
+        println!("{what:52} {:>22}  {:>24}", time.show(1), time.over(&times[*part]).show(3));
     }
     println!("medians of {} rounds in turn, with the smallest and the largest", measure::ROUNDS);
     ExitCode::SUCCESS

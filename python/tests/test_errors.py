@@ -151,6 +151,17 @@ def test_a_number_of_threads_that_cannot_be_is_an_option_error(quick_return, thr
         quick_return.sweep(O2A=[0.2, 0.25], threads=threads)
 
 
+def test_a_device_that_is_not_there_is_an_option_error(quick_return):
+    with pytest.raises(qrm.OptionError, match="there is no device `tpu`"):
+        quick_return.sweep(O2A=[0.2, 0.25], device="tpu")
+    try:
+        table = quick_return.sweep(O2A=[0.2, 0.25], device="gpu")
+    except qrm.OptionError as error:
+        assert "there is no GPU with CUDA" in str(error)
+    else:
+        assert table.done.all()
+
+
 def test_a_table_beyond_the_memory_is_refused(quick_return):
     few, many = (np.linspace(0.1, 0.2, count) for count in (10_000, 100_000))
     with pytest.raises(qrm.OptionError, match=r"1000000000 designs with .* need .* GB of memory") as raised:

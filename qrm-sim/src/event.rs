@@ -8,6 +8,7 @@ mod rows;
 mod search;
 
 use std::cell::RefCell;
+use std::rc::Rc;
 
 use bounds::EventBounds;
 pub(crate) use largest::Largest;
@@ -42,6 +43,8 @@ pub(crate) struct EventFunction<'a> {
     solver: Option<RefCell<Solver>>,
     /// Bounds with the parameters of the mechanism; made on first use.
     bounds: RefCell<Option<EventBounds>>,
+    /// The bounds made last for the event of any lane.
+    known: Rc<RefCell<Option<EventBounds>>>,
     /// How far below zero it counts as negative between rows.
     nearness: f64,
 }
@@ -58,7 +61,15 @@ impl<'a> EventFunction<'a> {
             None => (None, mechanism.tape().is_none_or(Tape::event_takes_forces)),
         };
         let solver = takes_forces.then(|| RefCell::new(Solver::new(mechanism)));
-        Some(Self { evaluator, solver, bounds: RefCell::new(None), nearness: 0.0 })
+        Some(Self { evaluator, solver, bounds: RefCell::default(), known: Rc::default(), nearness: 0.0 })
+    }
+
+    /// The event for this number of lanes, which make their bounds once where these do not depend on the design.
+    pub(crate) fn of_lanes(count: usize, mechanism: &dyn Mechanism, end: Option<End<'a>>) -> Vec<Self> {
+        let mut events: Vec<Self> = (0..count).filter_map(|_| Self::new(mechanism, end)).collect();
+        let known = Rc::default();
+        events.iter_mut().for_each(|event| event.known = Rc::clone(&known));
+        events
     }
 
     /// Whether it is not the scene's.
@@ -117,7 +128,13 @@ impl<'a> EventFunction<'a> {
         let mut bounds = self.bounds.borrow_mut();
         if bounds.is_none() {
             let own = self.evaluator.as_ref().map(|evaluator| evaluator.borrow().tape());
-            *bounds = EventBounds::new(own.or_else(|| mechanism.tape())?, mechanism, self.nearness);
+            let mut known = self.known.borrow_mut();
+            known.take_if(|known| !known.hold_for(mechanism));
+            if known.is_none() {
+                *known = EventBounds::new(own.or_else(|| mechanism.tape())?, mechanism);
+            }
+            bounds.clone_from(&known);
+            bounds.as_mut()?.set_nearness(self.nearness);
         }
         bounds.as_mut().map(f)
     }

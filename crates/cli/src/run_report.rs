@@ -4,6 +4,7 @@ mod judgement;
 mod text;
 
 use std::path::Path;
+use std::time::Duration;
 
 use qrm_core::Description;
 use qrm_scene::files::read_at_most;
@@ -54,6 +55,9 @@ pub(crate) struct RunReport {
     /// The estimated errors of the end state.
     end_state_errors: Named<f64>,
     run_seconds: f64,
+    /// The time that the command took besides.
+    #[serde(skip)]
+    pub(crate) other_time: Option<Duration>,
     /// The largest estimated error of a coordinate.
     estimated_error: Option<f64>,
     /// The largest estimated error of each column.
@@ -174,6 +178,7 @@ impl RunReport {
                 matches!(kind, Kind::Coordinate(_) | Kind::Rate(_)).then_some(error.at_end)
             }),
             run_seconds: outcome.integration.as_secs_f64(),
+            other_time: None,
             estimated_error: outcome.estimated_error(),
             estimated_errors: errors(outcome, recording, |error, _| Some(error.largest)),
             max_residual_position: outcome.residual_position.1,

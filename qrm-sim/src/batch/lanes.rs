@@ -141,7 +141,6 @@ impl<'a> LaneSweep<'a> {
         };
         let companions = if request.estimate_error { Some(new_batch(plain, residual)?) } else { None };
         let size = (description.coordinates.len(), description.constraints.len());
-        let events = || EventFunction::new(&**designs.first()?, request.end);
         Some(Self {
             designs,
             request,
@@ -155,7 +154,7 @@ impl<'a> LaneSweep<'a> {
             to: State::default(),
             near: State::default(),
             size,
-            events: (0..batch.lanes()).filter_map(|_| events()).collect(),
+            events: EventFunction::of_lanes(batch.lanes(), &**designs.first()?, request.end),
             branch: AssemblyBranch::new(&**designs.first()?),
             solver: Solver::with_rank(&**designs.first()?, size.1),
             batch,

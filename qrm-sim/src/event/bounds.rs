@@ -26,7 +26,7 @@ pub(super) struct EventBounds {
 
 impl EventBounds {
     /// `None` if the tape has no event.
-    pub(super) fn new(tape: &Tape, mechanism: &dyn Mechanism, nearness: f64) -> Option<Self> {
+    pub(super) fn new(tape: &Tape, mechanism: &dyn Mechanism) -> Option<Self> {
         let event = tape.event.as_ref()?;
         let values = mechanism.parameters();
         Some(Self {
@@ -34,7 +34,7 @@ impl EventBounds {
             parameters: tape.parameters_of(event).map(|i| (i, values[i])).collect(),
             negative: Vec::new(),
             margin: 1.0,
-            nearness,
+            nearness: 0.0,
         })
     }
 

@@ -1,6 +1,7 @@
 //! `qrm run`
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::Args;
 use qrm_core::Model;
@@ -50,6 +51,7 @@ pub(crate) struct Options {
 
 /// Runs a scene and writes its files.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
+    let begun = Instant::now();
     if options.parquet {
         parquet::require()?;
     }
@@ -84,6 +86,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         let written = write_tables(options, &recording, &out);
         written.map_or_else(|e| problems.push(e), |paths| tables.extend(paths));
     }
+    report.other_time = Some(begun.elapsed().saturating_sub(outcome.integration));
     let saved = save_json(&out.join("summary.json"), &report);
     print(&report.text(&out, &tables, saved.is_ok()));
     problems.extend(saved.err());

@@ -199,7 +199,8 @@ impl Designs {
         let row = |(number, design): (&usize, Design)| match &design.result {
             Err(reason) => rows::refused(&columns, *number, &design.values, reason),
             Ok(result) => {
-                self.alone.fetch_add(u64::from(result.is_alone), Ordering::Relaxed);
+                let left = result.is_alone && self.lanes == LaneCount::Most;
+                self.alone.fetch_add(u64::from(left), Ordering::Relaxed);
                 let passed_over = self.passed_over(&design.values, result.end_time);
                 rows::row(&columns, &self.setup, *number, &design.values, result, passed_over)
             }
