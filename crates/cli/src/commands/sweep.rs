@@ -110,7 +110,8 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     }
     let units = write_units(&plan.out, &columns).map_err(Error::while_running)?;
     let checked = self_check::compare(&plan.designs, plan.range);
-    let gpu_failure = plan.designs.gpu_failure().map(|failure| format!("\n\n{}", failure.warning())).unwrap_or_default();
+    let gpu_failure =
+        plan.designs.gpu_failure().map(|failure| format!("\n\n{}", failure.warning())).unwrap_or_default();
     print(&format!(
         "{}: {}, {done} done, {failed} failed{}{}{}\n\nwrote {} (units in {})",
         plan.designs.setup.description.name,
