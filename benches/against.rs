@@ -8,6 +8,7 @@ mod measure;
 #[allow(dead_code, unused_imports, reason = "another bench uses the rest")]
 mod twin;
 
+use std::fs;
 use std::hint::black_box;
 use std::path::Path;
 use std::process::{Command, ExitCode};
@@ -53,38 +54,40 @@ const SWEEP: [(&str, Measure); 8] = [
 
 /// Commands: the measured part that each belongs to, its arguments, and the number of designs; none for the time of a step
 /// that the command itself prints.
-const COMMANDS: [(&str, usize, &[&str], Option<usize>); 3] = [
+const COMMANDS: [(&str, &str, &[&str], Option<usize>); 3] = [
     (
         "`qrm run`, 200 000 steps, as it prints",
-        0,
+        RUN[0].0,
         &["run", "quick-return", "--step", "8.8e-6", "--every", "1000000", "--no-error-estimate", "--no-figures"],
         None,
     ),
     (
         "`qrm sweep`, 65 536 designs, end states",
-        RUN.len(),
+        "sweep to 1e-9, most lanes, end states",
         &["sweep", "quick-return", "--vary", "O2A=0.15:0.25:65536", "--no-extremes", "--no-error-estimate"],
         Some(65536),
     ),
     (
         "`qrm sweep`, 16 384 designs, with both",
-        RUN.len() + 6,
+        "sweep to 1e-9, most lanes, with both",
         &["sweep", "quick-return", "--vary", "O2A=0.15:0.25:16384"],
         Some(16384),
     ),
 ];
 
 /// The time of a command on one core: nanoseconds a step, or microseconds a design.
-fn command((_, _, arguments, designs): (&str, usize, &[&str], Option<usize>)) -> Option<f64> {
+fn command((_, _, arguments, designs): (&str, &str, &[&str], Option<usize>)) -> Option<f64> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("command");
     let mut command = Command::new(env!("CARGO_BIN_EXE_qrm"));
     command.args(arguments).arg("--out");
     let Some(designs) = designs else {
-        let output = command.arg(folder).output().ok()?;
+        let output = command.arg(folder).output().ok().filter(|output| output.status.success())?;
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         let words: Vec<&str> = text.split_whitespace().collect();
         return words.windows(3).find(|words| words[1..] == ["ns", "a"])?[0].parse().ok();
     };
+    // A sweep that was interrupted would go on.
+    let _ = fs::remove_file(folder.with_extension("csv.under-way"));
     command.arg(folder.with_extension("csv")).args(["--threads", "1"]);
     let begun = Instant::now();
     command.output().ok().filter(|output| output.status.success())?;
@@ -173,7 +176,8 @@ fn main() -> ExitCode {
     }
     println!("\n{:52} {:>22}  {:>24}", "whole commands on one core", "ns a step, us a design", "of the bench's");
     for ((what, part, ..), time) in COMMANDS.iter().zip(&times[ours.len()..]) {
-        println!("{what:52} {:>22}  {:>24}", time.show(1), time.over(&times[*part]).show(3));
+        let part = ours.iter().position(|(name, _)| name == part).unwrap_or_default();
+        println!("{what:52} {:>22}  {:>24}", time.show(1), time.over(&times[part]).show(3));
     }
     println!("medians of {} rounds in turn, with the smallest and the largest", measure::ROUNDS);
     ExitCode::SUCCESS

@@ -281,6 +281,31 @@ int main()
 }
 "#;
 
+/// A kernel whose parameters come from the host.
+const KERNEL: &str = r#"
+#include "quick_return.cuh"
+
+__global__ void run(const quick_return_parameters *p, quick_return_state *end, int count)
+{
+    const int i = blockIdx.x * blockDim.x + threadIdx.x;
+    quick_return mechanism;
+    quick_return_step step;
+    if (i < count) {
+        quick_return_new(&p[i], &mechanism);
+        quick_return_initial_state(&mechanism, &step.end);
+        quick_return_rk4_step(&mechanism, 0.0, 1e-3, &step.end, &step);
+        end[i] = step.end;
+    }
+}
+
+quick_return_parameters of_host()
+{
+    quick_return_parameters parameters;
+    quick_return_default_parameters(&parameters);
+    return parameters;
+}
+"#;
+
 /// Without a device, the header is compiled as C++; where there is a compiler of CUDA, by that too.
 #[test]
 #[ignore = "full tier: languages"]
@@ -295,7 +320,8 @@ fn the_header_in_cuda_gives_the_motion() {
         compare(&rows_of(&String::from_utf8_lossy(&output.stdout)), &wanted, &["t", "phi2", "phi4", "phi5"]);
     }
     if Command::new("nvcc").arg("--version").output().is_ok_and(|output| output.status.success()) {
-        let options = ["-x", "cu", "-Werror", "all-warnings", "-c", "main.cpp", "-o", "motion.o"];
+        fs::write(folder.path().join("kernel.cu"), KERNEL).expect("written");
+        let options = ["-c", "kernel.cu", "-o", "kernel.o"];
         let output = Command::new("nvcc").args(options).current_dir(folder.path()).output().expect("nvcc");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }

@@ -8,9 +8,8 @@ mod rows;
 mod search;
 
 use std::cell::RefCell;
-use std::rc::Rc;
 
-use bounds::EventBounds;
+pub(crate) use bounds::EventBounds;
 pub(crate) use largest::Largest;
 use qrm_core::{Mechanism, Tape, TapeEvaluator};
 pub(crate) use search::{Maximum, Reached};
@@ -43,8 +42,6 @@ pub(crate) struct EventFunction<'a> {
     solver: Option<RefCell<Solver>>,
     /// Bounds with the parameters of the mechanism; made on first use.
     bounds: RefCell<Option<EventBounds>>,
-    /// The bounds made last for the event of any lane.
-    known: Rc<RefCell<Option<EventBounds>>>,
     /// How far below zero it counts as negative between rows.
     nearness: f64,
 }
@@ -61,15 +58,7 @@ impl<'a> EventFunction<'a> {
             None => (None, mechanism.tape().is_none_or(Tape::event_takes_forces)),
         };
         let solver = takes_forces.then(|| RefCell::new(Solver::new(mechanism)));
-        Some(Self { evaluator, solver, bounds: RefCell::default(), known: Rc::default(), nearness: 0.0 })
-    }
-
-    /// The event for this number of lanes, which make their bounds once where these do not depend on the design.
-    pub(crate) fn of_lanes(count: usize, mechanism: &dyn Mechanism, end: Option<End<'a>>) -> Vec<Self> {
-        let mut events: Vec<Self> = (0..count).filter_map(|_| Self::new(mechanism, end)).collect();
-        let known = Rc::default();
-        events.iter_mut().for_each(|event| event.known = Rc::clone(&known));
-        events
+        Some(Self { evaluator, solver, bounds: RefCell::default(), nearness: 0.0 })
     }
 
     /// Whether it is not the scene's.
@@ -104,6 +93,20 @@ impl<'a> EventFunction<'a> {
         }
     }
 
+    /// Takes over the bounds of another event of the same request where they hold for the mechanism, or makes them for
+    /// others.
+    pub(crate) fn share_bounds(&self, mechanism: &dyn Mechanism, known: &mut Option<EventBounds>) {
+        if self.bounds.borrow().is_some() {
+            return;
+        }
+        known.take_if(|known| !known.hold_for(mechanism));
+        if known.is_none() {
+            *known = self.with_bounds(mechanism, |bounds| bounds.clone());
+        } else {
+            self.bounds.borrow_mut().clone_from(known);
+        }
+    }
+
     /// The value at a state; `None` if the scene has no event.
     pub(crate) fn value(&self, mechanism: &dyn Mechanism, at: &State) -> Option<f64> {
         match &self.evaluator {
@@ -128,13 +131,7 @@ impl<'a> EventFunction<'a> {
         let mut bounds = self.bounds.borrow_mut();
         if bounds.is_none() {
             let own = self.evaluator.as_ref().map(|evaluator| evaluator.borrow().tape());
-            let mut known = self.known.borrow_mut();
-            known.take_if(|known| !known.hold_for(mechanism));
-            if known.is_none() {
-                *known = EventBounds::new(own.or_else(|| mechanism.tape())?, mechanism);
-            }
-            bounds.clone_from(&known);
-            bounds.as_mut()?.set_nearness(self.nearness);
+            *bounds = EventBounds::new(own.or_else(|| mechanism.tape())?, mechanism, self.nearness);
         }
         bounds.as_mut().map(f)
     }

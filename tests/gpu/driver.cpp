@@ -117,7 +117,10 @@ API(cuMemcpyDtoHAsync_v2)(void *to, const void *from, size_t bytes, void *)
 // The image of a module is the path of its library.
 API(cuModuleLoadData)(void **module, const void *image)
 {
-    *module = dlopen(static_cast<const char *>(image), RTLD_NOW);
+    const std::string library = static_cast<const char *>(image);
+    *module = dlopen(library.c_str(), RTLD_NOW);
+    std::remove(library.c_str());
+    rmdir(library.substr(0, library.rfind('/')).c_str());
     return *module ? NO_ERROR : LAUNCH_FAILED;
 }
 
@@ -173,11 +176,16 @@ API(nvrtcCompileProgram)(Program *program, int, const char *const *)
     const std::string source = std::string(folder) + "/steps.cpp";
     program->library = std::string(folder) + "/steps.so";
     std::FILE *file = std::fopen(source.c_str(), "w");
+    if (!file) {
+        return COMPILATION_FAILED;
+    }
     std::fwrite(program->text.data(), 1, program->text.size(), file);
     std::fclose(file);
     const std::string warnings = "-Wall -Wextra -Werror -Wno-unused-function ";
     const std::string command = "g++ -std=c++17 -O1 -shared -fPIC " + warnings + source + " -o " + program->library;
-    return std::system(command.c_str()) == 0 ? NO_ERROR : COMPILATION_FAILED;
+    const bool is_compiled = std::system(command.c_str()) == 0;
+    std::remove(source.c_str());
+    return is_compiled ? NO_ERROR : COMPILATION_FAILED;
 }
 
 API(nvrtcGetPTXSize)(Program *program, size_t *size)

@@ -34,27 +34,30 @@ pub(crate) trait Gpu: Device {
     /// The name of the GPU.
     fn name(&self) -> &str;
 
+    /// The number of lanes of a batch.
+    fn lanes(&self) -> usize;
+
     /// A warning that the GPU failed, so that the processor did its work.
     fn failure(&self) -> Option<Message>;
 }
 
-/// Finds a GPU for the designs of a scene, up to this number at a time.
-pub(crate) fn find(setup: &Setup, designs: usize) -> Result<Box<dyn Gpu>, Error> {
+/// Finds a GPU for this number of designs of a scene, with batches of these numbers of threads.
+pub(crate) fn find(setup: &Setup, size: (usize, usize)) -> Result<Box<dyn Gpu>, Error> {
     if !setup.settings.method.has_lanes() {
         let name = setup.settings.method.name;
         return Err(Error::usage(format!("a GPU makes no steps of the method `{name}`"))
-            .help("leave out `--method`, or `--device`"));
+            .help("leave out `--method`, or `--device gpu`"));
     }
-    open(setup, designs)
+    open(setup, size)
 }
 
 #[cfg(feature = "gpu")]
-fn open(setup: &Setup, designs: usize) -> Result<Box<dyn Gpu>, Error> {
-    Ok(Box::new(cuda::CudaGpu::open(setup, designs)?))
+fn open(setup: &Setup, size: (usize, usize)) -> Result<Box<dyn Gpu>, Error> {
+    Ok(Box::new(cuda::CudaGpu::open(setup, size)?))
 }
 
 #[cfg(not(feature = "gpu"))]
-fn open(_: &Setup, _: usize) -> Result<Box<dyn Gpu>, Error> {
+fn open(_: &Setup, _: (usize, usize)) -> Result<Box<dyn Gpu>, Error> {
     Err(Error::usage("this program was built without GPUs")
         .help("build it with the feature `gpu` (`cargo install --path . --features gpu`)"))
 }

@@ -21,6 +21,8 @@ pub struct Batch {
     layout: BatchLayout,
     request: BatchRequest,
     residual: f64,
+    /// Whether steps could not be made: no lane is reliable.
+    has_failed: bool,
 }
 
 /// The step schedule of a lane.
@@ -42,7 +44,7 @@ pub struct LaneSchedule {
 impl Batch {
     /// A batch for this mechanism; a step counts as reliable up to this residual of the constraints.
     pub fn new(steps: BoxedLaneSteps, mechanism: &Description, request: BatchRequest, residual: f64) -> Self {
-        Self { steps, layout: BatchLayout::new(mechanism, &request), request, residual }
+        Self { steps, layout: BatchLayout::new(mechanism, &request), request, residual, has_failed: false }
     }
 
     /// The number of lanes.
@@ -122,7 +124,7 @@ impl Batch {
 
     /// Makes steps until some lane needs its caller: see [`keep_running`](Self::keep_running).
     pub fn advance(&mut self) {
-        self.steps.advance();
+        self.has_failed |= !self.steps.advance();
     }
 
     /// The number of steps that a lane has made.
@@ -134,7 +136,8 @@ impl Batch {
     pub fn keep_running(&self, lane: usize) -> bool {
         let numbers = self.numbers(lane);
         let t = self.get(lane, self.layout.row());
-        !self.request.waits_each_step
+        !self.has_failed
+            && !self.request.waits_each_step
             && t < numbers[END_TIME]
             && !is_stuck(&numbers)
             && numbers[EVENT] < 0.0
@@ -148,7 +151,7 @@ impl Batch {
 
     /// Whether the last step of a lane can be relied on.
     pub fn is_reliable(&self, lane: usize) -> bool {
-        is_reliable(&self.numbers(lane), self.residual, MAX_GROWTH)
+        !self.has_failed && is_reliable(&self.numbers(lane), self.residual, MAX_GROWTH)
     }
 
     /// Whether the last step of a lane may have come so near a singular position that requested forces lose digits.

@@ -52,7 +52,7 @@ pub(crate) const MAX_STEPS: usize = 5;
 /// The place of the scene's event value after the last step.
 pub(crate) const EVENT: usize = 6;
 /// The first place of growth factor, residual and finiteness check of the last step.
-pub const QUALITY: usize = 7;
+pub(crate) const QUALITY: usize = 7;
 /// The place of a number that is zero until an output is not finite, and not a number from then on.
 pub(crate) const DEFINED: usize = 10;
 /// The place of the number of steps at which the next checkpoint is taken.
@@ -94,91 +94,91 @@ impl BatchLayout {
 
     /// The length of a row `[t, q, qd, qdd, multipliers]`.
     #[inline(always)]
-    pub const fn width(self) -> usize {
+    pub(crate) const fn width(self) -> usize {
         1 + 3 * self.n + self.m
     }
 
     /// The first place of the current row.
     #[inline(always)]
-    pub const fn row(self) -> usize {
+    pub(crate) const fn row(self) -> usize {
         COORDINATE_RANGES + 2 * self.n
     }
 
     /// The first place of the row at the last checkpoint (0), or at the one before (1).
     #[inline(always)]
-    pub const fn checkpoint(self, age: usize) -> usize {
+    pub(crate) const fn checkpoint(self, age: usize) -> usize {
         self.row() + (1 + age) * self.width()
     }
 
     /// The first place of the row before the last step.
     #[inline(always)]
-    pub const fn row_before(self) -> usize {
+    pub(crate) const fn row_before(self) -> usize {
         self.row() + (1 + CHECKPOINTS) * self.width()
     }
 
     /// The first place of the outputs of the last row.
     #[inline(always)]
-    pub const fn outputs(self) -> usize {
+    pub(crate) const fn outputs(self) -> usize {
         self.row() + (2 + CHECKPOINTS) * self.width()
     }
 
     /// The first place of the smallest values of the outputs.
     #[inline(always)]
-    pub const fn lowest(self) -> usize {
+    pub(crate) const fn lowest(self) -> usize {
         self.outputs() + self.output_count
     }
 
     /// The first place of the largest values of the outputs.
     #[inline(always)]
-    pub const fn highest(self) -> usize {
+    pub(crate) const fn highest(self) -> usize {
         self.lowest() + self.output_count
     }
 
     /// The first place of the smallest values of the outputs in the last step.
     #[inline(always)]
-    pub const fn step_lowest(self) -> usize {
+    pub(crate) const fn step_lowest(self) -> usize {
         self.highest() + self.output_count
     }
 
     /// The first place of the largest values of the outputs in the last step.
     #[inline(always)]
-    pub const fn step_highest(self) -> usize {
+    pub(crate) const fn step_highest(self) -> usize {
         self.step_lowest() + self.output_count
     }
 
     /// The first place of the smallest values that the outputs may have had.
     #[inline(always)]
-    pub const fn least(self) -> usize {
+    pub(crate) const fn least(self) -> usize {
         self.step_highest() + self.output_count
     }
 
     /// The first place of the largest values that the outputs may have had.
     #[inline(always)]
-    pub const fn most(self) -> usize {
+    pub(crate) const fn most(self) -> usize {
         self.least() + self.output_count
     }
 
     /// The first place of the smallest values that the outputs may have had in the last step.
     #[inline(always)]
-    pub const fn step_least(self) -> usize {
+    pub(crate) const fn step_least(self) -> usize {
         self.most() + self.output_count
     }
 
     /// The first place of the largest values that the outputs may have had in the last step.
     #[inline(always)]
-    pub const fn step_most(self) -> usize {
+    pub(crate) const fn step_most(self) -> usize {
         self.step_least() + self.output_count
     }
 
     /// The first place of the outputs at the end of a part of the last step; `part` counts from 1.
     #[inline(always)]
-    pub const fn sample(self, part: usize) -> usize {
+    pub(crate) const fn sample(self, part: usize) -> usize {
         self.step_most() + part * self.output_count
     }
 
     /// The first place of the parameters.
     #[inline(always)]
-    pub const fn parameters(self) -> usize {
+    pub(crate) const fn parameters(self) -> usize {
         self.sample(1 + PARTS)
     }
 
@@ -211,10 +211,10 @@ impl BatchLayout {
             ("HIGHEST", self.highest()),
             ("STEP_LOWEST", self.step_lowest()),
             ("STEP_HIGHEST", self.step_highest()),
-            ("LEAST", self.least()),
-            ("MOST", self.most()),
-            ("STEP_LEAST", self.step_least()),
-            ("STEP_MOST", self.step_most()),
+            ("LOWER_BOUND", self.least()),
+            ("UPPER_BOUND", self.most()),
+            ("STEP_LOWER_BOUND", self.step_least()),
+            ("STEP_UPPER_BOUND", self.step_most()),
             ("SAMPLE", self.sample(0)),
             ("PARAMETERS", self.parameters()),
             ("PLACES", self.places()),

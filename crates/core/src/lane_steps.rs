@@ -38,9 +38,12 @@ pub trait LaneSteps {
     /// Replaces consecutive numbers of a lane, beginning at a place of the batch.
     fn write(&mut self, place: usize, lane: usize, numbers: &[f64]);
 
-    /// Makes steps in all lanes until one needs its caller, or each one where lanes are independent: it has reached its end time or its event, its steps are too
-    /// short, too many or unreliable, or the caller inspects each step.
-    fn advance(&mut self);
+    /// Makes steps in all lanes until one needs its caller; independent lanes make steps until they need it themselves.
+    /// Returns whether the steps could be made.
+    ///
+    /// A lane needs its caller when it has reached its end time or its event, when its steps are too short, too many or
+    /// unreliable, or when the caller inspects each step.
+    fn advance(&mut self) -> bool;
 }
 
 /// Whether a kernel with this number of operations is compiled for vectors of this width: large kernels for the widest
@@ -184,8 +187,9 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> LaneSt
     }
 
     #[inline]
-    fn advance(&mut self) {
+    fn advance(&mut self) -> bool {
         let token = self.token;
         token.vectorize(MakeSteps(self));
+        true
     }
 }

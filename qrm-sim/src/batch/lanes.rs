@@ -9,7 +9,7 @@ use crate::position::{AssemblyBranch, Start};
 use qrm_core::{Batch, BatchRequest, LaneSchedule, Mechanism, Model, Tape};
 
 use super::design::{DesignResult, SweepRequest};
-use crate::event::{End, EventFunction};
+use crate::event::{End, EventBounds, EventFunction};
 use crate::integrate::{AUTO, StepBounds, quintic};
 use crate::run::{StartError, Status, check_condition, check_step, first_position};
 use crate::solve::{LoopConstraints, Projection, SingularityDistance, Solver, largest};
@@ -49,6 +49,8 @@ pub(super) struct LaneSweep<'a> {
     size: (usize, usize),
     /// The event that ends the design of each lane; none if designs end at a time.
     events: Vec<EventFunction<'a>>,
+    /// The bounds of the event that were made last.
+    event_bounds: Option<EventBounds>,
     /// The branch that designs are assembled on.
     branch: AssemblyBranch,
     /// Computes the first accelerations; it does not know of constraints that repeat others, nor do lanes.
@@ -154,7 +156,8 @@ impl<'a> LaneSweep<'a> {
             to: State::default(),
             near: State::default(),
             size,
-            events: EventFunction::of_lanes(batch.lanes(), &**designs.first()?, request.end),
+            events: (0..batch.lanes()).filter_map(|_| EventFunction::new(&**designs.first()?, request.end)).collect(),
+            event_bounds: None,
             branch: AssemblyBranch::new(&**designs.first()?),
             solver: Solver::with_rank(&**designs.first()?, size.1),
             batch,
@@ -236,6 +239,7 @@ impl<'a> LaneSweep<'a> {
         }
         if let Some(event) = self.events.get_mut(lane) {
             event.set_parameters(mechanism);
+            event.share_bounds(mechanism, &mut self.event_bounds);
             let value = event.value(mechanism, &first);
             check_condition(value)?;
             value.into_iter().for_each(|value| event.set_start(value));

@@ -18,9 +18,6 @@ pub enum LaneCount {
 
 /// A processor with lanes of its own, such as a GPU.
 pub trait Device: Sync {
-    /// The number of lanes of a batch.
-    fn lanes(&self) -> usize;
-
     /// A batch of motions, whose steps count as reliable up to this residual of the constraints; `None` if the device
     /// cannot make it.
     fn batch(&self, request: BatchRequest, residual: f64) -> Option<Batch>;
@@ -35,17 +32,14 @@ pub fn sweep(
 ) -> Vec<DesignResult> {
     let designs = model.mechanisms(designs);
     let widths: &[Width] = match lanes {
-        LaneCount::Most => &[Width::Eight, Width::Four],
+        LaneCount::Most => &WIDTHS,
         LaneCount::Four => &[Width::Four],
         LaneCount::One => &[],
     };
-    let in_lanes = |width: &Width| {
-        LaneSweep::new(model, &designs, request, &|of_batch, residual| model.batch(*width, of_batch, residual))
-    };
-    results(widths.iter().find_map(in_lanes), &designs, request)
+    run(in_lanes(model, &designs, request, widths), &designs, request)
 }
 
-/// Runs designs in the lanes of a device, like [`sweep`].
+/// Runs designs in the lanes of a device, or in those of the processor if the device has none for them.
 pub fn sweep_on(
     device: &dyn Device,
     model: &Model,
@@ -54,10 +48,27 @@ pub fn sweep_on(
 ) -> Vec<DesignResult> {
     let designs = model.mechanisms(designs);
     let lanes = LaneSweep::new(model, &designs, request, &|of_batch, residual| device.batch(of_batch, residual));
-    results(lanes, &designs, request)
+    run(lanes.or_else(|| in_lanes(model, &designs, request, &WIDTHS)), &designs, request)
 }
 
-fn results(lanes: Option<LaneSweep>, designs: &[Box<dyn Mechanism>], request: &SweepRequest) -> Vec<DesignResult> {
+/// All widths, the preferred one first.
+const WIDTHS: [Width; 2] = [Width::Eight, Width::Four];
+
+/// A sweep in lanes of the first width that there is.
+fn in_lanes<'a>(
+    model: &Model,
+    designs: &'a [Box<dyn Mechanism>],
+    request: &'a SweepRequest<'a>,
+    widths: &[Width],
+) -> Option<LaneSweep<'a>> {
+    let of_width = |width: &Width| {
+        LaneSweep::new(model, designs, request, &|of_batch, residual| model.batch(*width, of_batch, residual))
+    };
+    widths.iter().find_map(of_width)
+}
+
+/// Runs designs in lanes, or one by one without any.
+fn run(lanes: Option<LaneSweep>, designs: &[Box<dyn Mechanism>], request: &SweepRequest) -> Vec<DesignResult> {
     match lanes {
         Some(lanes) => lanes.run(),
         None => (0..designs.len()).map(|design| run_alone(design, &*designs[design], request)).collect(),

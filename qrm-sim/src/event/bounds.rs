@@ -12,7 +12,7 @@ const MOST_MARGIN: f64 = 1e4;
 
 /// Bounds of an event with the parameters of a mechanism.
 #[derive(Clone, Debug)]
-pub(super) struct EventBounds {
+pub(crate) struct EventBounds {
     pub(super) function: FunctionBounds,
     /// The numbers and values of the parameters that it uses.
     parameters: Vec<(usize, f64)>,
@@ -26,7 +26,7 @@ pub(super) struct EventBounds {
 
 impl EventBounds {
     /// `None` if the tape has no event.
-    pub(super) fn new(tape: &Tape, mechanism: &dyn Mechanism) -> Option<Self> {
+    pub(super) fn new(tape: &Tape, mechanism: &dyn Mechanism, nearness: f64) -> Option<Self> {
         let event = tape.event.as_ref()?;
         let values = mechanism.parameters();
         Some(Self {
@@ -34,7 +34,7 @@ impl EventBounds {
             parameters: tape.parameters_of(event).map(|i| (i, values[i])).collect(),
             negative: Vec::new(),
             margin: 1.0,
-            nearness: 0.0,
+            nearness,
         })
     }
 

@@ -13,7 +13,8 @@ use super::companion::{Companion, ESTIMATES_EXTREMES, RowBlock};
 use super::extremes::{Extremes, FoundExtreme, sign};
 use crate::integrate::Integrator;
 
-/// The number of values that are buffered before the companion processes them: 0.2 ms of work, while a thread starts in 0.05.
+/// The number of values that are buffered before the companion processes them: 0.2 ms of work, while
+/// a thread starts in 0.05 ms.
 const BLOCK: usize = 4096;
 /// The number of blocks in transit between the threads.
 const BLOCKS: usize = 4;
@@ -117,7 +118,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         if ESTIMATES_EXTREMES {
             self.take_extremes(extremes);
         }
-        if self.block.rows.len() < BLOCK {
+        if self.block.rows.len() < BLOCK.max((WAITING + 1) * self.width) {
             return;
         }
         if let Some(scope) = self.scope

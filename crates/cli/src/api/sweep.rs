@@ -67,8 +67,6 @@ impl LoadedScene {
             estimate_error: !options.no_error_estimate,
             ..Designs::new(setup, axes)?
         };
-        let count = designs.count();
-        let designs = designs.on(options.device, count)?;
         let threads = match options.threads {
             Some(asked) if !THREADS.contains(&asked.into()) => {
                 let (least, most) = (THREADS.start(), THREADS.end());
@@ -76,6 +74,8 @@ impl LoadedScene {
             }
             asked => threads(asked),
         };
+        let count = designs.count();
+        let designs = designs.on(options.device, (count, threads))?;
         let columns = designs.columns();
         check_memory(designs.count(), columns.len())?;
         let mut values: Vec<Values> = columns.iter().map(|column| Values::new(column.kind, designs.count())).collect();

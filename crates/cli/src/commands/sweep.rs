@@ -56,7 +56,7 @@ pub(crate) struct Options {
     #[arg(value_parser = clap::value_parser!(u32).range(THREADS))]
     threads: Option<u32>,
     /// How many designs a core makes at once
-    #[arg(long, value_enum, default_value_t = Lanes::Most, conflicts_with = "device")]
+    #[arg(long, value_enum, default_value_t = Lanes::Most)]
     lanes: Lanes,
     /// The processor that runs the designs
     #[arg(long, value_enum, default_value_t)]
@@ -116,7 +116,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         "{}: {}, {done} done, {failed} failed{}{}{}\n\nwrote {} (units in {})",
         plan.designs.setup.description.name,
         counted((done + failed) as u64, "design"),
-        plan.designs.on_gpu().map(|on| format!(", {on}")).unwrap_or_default(),
+        plan.designs.on_gpu("design").map(|on| format!(", {on}")).unwrap_or_default(),
         checked.as_ref().map(ToString::to_string).unwrap_or_default(),
         warned.text() + &gpu_failure,
         plan.out.display(),
@@ -154,7 +154,11 @@ impl<'s> Plan<'s> {
                 .help("let `--out` end in `.csv`; `qrm merge OUT.parquet PART...` writes Parquet"));
         }
         format.require()?;
-        let designs = Designs::new(setup, axes)?.on(options.device, range.1 - range.0)?;
+        if options.device == Processor::Gpu && options.lanes != Lanes::Most {
+            return Err(Error::usage("`--lanes` is for the cores").help("leave it out, or `--device gpu`"));
+        }
+        let threads = threads(options.threads);
+        let designs = Designs::new(setup, axes)?.on(options.device, (range.1 - range.0, threads))?;
         designs.setup.print_notes();
         let designs = Designs {
             has_extremes: !options.no_extremes,
@@ -162,7 +166,7 @@ impl<'s> Plan<'s> {
             lanes: options.lanes.count(),
             ..designs
         };
-        Ok(Self { options, designs, range, threads: threads(options.threads), out })
+        Ok(Self { options, designs, range, threads, out })
     }
 
     /// A line that identifies a sweep; its parts share it.

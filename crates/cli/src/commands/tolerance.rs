@@ -52,7 +52,8 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     [&json, &picture, &csv].into_iter().try_for_each(|path| check_target(path))?;
 
     let derived = derivatives::find(&nominal, &parameters, &options.of)?;
-    check_memory(parameters.len() + derived.len(), options.samples as usize)?;
+    // Samples, a copy of the parameters, and what the statistics of a quantity need.
+    check_memory(2 * parameters.len() + derived.len() + 5, options.samples as usize)?;
     let columns: Vec<&str> = derived.iter().map(|derived| derived.name.as_str()).collect();
     let mut motions = Motions::new(setup, &parameters, &columns, options)?;
     let scene = nominal.description.name;

@@ -11,12 +11,14 @@ use qrm_scene::scene::Scene;
 use qrm_sim::batch::Device;
 
 use super::Gpu;
-use super::lane_steps::{Buffers, CudaLaneSteps};
+use super::lane_steps::{Buffers, CudaLaneSteps, PooledBuffers};
 use crate::error::{Error, Message};
 use crate::setup::Setup;
 
-/// The largest number of lanes of a batch: enough to occupy a GPU with the batches of a few cores.
-const LANES: usize = 16384;
+/// The number of lanes of all cores together: twice as many as a large GPU holds threads.
+const LANES: usize = 65536;
+/// The smallest and the largest number of lanes of a batch.
+const LANES_OF_BATCH: [usize; 2] = [1024, 16384];
 
 /// A GPU, and the compiled steps of one scene.
 pub(super) struct CudaGpu {
@@ -28,7 +30,7 @@ pub(super) struct CudaGpu {
     path: String,
     kernels: Mutex<Vec<Kernel>>,
     /// Buffers that no batch uses.
-    pub(super) free: Arc<Mutex<Vec<Buffers>>>,
+    free: Arc<Mutex<Vec<Buffers>>>,
     /// The first error.
     failure: Arc<OnceLock<String>>,
 }
@@ -42,7 +44,7 @@ struct Kernel {
 
 impl CudaGpu {
     /// Opens the first GPU.
-    pub(super) fn open(setup: &Setup, designs: usize) -> Result<Self, Error> {
+    pub(super) fn open(setup: &Setup, (designs, threads): (usize, usize)) -> Result<Self, Error> {
         // SAFETY: loading the libraries runs their initialisers, which need nothing.
         #[expect(unsafe_code, reason = "libraries of the driver")]
         let [driver, compiler] = unsafe { [sys::is_culib_present(), nvrtc::sys::is_culib_present()] };
@@ -50,14 +52,16 @@ impl CudaGpu {
             return Err(no_gpu("no CUDA driver is installed (`libcuda`)"));
         }
         if !compiler {
-            return Err(no_gpu("the run-time compiler of CUDA is not installed (`libnvrtc`)"));
+            return Err(no_gpu(
+                "the run-time compiler of CUDA 11 or 12 is not installed (`libnvrtc`, a part of its toolkit)",
+            ));
         }
         let context = CudaContext::new(0).map_err(|error| no_gpu(&format!("the CUDA driver says: {error}")))?;
         let name = context.name().map_err(|error| no_gpu(&format!("the CUDA driver says: {error}")))?;
         Ok(Self {
             context,
             name,
-            lanes: designs.clamp(1, LANES),
+            lanes: lanes(designs, threads),
             model: setup.model,
             scene: Arc::clone(&setup.scene),
             path: setup.path.clone(),
@@ -70,6 +74,10 @@ impl CudaGpu {
     /// The compiled steps for these requests.
     fn kernel(&self, request: BatchRequest, residual: f64) -> Result<CudaFunction, String> {
         let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        // Other threads waited while one failed.
+        if let Some(reason) = self.failure.get() {
+            return Err(reason.clone());
+        }
         if let Some(kernel) = kernels.iter().find(|kernel| kernel.request == request && kernel.residual == residual) {
             return Ok(kernel.function.clone());
         }
@@ -97,9 +105,7 @@ impl CudaGpu {
         let steps = CudaLaneSteps {
             kernel: self.kernel(request, residual)?,
             places,
-            lanes: self.lanes,
-            buffers: Some(buffers),
-            free: Arc::clone(&self.free),
+            buffers: PooledBuffers { buffers: Some(buffers), free: Arc::clone(&self.free) },
             failure: Arc::clone(&self.failure),
         };
         Ok(Batch::new(Box::new(steps), description, request, residual))
@@ -107,20 +113,19 @@ impl CudaGpu {
 
     /// Buffers for lanes with this number of places.
     fn buffers(&self, places: usize) -> Result<Buffers, String> {
-        let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
         let length = places * self.lanes;
-        match free.iter().position(|buffers| buffers.numbers.len() == length) {
-            Some(place) => Ok(free.swap_remove(place)),
+        let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
+        let known =
+            free.iter().position(|buffers| buffers.numbers.len() == length).map(|place| free.swap_remove(place));
+        drop(free);
+        match known {
+            Some(buffers) => Ok(buffers),
             None => Buffers::new(&self.context, length).map_err(|error| format!("the driver says: {error}")),
         }
     }
 }
 
 impl Device for CudaGpu {
-    fn lanes(&self) -> usize {
-        self.lanes
-    }
-
     fn batch(&self, request: BatchRequest, residual: f64) -> Option<Batch> {
         if self.failure.get().is_some() {
             return None;
@@ -134,13 +139,23 @@ impl Gpu for CudaGpu {
         &self.name
     }
 
+    fn lanes(&self) -> usize {
+        self.lanes
+    }
+
     fn failure(&self) -> Option<Message> {
         let reason = self.failure.get()?;
-        let text = format!("the GPU failed, and the cores ran the designs: {reason}");
-        Some(Message::new(text).help("the numbers are those of a sweep without `--device gpu`"))
+        let text = format!("the GPU failed, and the cores ran the remaining designs: {reason}");
+        Some(Message::new(text).help("their last digits are those of a sweep without `--device gpu`"))
     }
 }
 
 fn no_gpu(reason: &str) -> Error {
     Error::usage(format!("there is no GPU with CUDA: {reason}")).help("leave out `--device gpu`")
+}
+
+/// The number of lanes of a batch: each thread has several batches of designs to make.
+fn lanes(designs: usize, threads: usize) -> usize {
+    let [least, most] = LANES_OF_BATCH;
+    designs.div_ceil(2 * threads).clamp(1, (LANES / threads).clamp(least, most))
 }

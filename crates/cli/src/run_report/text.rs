@@ -115,11 +115,9 @@ impl RunReport {
         } else {
             String::new()
         };
-        let other = self.other_time.map(|time| {
-            format!("; {:.0} ms more for checks, extremes, error estimates and files", time.as_secs_f64() * 1e3)
-        });
+        let other = self.other_time.map(|time| format!("; {:.0} ms for everything else", time.as_secs_f64() * 1e3));
         let integration = format!("{:.3} ms for the integration, {per_step:.0} ns a step", self.run_seconds * 1e3);
-        integration + &other.unwrap_or_default() + &way
+        integration + &way + &other.unwrap_or_default()
     }
 
     fn error_line(&self) -> String {

@@ -8,33 +8,51 @@ use crate::untranslated::Untranslated;
 /// Writes a program as a header of CUDA, which compilers of C++ read too.
 pub(crate) fn write_cuda(program: &Program) -> Result<Vec<File>, Untranslated> {
     let writer = Writer::new(program)?;
-    let guard = program.name.to_uppercase();
-    let code = writer.declarations()? + &writer.definitions()?;
-    let code: String = code.lines().map(|line| qualified(line) + "\n").collect();
+    let (name, guard) = (&program.name, program.name.to_uppercase());
+    let code = qualified(&(writer.declarations()? + &writer.definitions()?), name);
     let head = format!("\n#ifndef {guard}_CUH\n#define {guard}_CUH\n");
-    let text = writer.introduction(USE) + &head + QUALIFIERS + &code + "\n#endif\n";
+    // Headers of several scenes define the same names for their own use.
+    let begin = format!("namespace qrm_{name} {{\n\n");
+    let end = format!("\n}}  // namespace qrm_{name}\n\nusing namespace qrm_{name};\n\n{UNDEFINED}\n#endif\n");
+    let text = writer.introduction(USE) + &head + QUALIFIERS + &begin + &code + &end;
     Ok(vec![File { name: format!("{}.cuh", writer.stem()), text }])
 }
 
-/// A line with the qualifiers of CUDA: functions and tables begin without indentation.
-pub(super) fn qualified(line: &str) -> String {
-    let begins = |words: &[&str]| words.iter().any(|word| line.starts_with(word));
-    match line.strip_prefix("static ") {
-        Some(rest) if rest.starts_with("const ") => format!("TABLE {rest}"),
-        Some(rest) => format!("DEVICE {rest}"),
-        None if begins(&["void ", "double ", "int ", "INLINE "]) => format!("DEVICE {line}"),
-        None => line.to_owned(),
-    }
+/// The functions that the host calls too, for the parameters of a kernel.
+const SHARED: [&str; 4] = ["constants", "default_parameters", "new", "parameters_with"];
+/// Those that they call.
+const HELPERS: [&str; 4] = ["maximum", "minimum", "number_or", "sign"];
+
+/// Code with the qualifiers of CUDA: functions and tables begin without indentation.
+pub(super) fn qualified(code: &str, name: &str) -> String {
+    let shared: Vec<String> = SHARED.iter().map(|own| format!("{name}_{own}(")).collect();
+    let helpers: Vec<String> = HELPERS.iter().map(|own| format!("double {own}(")).collect();
+    let line = |line: &str| {
+        let is_shared = shared.iter().chain(&helpers).any(|call| line.contains(call));
+        let begins = |words: &[&str]| words.iter().any(|word| line.starts_with(word));
+        let (qualifier, rest) = match line.strip_prefix("static ") {
+            Some(rest) if rest.starts_with("const ") => ("QRM_TABLE ", rest),
+            Some(rest) if is_shared => ("QRM_SHARED ", rest),
+            Some(rest) => ("QRM_DEVICE ", rest),
+            None if !begins(&["void ", "double ", "int ", "INLINE "]) => ("", line),
+            None if is_shared => ("QRM_SHARED ", line),
+            None => ("QRM_DEVICE ", line),
+        };
+        format!("{qualifier}{rest}\n")
+    };
+    code.lines().map(line).collect()
 }
 
 /// The qualifiers of functions and tables. The run-time compiler of CUDA has no headers of the host.
 pub(super) const QUALIFIERS: &str = "
 #if defined(__CUDACC__) || defined(__CUDACC_RTC__)
-#define DEVICE static __device__
-#define TABLE static __constant__
+#define QRM_DEVICE static __device__
+#define QRM_SHARED static __host__ __device__
+#define QRM_TABLE static __constant__
 #else
-#define DEVICE static
-#define TABLE static
+#define QRM_DEVICE static
+#define QRM_SHARED static
+#define QRM_TABLE static
 #endif
 #define INLINE inline
 #if defined(__CUDACC_RTC__)
@@ -48,9 +66,12 @@ pub(super) const QUALIFIERS: &str = "
 
 ";
 
+/// The macros that only a header needs.
+const UNDEFINED: &str = "#undef INLINE\n#undef QRM_DEVICE\n#undef QRM_SHARED\n#undef QRM_TABLE\n";
+
 /// An example of a kernel.
 const USE: &str = "
-// A motion of each thread, by parameters of its own:
+// A motion of each thread, by parameters of its own, which the host takes from `scene_default_parameters`:
 //
 //     __global__ void run(const struct scene_parameters *p, struct scene_state *end, int count, double h, int steps)
 //     {

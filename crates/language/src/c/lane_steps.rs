@@ -9,16 +9,14 @@ use crate::ir::{Program, StructKind};
 use crate::untranslated::Untranslated;
 
 /// The functions that steps of lanes call.
-const FUNCTIONS: [&str; 10] = [
+const FUNCTIONS: [&str; 8] = [
     "constants",
     "angles",
-    "event",
     "position",
     "residuals",
     "velocity_residual",
     "correction",
     "accelerations",
-    "outputs_at",
     "growth_factor",
 ];
 /// The largest number of steps of a lane in one call: a driver may stop calls that take seconds.
@@ -35,7 +33,11 @@ pub(crate) fn write_lane_steps(
     let writer = Writer::new(program)?;
     let [mechanism, of_parameters] = [StructKind::Mechanism, StructKind::Parameters].map(|kind| writer.structure(kind));
     let mut code = writer.sizes_and_structs() + &writer.states();
-    code += &writer.functions(|name| FUNCTIONS.contains(&name))?;
+    code += &writer.functions(|name| match name {
+        "event" => request.watches_event,
+        "outputs_at" => request.ranges,
+        other => FUNCTIONS.contains(&other),
+    })?;
     code += &writer.construction();
     code += "\n// The places of the numbers of a lane, and counts.\nenum {\n";
     for (name, place) in layout.named_places() {
@@ -58,12 +60,11 @@ pub(crate) fn write_lane_steps(
     }
     code += &format!("    {}_new(&p, m);\n}}\n", program.name);
     let flags = [
-        ("WATCHES_EVENT", request.watches_event),
-        ("WAITS_EACH_STEP", request.waits_each_step),
-        ("HAS_RANGES", request.ranges),
-        ("HAS_CHECKPOINTS", request.checkpoints),
+        ("QRM_WATCHES_EVENT", request.watches_event),
+        ("QRM_WAITS_EACH_STEP", request.waits_each_step),
+        ("QRM_HAS_RANGES", request.ranges),
+        ("QRM_HAS_CHECKPOINTS", request.checkpoints),
     ];
     let flags: String = flags.map(|(name, is_set)| format!("#define {name} {}\n", u8::from(is_set))).concat();
-    let code: String = (code + &writer.lane_source()).lines().map(|line| qualified(line) + "\n").collect();
-    Ok(origin() + QUALIFIERS + &flags + &code)
+    Ok(origin() + QUALIFIERS + &flags + &qualified(&(code + &writer.lane_source()), &program.name))
 }

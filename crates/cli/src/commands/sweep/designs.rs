@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use qrm_core::ParameterOverrides;
@@ -63,6 +64,9 @@ pub(super) struct Design {
 /// The number of designs per work item of a core, without a GPU.
 const BLOCK: usize = 256;
 
+/// The number of blocks per thread that may wait for the rows before them.
+const BLOCKS_AHEAD: usize = 4;
+
 /// The interval between two checks for interrupts.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
@@ -111,20 +115,20 @@ impl Designs {
         })
     }
 
-    /// Lets a processor run the designs, up to this number at a time.
-    pub(crate) fn on(self, processor: Processor, designs: usize) -> Result<Self, Error> {
+    /// Lets a processor run this number of designs on this number of threads.
+    pub(crate) fn on(self, processor: Processor, size: (usize, usize)) -> Result<Self, Error> {
         let gpu = match processor {
             Processor::Cpu => None,
-            Processor::Gpu => Some(gpu::find(&self.setup, designs)?),
+            Processor::Gpu => Some(gpu::find(&self.setup, size)?),
         };
         Ok(Self { gpu, ..self })
     }
 
-    /// The GPU that ran designs, and the number of those that left it.
-    pub(crate) fn on_gpu(&self) -> Option<String> {
+    /// The GPU that ran designs, and the number of those that left it; `noun` is the word for a design.
+    pub(crate) fn on_gpu(&self, noun: &str) -> Option<String> {
         let alone = match self.alone.load(Ordering::Relaxed) {
             0 => String::new(),
-            count => format!("; {} on the cores", counted(count, "design")),
+            count => format!("; {} by themselves on the cores", counted(count, noun)),
         };
         Some(format!("on {}{alone}", self.gpu.as_ref()?.name()))
     }
@@ -153,17 +157,19 @@ impl Designs {
         convert: impl Fn(Vec<Row>) -> T + Sync,
         mut take: impl FnMut(T) -> Result<(), Error>,
     ) -> Result<usize, Error> {
-        let next = AtomicUsize::new(begin);
+        let (next, progress) = (AtomicUsize::new(begin), (Mutex::new(begin), Condvar::new()));
         let block = self.gpu.as_ref().map_or(BLOCK, |gpu| gpu.lanes());
         let mut taken = Ok(begin);
         std::thread::scope(|scope| {
-            let (sender, receiver) = mpsc::sync_channel(4 * threads);
+            let (sender, receiver) = mpsc::channel();
             for _ in 0..threads {
-                let (sender, next, convert) = (sender.clone(), &next, &convert);
+                let (sender, next, progress, convert) = (sender.clone(), &next, &progress, &convert);
                 scope.spawn(move || {
                     loop {
                         let from = next.fetch_add(block, Ordering::Relaxed);
                         let to = end.min(from.saturating_add(block));
+                        // A slow block does not let the others fill the memory.
+                        wait_until(progress, from.saturating_sub(BLOCKS_AHEAD * threads * block));
                         if from >= to || sender.send((from, to, convert(self.rows(from, to)))).is_err() {
                             break;
                         }
@@ -186,6 +192,9 @@ impl Designs {
                 }
                 if taken.is_err() || interrupted() {
                     next.store(end, Ordering::Relaxed);
+                    advance(&progress, usize::MAX);
+                } else if let Ok(at) = taken {
+                    advance(&progress, at);
                 }
             }
         });
@@ -199,7 +208,7 @@ impl Designs {
         let row = |(number, design): (&usize, Design)| match &design.result {
             Err(reason) => rows::refused(&columns, *number, &design.values, reason),
             Ok(result) => {
-                let left = result.is_alone && self.lanes == LaneCount::Most;
+                let left = result.is_alone && result.status.is_ok() && self.lanes == LaneCount::Most;
                 self.alone.fetch_add(u64::from(left), Ordering::Relaxed);
                 let passed_over = self.passed_over(&design.values, result.end_time);
                 rows::row(&columns, &self.setup, *number, &design.values, result, passed_over)
@@ -240,13 +249,13 @@ impl Designs {
             extremes: self.has_extremes,
             estimate_error: self.estimate_error,
         };
-        let results = match self.gpu.as_ref().filter(|_| lanes == LaneCount::Most) {
-            Some(gpu) => {
-                let device: &dyn Device = &**gpu;
-                sweep_on(device, self.setup.model, &designs, &request)
-            }
-            None => sweep(self.setup.model, &designs, &request, lanes),
-        };
+        let by_gpu = self.gpu.as_ref().filter(|_| lanes == LaneCount::Most).and_then(|gpu| {
+            let device: &dyn Device = &**gpu;
+            let results = sweep_on(device, self.setup.model, &designs, &request);
+            // Designs that left a GPU that failed would be runs of their own.
+            gpu.failure().is_none().then_some(results)
+        });
+        let results = by_gpu.unwrap_or_else(|| sweep(self.setup.model, &designs, &request, lanes));
         let mut results = results.into_iter();
         // They borrow the values, which the results take.
         drop(replacing);
@@ -276,6 +285,24 @@ impl Designs {
         let (scene, parameters) = (&self.setup.scene, &self.parameters(values));
         let step = self.setup.requested_step.unwrap_or_else(|| constant(&scene.run.step, parameters));
         resolution::passed_over(&time_scales(scene, parameters), step, end_time)
+    }
+}
+
+/// The first design that was not taken.
+type TakenDesigns = (Mutex<usize>, Condvar);
+
+/// Waits until the designs before this one were taken.
+fn wait_until((taken, changed): &TakenDesigns, design: usize) {
+    let guard = taken.lock().unwrap_or_else(PoisonError::into_inner);
+    drop(changed.wait_while(guard, |taken| *taken < design));
+}
+
+/// Lets threads wait for later designs.
+fn advance((taken, changed): &TakenDesigns, to: usize) {
+    let mut taken = taken.lock().unwrap_or_else(PoisonError::into_inner);
+    if *taken < to {
+        *taken = to;
+        changed.notify_all();
     }
 }
 

@@ -40,18 +40,19 @@ impl Motions {
         let nominal = parameters.iter().map(|parameter| (parameter.name.clone(), vec![parameter.value])).collect();
         let axes = Axes::paired(setup.description, nominal)?;
         let designs = Designs { estimate_error: false, ..Designs::new(setup, axes)? };
-        let designs = designs.on(options.device, options.samples as usize)?;
+        let threads = threads(options.threads);
+        let designs = designs.on(options.device, (options.samples as usize, threads))?;
         let all = designs.columns();
         let place = |name: &str| all.iter().position(|column| column.name == name).unwrap_or(0);
         let places = columns.iter().map(|name| place(name)).collect();
         let names = parameters.iter().map(|parameter| parameter.name.clone()).collect();
-        Ok(Self { names, places, reason: place("reason"), threads: threads(options.threads), designs })
+        Ok(Self { names, places, reason: place("reason"), threads, designs })
     }
 
     /// Where the samples ran, and what failed there; empty without a GPU.
     pub(super) fn on_gpu(&self) -> String {
         let failure = self.designs.gpu_failure().map(|failure| format!("{}\n\n", failure.warning()));
-        let on = self.designs.on_gpu().map(|on| format!("samples {on}\n"));
+        let on = self.designs.on_gpu("sample").map(|on| format!("samples {on}\n"));
         on.unwrap_or_default() + &failure.unwrap_or_default()
     }
 

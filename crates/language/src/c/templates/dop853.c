@@ -74,7 +74,6 @@ static INLINE double complete_step(const struct scene *m, double t, double h, do
                                    struct scene_step *step)
 {
     double increment[N], rate[N], acceleration[N];
-    struct scene_position position;
     add_up(slopes, ROWS[STAGES], STAGES, rate, acceleration);
     step->corrections = 0;
     for (int i = 0; i < N; i++) {
@@ -84,8 +83,10 @@ static INLINE double complete_step(const struct scene *m, double t, double h, do
     }
     const double estimate = error(slopes, h, tolerance, from, &step->end);
     compute_angles(step->end.q, &step->end.angles);
-    scene_position(m, t + h, step->end.q, &step->end.angles, &position);
-    correct_first(m, suits(m, &position), t + h, &position, from->q, increment, step);
+    if (M > 0) {
+        scene_position(m, t + h, step->end.q, &step->end.angles, &step->position);
+        correct_first(m, suits(m, &step->position), t + h, &step->position, from->q, increment, step);
+    }
     finish(m, t + h, step);
     return estimate;
 }

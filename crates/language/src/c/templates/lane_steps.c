@@ -1,6 +1,9 @@
 
-// The coefficients of the dense output of order 7.
-static const double DENSE[4][SLOPES] = NUMBERS_OF_DENSE;
+// The larger one; not a number if one of them is none.
+static INLINE double larger(double x, double y)
+{
+    return x > y || isnan(x) ? x : y;
+}
 
 // One step of a lane, and the largest growth of rounding errors in it; the result is the estimated error.
 static double step_lane(const struct scene *m, double t, double h, const struct scene_state *from, double tolerance,
@@ -14,13 +17,14 @@ static double step_lane(const struct scene *m, double t, double h, const struct 
     }
     for (int stage = 1; stage < STAGES; stage++) {
         evaluate(m, t, h, from, stage, slopes, &position);
-        *growth = fmax(*growth, fabs(scene_growth_factor(m, &position)));
+        *growth = larger(*growth, fabs(scene_growth_factor(m, &position)));
     }
     const double estimate = complete_step(m, t, h, tolerance, from, slopes, step);
-    *growth = fmax(*growth, fabs(scene_growth_factor(m, &step->position)));
+    *growth = larger(*growth, fabs(scene_growth_factor(m, &step->position)));
     return estimate;
 }
 
+#if QRM_WATCHES_EVENT
 // The largest value of the event at the end of a step and at the control points of the polynomial of degree 5 between
 // both ends: a bound of an event that is a convex function of the coordinates.
 static double largest_event(const struct scene *m, double t, double h, const struct scene_state *begin,
@@ -37,11 +41,16 @@ static double largest_event(const struct scene *m, double t, double h, const str
                 q[i] = state->q[i] + first * state->qd[i] + second * state->qdd[i];
             }
             const double value = scene_event(m, t, q, end->qd, end->qdd, end->multipliers);
-            largest = value > largest || isnan(value) ? value : largest;
+            largest = larger(value, largest);
         }
     }
     return largest;
 }
+#endif
+
+#if QRM_HAS_RANGES
+// The coefficients of the dense output of order 7.
+static const double DENSE[4][SLOPES] = NUMBERS_OF_DENSE;
 
 // Derivatives 1, 2 and 3 of a polynomial of degree 4 at a distance from where they have these values.
 static void move_along(const double *here, double d4, double s, double *there)
@@ -90,7 +99,6 @@ static void find_range(const double *values, double *low, double *high, double *
     *error = !(roughness <= SMOOTH) ? most : beyond == 0.0 ? 0.0 : FIFTH * most * square * sqrt(square);
 }
 
-#if HAS_RANGES
 // The outputs at the ends of the inner parts of a step.
 static void sample(const struct scene *m, double t, double h, const struct scene_state *from,
                    const struct scene_state *end, struct scene_slopes *slopes, double *growth, double *x)
@@ -103,7 +111,7 @@ static void sample(const struct scene *m, double t, double h, const struct scene
     }
     for (int stage = STAGES + 1; stage < SLOPES; stage++) {
         evaluate(m, t, h, from, stage, slopes, &position);
-        *growth = fmax(*growth, fabs(scene_growth_factor(m, &position)));
+        *growth = larger(*growth, fabs(scene_growth_factor(m, &position)));
     }
     for (int k = 0; k < 4; k++) {
         add_up(slopes, DENSE[k], SLOPES, q[4 + k], qd[4 + k]);
@@ -147,9 +155,9 @@ static void accept_ranges(double *x)
 {
     for (int i = 0; i < OUTPUTS; i++) {
         x[LOWEST + i] = fmin(x[LOWEST + i], x[STEP_LOWEST + i]);
-        x[LEAST + i] = fmin(x[LEAST + i], x[STEP_LEAST + i]);
+        x[LOWER_BOUND + i] = fmin(x[LOWER_BOUND + i], x[STEP_LOWER_BOUND + i]);
         x[HIGHEST + i] = fmax(x[HIGHEST + i], x[STEP_HIGHEST + i]);
-        x[MOST + i] = fmax(x[MOST + i], x[STEP_MOST + i]);
+        x[UPPER_BOUND + i] = fmax(x[UPPER_BOUND + i], x[STEP_UPPER_BOUND + i]);
     }
 }
 
@@ -174,13 +182,14 @@ static void find_ranges(const struct scene *m, double t, double h, const struct 
         find_range(values, &low, &high, &error);
         x[STEP_LOWEST + i] = low;
         x[STEP_HIGHEST + i] = high;
-        x[STEP_LEAST + i] = low - error;
-        x[STEP_MOST + i] = high + error;
+        x[STEP_LOWER_BOUND + i] = low - error;
+        x[STEP_UPPER_BOUND + i] = high + error;
         x[AT_ROW + i] = values[PARTS];
     }
 }
 #endif
 
+#if QRM_HAS_CHECKPOINTS
 // Stores the motion of a lane that has reached its next checkpoint.
 static void store_checkpoint(double t, const struct scene_state *state, double *x)
 {
@@ -197,6 +206,7 @@ static void store_checkpoint(double t, const struct scene_state *state, double *
         x[CHECKPOINT + 1 + N + i] = state->qd[i];
     }
 }
+#endif
 
 static void write_row(double t, const struct scene_state *state, double *row)
 {
@@ -251,7 +261,7 @@ static void make_steps(double *numbers)
         x[STEP] = h * (isfinite(error) ? change : LEAST_CHANGE);
         before = state;
         t_before = t;
-#if HAS_RANGES
+#if QRM_HAS_RANGES
         accept_ranges(x);
         find_ranges(&m, t, h, &state, &step, is_accepted, &slopes, &growth, x);
 #endif
@@ -264,10 +274,10 @@ static void make_steps(double *numbers)
             x[QUALITY] = growth;
             x[QUALITY + 1] = step.residual;
             x[QUALITY + 2] = is_finite(&state) ? 0.0 : NAN;
-#if WATCHES_EVENT
+#if QRM_WATCHES_EVENT
             x[EVENT] = largest_event(&m, t, h, &before, &state);
 #endif
-#if HAS_CHECKPOINTS
+#if QRM_HAS_CHECKPOINTS
             for (int i = 0; i < N; i++) {
                 x[COORDINATE_RANGES + i] = fmin(x[COORDINATE_RANGES + i], state.q[i]);
                 x[COORDINATE_RANGES + N + i] = fmax(x[COORDINATE_RANGES + N + i], state.q[i]);
@@ -275,7 +285,7 @@ static void make_steps(double *numbers)
             store_checkpoint(t, &state, x);
 #endif
         }
-        is_running = !WAITS_EACH_STEP && t < x[END_TIME] && x[EVENT] < 0.0 && x[STEP] > SHORTEST * x[END_TIME]
+        is_running = !QRM_WAITS_EACH_STEP && t < x[END_TIME] && x[EVENT] < 0.0 && x[STEP] > SHORTEST * x[END_TIME]
             && x[STEPS_MADE] < x[MAX_STEPS] && x[QUALITY] <= MOST_GROWTH && x[QUALITY + 1] <= RESIDUAL
             && x[QUALITY + 2] == 0.0;
     }

@@ -70,17 +70,13 @@ static INLINE void project_rates(const struct scene *m, int is_suited, const str
     }
 }
 
-// Corrects the coordinates at the end of a step for the first time, by Jacobian and mass matrix at a position nearby;
-// `increment` is their change in the step.
+// Corrects the coordinates at the end of a step, whose position is known, for the first time, by Jacobian and mass matrix
+// at a position nearby; `increment` is their change in the step.
 static INLINE void correct_first(const struct scene *m, int is_suited, double t, const struct scene_position *near,
                                  const double *from, const double *increment, struct scene_step *step)
 {
     struct scene_state *end = &step->end;
     double residuals[SCENE_PLACES(M)] = {0}, correction[N];
-    if (M == 0) {
-        return;
-    }
-    scene_position(m, t, end->q, &end->angles, &step->position);
     scene_residuals(m, &step->position, residuals);
     compute_correction(m, is_suited, near, t, end->q, residuals, correction);
     for (int i = 0; i < N; i++) {

@@ -36,6 +36,9 @@ void scene_rk4_step(const struct scene *m, double t, double h, const struct scen
     }
     // The last stage lies near enough.
     nudge_angles(&angles, way, step->end.q, &step->end.angles);
-    correct_first(m, is_suited, t + h, &position, begin, increment, step);
+    if (M > 0) {
+        scene_position(m, t + h, step->end.q, &step->end.angles, &step->position);
+        correct_first(m, is_suited, t + h, &position, begin, increment, step);
+    }
     finish(m, t + h, step);
 }
