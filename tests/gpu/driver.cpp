@@ -12,7 +12,7 @@
 
 namespace {
 
-enum { NO_ERROR = 0, OUT_OF_MEMORY = 2, NO_DEVICE = 100, LAUNCH_FAILED = 719, COMPILATION_FAILED = 6 };
+enum { NO_ERROR = 0, OUT_OF_MEMORY = 2, NO_DEVICE = 100, LAUNCH_FAILED = 719, NOT_SUPPORTED = 801, COMPILATION_FAILED = 6 };
 
 // A program of the run-time compiler.
 struct Program {
@@ -41,6 +41,9 @@ DOES_NOTHING(cuStreamSynchronize, void *)
 DOES_NOTHING(cuStreamWaitEvent, void *, void *, unsigned)
 
 API(cuInit)(unsigned) { return fails("cuInit") ? NO_DEVICE : NO_ERROR; }
+
+// The run-time compiler asks for it.
+API(cuGetExportTable)(const void **, const void *) { return NOT_SUPPORTED; }
 
 API(cuDeviceGet)(int *device, int ordinal)
 {
@@ -118,6 +121,10 @@ API(cuMemcpyDtoHAsync_v2)(void *to, const void *from, size_t bytes, void *)
 API(cuModuleLoadData)(void **module, const void *image)
 {
     const std::string library = static_cast<const char *>(image);
+    // Code for a real GPU.
+    if (library[0] != '/') {
+        return LAUNCH_FAILED;
+    }
     *module = dlopen(library.c_str(), RTLD_NOW);
     std::remove(library.c_str());
     rmdir(library.substr(0, library.rfind('/')).c_str());
