@@ -129,7 +129,7 @@ fn what_a_gpu_cannot_do_the_cores_do() {
     // Loads with corners are for the cores.
     let shaper = ["sweep", "shaper", "--vary", "O2A=0.15,0.16"];
     let output = on_gpu(driver.path(), "", &shaper, &file("shaper.csv"));
-    assert!(said(&output).contains("on a core; 2 designs by themselves on the cores"), "{}", said(&output));
+    assert!(said(&output).contains("on a core; 2 designs left it for the cores"), "{}", said(&output));
 }
 
 /// Where `QRM_NVRTC` is the folder of the run-time compiler of CUDA, which needs no GPU: the driver takes none of its code.

@@ -107,6 +107,32 @@ fn a_stop_condition_is_met_where_a_run_meets_it() {
     }
 }
 
+/// The last step towards a force that grows fast is short: the time by which it passes the condition is a rounding error
+/// of its length, but not of the speed, which grows too.
+#[test]
+fn extremes_do_not_count_what_lies_behind_the_end() {
+    let own = model("quick-return-driven");
+    let speed = own.description.outputs.iter().position(|output| output.name == "x6_dot").expect("an output");
+    let condition = event(own, "N3 >= 1000");
+    let designs: Vec<Design> = (0..40).map(|i| vec![("O2A", 0.13 + 0.003 * f64::from(i))]).collect();
+    let request = |tolerance| SweepRequest { end: Some(End::Event(&condition)), ..by_tolerance(tolerance) };
+    let alone = sweep(own, &designs, &request(1e-13), LaneCount::One);
+    for lanes in [LaneCount::Most, LaneCount::Four] {
+        let finished = sweep(own, &designs, &request(1e-9), lanes);
+        let mut compared = 0;
+        for (design, (finished, alone)) in designs.iter().zip(finished.iter().zip(&alone)) {
+            if finished.is_alone || alone.extremes.is_empty() {
+                continue;
+            }
+            let stated = finished.extreme_errors[speed][1] + alone.extreme_errors[speed][1];
+            let off = (finished.extremes[speed][1] - alone.extremes[speed][1]).abs();
+            assert!(off <= 3.0 * stated + 1e-14, "{design:?}: {off:e}, stated {stated:e}");
+            compared += 1;
+        }
+        assert!(compared > 20, "{compared}");
+    }
+}
+
 #[test]
 fn a_condition_that_is_true_within_a_step_only_is_met() {
     // True for a third of a step's turn.

@@ -5,7 +5,7 @@ pub(super) fn is_reserved(name: &str) -> bool {
     is_keyword(name) || FUNCTIONS.contains(&name)
 }
 
-/// Whether a name is a keyword of C99 or C++, or a macro of the C library.
+/// Whether a name is a keyword of C99 or C++, a macro of the C library, or a type of CUDA.
 pub(super) fn is_keyword(name: &str) -> bool {
     let is_constant = |name: &str| CONSTANTS.contains(&name);
     // No such macro ends with an underscore.
@@ -13,8 +13,18 @@ pub(super) fn is_keyword(name: &str) -> bool {
     KEYWORDS.contains(&name)
         || MACROS.into_iter().any(is_macro)
         || is_constant(name)
+        || is_vector(name)
         || name.strip_suffix('l').is_some_and(is_constant)
 }
+
+/// Whether CUDA has a vector type of this name, such as `float2`.
+fn is_vector(name: &str) -> bool {
+    let is_of = |of: &str| name.strip_prefix(of).is_some_and(|length| ["1", "2", "3", "4"].contains(&length));
+    name == "dim3" || VECTORS.into_iter().any(is_of)
+}
+
+const VECTORS: [&str; 12] =
+    ["char", "double", "float", "int", "long", "longlong", "short", "uchar", "uint", "ulong", "ulonglong", "ushort"];
 
 /// Whether a header of the C library has this name.
 pub(super) fn is_header(name: &str) -> bool {

@@ -43,7 +43,9 @@ impl LaneSweep<'_> {
             self.condition_value(lane, at)
         };
         let dt = zero(value, near, &mut condition);
-        let [before, after] = [-RESOLUTION, RESOLUTION].map(|part| dt + part * near);
+        // Times differ by no less than rounding errors.
+        let resolution = (RESOLUTION * near).max(0.25 * LATE * to.t.abs());
+        let [before, after] = [dt - resolution, dt + resolution];
         if dt.abs() <= near && condition(before) < 0.0 && condition(after) >= 0.0 {
             if dt < -LATE * to.t.abs() {
                 return self.step_again(lane, from, to);
@@ -59,6 +61,9 @@ impl LaneSweep<'_> {
             let ends = if value >= 0.0 { [&other, to] } else { [to, &other] };
             let mut value = |at: &State| self.condition_value(lane, at);
             let Ok(end) = locate(ends[0], ends[1], &mut value, &mut |t| Ok::<_, Infallible>(to.moved_along(t - to.t)));
+            if end.t < to.t - LATE * to.t.abs() {
+                return self.step_again(lane, from, to);
+            }
             return self.finish(lane, Status::Stopped, &end);
         }
         if value >= 0.0 {

@@ -128,7 +128,7 @@ impl Designs {
     pub(crate) fn on_gpu(&self, noun: &str) -> Option<String> {
         let alone = match self.alone.load(Ordering::Relaxed) {
             0 => String::new(),
-            count => format!("; {} by themselves on the cores", counted(count, noun)),
+            count => format!("; {} left it for the cores", counted(count, noun)),
         };
         Some(format!("on {}{alone}", self.gpu.as_ref()?.name()))
     }
