@@ -37,11 +37,11 @@ pub(crate) trait Gpu: Device {
     /// The number of lanes of a batch.
     fn lanes(&self) -> usize;
 
-    /// A warning that the GPU failed, so that the processor did its work.
+    /// A warning that the GPU failed, so that the cores ran the remaining designs.
     fn failure(&self) -> Option<Message>;
 }
 
-/// Finds a GPU for this number of designs of a scene, with batches of these numbers of threads.
+/// Finds a GPU for designs of a scene. `size` is their number, and the number of threads that share the GPU.
 pub(crate) fn find(setup: &Setup, size: (usize, usize)) -> Result<Box<dyn Gpu>, Error> {
     if !setup.settings.method.has_lanes() {
         let name = setup.settings.method.name;

@@ -1,4 +1,4 @@
-//! The memory layout of a batch, its options, and the constants of its steps.
+//! The places of the numbers of a batch, its options, and the constants of its steps.
 
 use crate::description::Description;
 use crate::kernel::MAX_GROWTH;
@@ -28,7 +28,7 @@ impl BatchRequest {
     }
 }
 
-/// The memory layout of a batch. A place is an index; it holds one number of every lane.
+/// The places of the numbers of a lane. The vectors of a core are stored place by place, the numbers of a GPU lane by lane.
 #[derive(Clone, Copy, Debug)]
 pub struct BatchLayout {
     /// Number of coordinates.

@@ -15,7 +15,7 @@ use super::lane_steps::{Buffers, CudaLaneSteps, PooledBuffers};
 use crate::error::{Error, Message};
 use crate::setup::Setup;
 
-/// The number of lanes of all cores together: twice as many as a large GPU holds threads.
+/// The number of lanes of all cores together: about twice the threads of a large GPU where each uses 255 registers.
 const LANES: usize = 65536;
 /// The smallest and the largest number of lanes of a batch.
 const LANES_OF_BATCH: [usize; 2] = [1024, 16384];
@@ -71,7 +71,7 @@ impl CudaGpu {
         })
     }
 
-    /// The compiled steps for these requests.
+    /// The compiled steps for these requests. An error is that of all later calls.
     fn kernel(&self, request: BatchRequest, residual: f64) -> Result<CudaFunction, String> {
         let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
         // Other threads waited while one failed.
@@ -81,6 +81,15 @@ impl CudaGpu {
         if let Some(kernel) = kernels.iter().find(|kernel| kernel.request == request && kernel.residual == residual) {
             return Ok(kernel.function.clone());
         }
+        let function = self.compile(request, residual).inspect_err(|reason| {
+            let _ = self.failure.set(reason.clone());
+        })?;
+        kernels.push(Kernel { request, residual, function: function.clone() });
+        Ok(function)
+    }
+
+    /// Writes the steps, and compiles them.
+    fn compile(&self, request: BatchRequest, residual: f64) -> Result<CudaFunction, String> {
         let (description, tape) = (self.model.description, self.model.named_tape());
         let code = Code { path: &self.path, scene: &self.scene, source: description.source, tape };
         let layout = BatchLayout::new(description, &request);
@@ -93,9 +102,7 @@ impl CudaGpu {
             other => format!("the run-time compiler says: {other}"),
         })?;
         let module = self.context.load_module(compiled).map_err(|error| format!("the driver says: {error}"))?;
-        let function = module.load_function("advance").map_err(|error| format!("the driver says: {error}"))?;
-        kernels.push(Kernel { request, residual, function: function.clone() });
-        Ok(function)
+        module.load_function("advance").map_err(|error| format!("the driver says: {error}"))
     }
 
     fn try_batch(&self, request: BatchRequest, residual: f64) -> Result<Batch, String> {
@@ -154,7 +161,7 @@ fn no_gpu(reason: &str) -> Error {
     Error::usage(format!("there is no GPU with CUDA: {reason}")).help("leave out `--device gpu`")
 }
 
-/// The number of lanes of a batch: each thread has several batches of designs to make.
+/// The number of lanes of a batch: each thread has at least two batches of designs to make, where there are enough.
 fn lanes(designs: usize, threads: usize) -> usize {
     let [least, most] = LANES_OF_BATCH;
     designs.div_ceil(2 * threads).clamp(1, (LANES / threads).clamp(least, most))

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use cudarc::driver::{CudaContext, CudaFunction, CudaSlice, CudaStream, DriverError, LaunchConfig, PushKernelArg};
 use qrm_core::LaneSteps;
 
-/// The number of threads of a block. A thread may use all 255 registers; larger blocks would leave registers unused.
+/// The number of threads of a block. Small blocks leave few registers unused, whatever number a thread takes.
 const BLOCK_SIZE: u32 = 64;
 
 /// The steps of a batch of lanes, each of which is a thread.
@@ -27,7 +27,7 @@ pub(super) struct Buffers {
 
 /// Buffers that another batch uses after this one.
 pub(super) struct PooledBuffers {
-    /// `None` while it is dropped alone.
+    /// `None` only while they are being dropped.
     pub(super) buffers: Option<Buffers>,
     pub(super) free: Arc<Mutex<Vec<Buffers>>>,
 }

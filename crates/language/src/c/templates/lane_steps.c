@@ -1,5 +1,5 @@
 
-// The larger one; not a number if one of them is none.
+// The larger one; NaN if either is.
 static INLINE double larger(double x, double y)
 {
     return x > y || isnan(x) ? x : y;
@@ -61,7 +61,7 @@ static void move_along(const double *here, double d4, double s, double *there)
 }
 
 // The smallest and the largest value over the span of five equidistant values, from the polynomial through them, and
-// their error, by the rules of lanes of a processor.
+// their error, by the rules of `crates/core/src/lane_steps/ranges.rs`.
 static void find_range(const double *values, double *low, double *high, double *error)
 {
     const double before = (values[0] - values[1]) + (values[2] - values[1]);
@@ -235,7 +235,7 @@ static void read_row(const double *row, struct scene_state *state)
 }
 
 // Makes steps until the lane needs its caller: it has reached its end time or its event, its steps are too short, too
-// many or unreliable, or the caller inspects each step. A lane without a design ends before it begins.
+// many or unreliable, or the caller inspects each step. A lane that rests has an end time of minus infinity.
 static void make_steps(double *numbers)
 {
     double x[PLACES];
