@@ -52,8 +52,8 @@ const SWEEP: [(&str, Measure); 8] = [
     ("sweep to 1e-9, four lanes, with both", |_| designs(LaneCount::Four, 1e-9, true, true)),
 ];
 
-/// Commands: the measured part that each belongs to, its arguments, and the number of designs; none for the time of a step
-/// that the command itself prints.
+/// Commands: the measured part that each belongs to, its arguments, and the number of designs; none for the time of a
+/// step that the command itself prints.
 const COMMANDS: [(&str, &str, &[&str], Option<usize>); 3] = [
     (
         "`qrm run`, 200 000 steps, as it prints",

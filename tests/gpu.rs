@@ -114,7 +114,7 @@ fn what_a_gpu_cannot_do_the_cores_do() {
     for (fails, reason) in [
         ("nvrtcCompileProgram", "a line of its log"),
         ("cuLaunchKernel", "unspecified launch failure"),
-        ("cuMemAlloc", "the driver says"),
+        ("cuMemAlloc", "the CUDA driver says"),
     ] {
         let output = on_gpu(driver.path(), fails, arguments, &file("gpu.csv"));
         assert!(output.status.success(), "{}", said(&output));
@@ -132,7 +132,8 @@ fn what_a_gpu_cannot_do_the_cores_do() {
     assert!(said(&output).contains("on a core; 2 designs left it for the cores"), "{}", said(&output));
 }
 
-/// Where `QRM_NVRTC` is the folder of the run-time compiler of CUDA, which needs no GPU: the driver takes none of its code.
+/// Where `QRM_NVRTC` is the folder of the run-time compiler of CUDA, which needs no GPU. The driver takes none of its
+/// code.
 #[test]
 #[cfg(feature = "gpu")]
 fn steps_compile_for_a_gpu() {
@@ -143,7 +144,7 @@ fn steps_compile_for_a_gpu() {
         let arguments = ["sweep", scene, "--vary", vary, "--until", "t >= 0.01"];
         for arguments in [&arguments[..4], &arguments] {
             let output = on_gpu(Path::new(&libraries), "", arguments, &folder.path().join("gpu.csv"));
-            assert!(said(&output).contains("the driver says: DriverError"), "{}", said(&output));
+            assert!(said(&output).contains("the CUDA driver says: DriverError"), "{}", said(&output));
         }
     }
 }

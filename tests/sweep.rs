@@ -107,8 +107,8 @@ fn a_stop_condition_is_met_where_a_run_meets_it() {
     }
 }
 
-/// The last step towards a force that grows fast is short: the time by which it passes the condition is a rounding error
-/// of its length, but not of the speed, which grows too.
+/// The last step towards a force that grows fast is short: the time by which it passes the condition is a rounding
+/// error of its length, but not of the speed, which grows too.
 #[test]
 fn extremes_do_not_count_what_lies_behind_the_end() {
     let own = model("quick-return-driven");

@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use crate::error::Error;
+
 /// The number of bytes up to which memory is not checked.
 const FEW: usize = 1 << 26;
 
@@ -15,6 +17,14 @@ pub(crate) fn has_room(bytes: usize) -> bool {
         Some(available) => bytes <= available,
         None => Vec::<u8>::new().try_reserve_exact(bytes).is_ok(),
     }
+}
+
+/// Refuses what takes more bytes than are free: `what` says what it is, and `help` how to ask for less.
+pub(crate) fn require_room(bytes: usize, what: &str, help: &str) -> Result<(), Error> {
+    if has_room(bytes) {
+        return Ok(());
+    }
+    Err(Error::usage(format!("{what} need {:.0} GB of memory", bytes as f64 / 1e9)).help(help))
 }
 
 /// The number of free bytes, if the system reports it as Linux does.

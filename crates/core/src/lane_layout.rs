@@ -28,7 +28,8 @@ impl BatchRequest {
     }
 }
 
-/// The places of the numbers of a lane. The vectors of a core are stored place by place, the numbers of a GPU lane by lane.
+/// The places of the numbers of a lane. The vectors of a core are stored place by place, the numbers of a GPU lane by
+/// lane.
 #[derive(Clone, Copy, Debug)]
 pub struct BatchLayout {
     /// Number of coordinates.

@@ -38,8 +38,8 @@ pub trait LaneSteps {
     /// Replaces consecutive numbers of a lane, beginning at a place of the batch.
     fn write(&mut self, place: usize, lane: usize, numbers: &[f64]);
 
-    /// Makes steps in all lanes until one needs its caller; independent lanes make steps until they need it themselves, or
-    /// have made very many. Returns whether the steps could be made.
+    /// Makes steps in all lanes until one needs its caller; independent lanes make steps until they need it themselves,
+    /// or have made very many. Returns whether the steps could be made.
     ///
     /// A lane needs its caller when it has reached its end time or its event, when its steps are too short, too many or
     /// unreliable, or when the caller inspects each step.

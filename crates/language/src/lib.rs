@@ -152,9 +152,9 @@ pub fn matlab(program: &Program) -> Result<Vec<File>, Untranslated> {
     matlab::write(program)
 }
 
-/// Writes steps of lanes for a device, in CUDA: the function `advance(numbers, lanes)`, with the numbers of each lane at
-/// the places of the layout. Steps count as reliable up to this residual; `parameters` are the names of the parameters in
-/// the order of the layout.
+/// Writes steps of lanes for a device, in CUDA: the function `advance(numbers, lanes)`, with the numbers of each lane
+/// at the places of the layout. Steps count as reliable up to this residual; `parameters` are the names of the
+/// parameters in the order of the layout.
 ///
 /// # Errors
 /// A name cannot be expressed in C.

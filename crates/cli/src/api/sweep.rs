@@ -7,7 +7,7 @@ use super::scene::LoadedScene;
 use crate::commands::sweep::{Axes, Cell, Designs, Field, Row, THREADS, by_lanes, self_check, threads};
 use crate::error::Error;
 use crate::gpu::Processor;
-use crate::memory::has_room;
+use crate::memory::require_room;
 use crate::setup::Setup;
 
 /// The designs of a sweep.
@@ -106,11 +106,8 @@ impl LoadedScene {
 fn check_memory(rows: usize, columns: usize) -> Result<(), Error> {
     // A value takes 8 bytes here and 8 in copies made by callers; texts take at most a few times that.
     let bytes = rows.saturating_mul(columns + 4).saturating_mul(16);
-    if has_room(bytes) {
-        return Ok(());
-    }
-    let text = format!("{rows} designs with {columns} columns need {:.0} GB of memory", bytes as f64 / 1e9);
-    Err(Error::usage(text).help("vary fewer values, or let `qrm sweep` write a file"))
+    let what = format!("{rows} designs with {columns} columns");
+    require_room(bytes, &what, "vary fewer values, or let `qrm sweep` write a file")
 }
 
 impl Values {

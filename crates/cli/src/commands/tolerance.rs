@@ -18,7 +18,7 @@ use qrm_core::Model;
 
 use super::sweep::by_lanes;
 use crate::error::Error;
-use crate::memory::has_room;
+use crate::memory::require_room;
 use crate::output::{check_target, print, save, save_json};
 use crate::setup::Setup;
 use derivatives::Derived;
@@ -53,7 +53,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
 
     let derived = derivatives::find(&nominal, &parameters, &options.of)?;
     // Samples, a copy of the parameters, and what the statistics of a quantity need.
-    check_memory(2 * parameters.len() + derived.len() + 5, options.samples as usize)?;
+    let (columns, samples) = (2 * parameters.len() + derived.len() + 5, options.samples as usize);
+    let what = format!("{samples} samples of {columns} columns");
+    require_room(samples.saturating_mul(columns).saturating_mul(8), &what, "choose fewer `--samples`")?;
     let columns: Vec<&str> = derived.iter().map(|derived| derived.name.as_str()).collect();
     let mut motions = Motions::new(setup, &parameters, &columns, options)?;
     let scene = nominal.description.name;
@@ -89,14 +91,4 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let written: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
     print(&format!("{}\n{}wrote {}", table::text(&report), motions.on_gpu(), written.join(", ")));
     Ok(())
-}
-
-/// Refuses samples that exceed the memory of the machine.
-fn check_memory(columns: usize, samples: usize) -> Result<(), Error> {
-    let bytes = samples.saturating_mul(columns).saturating_mul(8);
-    if has_room(bytes) {
-        return Ok(());
-    }
-    let text = format!("{samples} samples of {columns} columns need {:.0} GB of memory", bytes as f64 / 1e9);
-    Err(Error::usage(text).help("choose fewer `--samples`"))
 }

@@ -11,7 +11,7 @@ use qrm_scene::scene::Scene;
 use qrm_sim::batch::Device;
 
 use super::Gpu;
-use super::lane_steps::{Buffers, CudaLaneSteps, PooledBuffers};
+use super::lane_steps::{Buffers, CudaLaneSteps, PooledBuffers, of_driver};
 use crate::error::{Error, Message};
 use crate::setup::Setup;
 
@@ -56,8 +56,8 @@ impl CudaGpu {
                 "the run-time compiler of CUDA 11 or 12 is not installed (`libnvrtc`, a part of its toolkit)",
             ));
         }
-        let context = CudaContext::new(0).map_err(|error| no_gpu(&format!("the CUDA driver says: {error}")))?;
-        let name = context.name().map_err(|error| no_gpu(&format!("the CUDA driver says: {error}")))?;
+        let context = CudaContext::new(0).map_err(|error| no_gpu(&of_driver(error)))?;
+        let name = context.name().map_err(|error| no_gpu(&of_driver(error)))?;
         Ok(Self {
             context,
             name,
@@ -101,18 +101,16 @@ impl CudaGpu {
             CompileError::CompileError { log, .. } => format!("the steps do not compile: {}", log.to_string_lossy()),
             other => format!("the run-time compiler says: {other}"),
         })?;
-        let module = self.context.load_module(compiled).map_err(|error| format!("the driver says: {error}"))?;
-        module.load_function("advance").map_err(|error| format!("the driver says: {error}"))
+        self.context.load_module(compiled).and_then(|module| module.load_function("advance")).map_err(of_driver)
     }
 
     fn try_batch(&self, request: BatchRequest, residual: f64) -> Result<Batch, String> {
         let description = self.model.description;
         let places = BatchLayout::new(description, &request).places();
-        let buffers = self.buffers(places)?;
         let steps = CudaLaneSteps {
             kernel: self.kernel(request, residual)?,
             places,
-            buffers: PooledBuffers { buffers: Some(buffers), free: Arc::clone(&self.free) },
+            buffers: PooledBuffers { buffers: Some(self.buffers(places)?), free: Arc::clone(&self.free) },
             failure: Arc::clone(&self.failure),
         };
         Ok(Batch::new(Box::new(steps), description, request, residual))
@@ -127,16 +125,13 @@ impl CudaGpu {
         drop(free);
         match known {
             Some(buffers) => Ok(buffers),
-            None => Buffers::new(&self.context, length).map_err(|error| format!("the driver says: {error}")),
+            None => Buffers::new(&self.context, length).map_err(of_driver),
         }
     }
 }
 
 impl Device for CudaGpu {
     fn batch(&self, request: BatchRequest, residual: f64) -> Option<Batch> {
-        if self.failure.get().is_some() {
-            return None;
-        }
         self.try_batch(request, residual).map_err(|reason| self.failure.set(reason)).ok()
     }
 }

@@ -8,7 +8,7 @@ use qrm_core::LaneSteps;
 /// The number of threads of a block. Small blocks leave few registers unused, whatever number a thread takes.
 const BLOCK_SIZE: u32 = 64;
 
-/// The steps of a batch of lanes, each of which is a thread.
+/// The steps of a batch of lanes. Each lane is a thread.
 pub(super) struct CudaLaneSteps {
     /// The function `advance` for this number of places.
     pub(super) kernel: CudaFunction,
@@ -46,9 +46,9 @@ impl Buffers {
         stream.memcpy_htod(numbers, on_device)?;
         let mut call = stream.launch_builder(kernel);
         call.arg(&mut *on_device).arg(&lanes);
-        // SAFETY: the arguments are those of `advance(double *, int)`, compiled for this number of places. A thread reads and
-        // writes the numbers of its own lane alone, all of which are in the buffer. The buffer is used on this stream
-        // alone, which is waited for below.
+        // SAFETY: the arguments are those of `advance(double *, int)`, compiled for this number of places. A thread
+        // reads and writes the numbers of its own lane, which are in the buffer. No other stream uses the buffer, and
+        // the host waits for this stream below.
         #[expect(unsafe_code, reason = "compiled for the GPU")]
         unsafe {
             call.launch(config)?;
@@ -87,8 +87,13 @@ impl LaneSteps for CudaLaneSteps {
     fn advance(&mut self) -> bool {
         let (Some(buffers), None) = (&mut self.buffers.buffers, self.failure.get()) else { return false };
         let advanced = buffers.advance(&self.kernel, self.places);
-        advanced.map_err(|error| self.failure.set(format!("the driver says: {error}"))).is_ok()
+        advanced.map_err(|error| self.failure.set(of_driver(error))).is_ok()
     }
+}
+
+/// The text of an error of the driver.
+pub(super) fn of_driver(error: DriverError) -> String {
+    format!("the CUDA driver says: {error}")
 }
 
 impl Drop for PooledBuffers {

@@ -20,7 +20,7 @@ pub(crate) fn write_cuda(program: &Program) -> Result<Vec<File>, Untranslated> {
 
 /// The functions that the host calls too, for the parameters of a kernel.
 const SHARED: [&str; 4] = ["constants", "default_parameters", "new", "parameters_with"];
-/// Those that they call.
+/// The helpers that the shared functions call.
 const HELPERS: [&str; 4] = ["maximum", "minimum", "number_or", "sign"];
 
 /// Code with the qualifiers of CUDA: functions and tables begin without indentation.

@@ -22,8 +22,9 @@ const FUNCTIONS: [&str; 8] = [
 /// The largest number of steps of a lane in one call: a driver may stop calls that take seconds.
 const MOST_STEPS: usize = 8192;
 
-/// Writes the function `advance(numbers, lanes)`, which makes steps in each lane until the lane needs its caller, or has
-/// tried [`MOST_STEPS`]; the next call continues. The numbers have the places of the layout, lane by lane. `parameters` are the names of the parameters in the order of the layout.
+/// Writes the function `advance(numbers, lanes)`. It makes steps in each lane until the lane needs its caller, or has
+/// tried [`MOST_STEPS`]; the next call continues. The numbers have the places of the layout, lane by lane. `parameters`
+/// are the names of the parameters in the order of the layout.
 pub(crate) fn write_lane_steps(
     program: &Program,
     (layout, request): (&BatchLayout, &BatchRequest),

@@ -208,8 +208,9 @@ impl Designs {
         let row = |(number, design): (&usize, Design)| match &design.result {
             Err(reason) => rows::refused(&columns, *number, &design.values, reason),
             Ok(result) => {
-                let left = result.is_alone && result.status.is_ok() && self.lanes == LaneCount::Most;
-                self.alone.fetch_add(u64::from(left), Ordering::Relaxed);
+                if self.gpu.is_some() && self.lanes == LaneCount::Most && result.is_alone && result.status.is_ok() {
+                    self.alone.fetch_add(1, Ordering::Relaxed);
+                }
                 let passed_over = self.passed_over(&design.values, result.end_time);
                 rows::row(&columns, &self.setup, *number, &design.values, result, passed_over)
             }

@@ -20,6 +20,15 @@ struct scene_slopes {
     double v[SLOPES][N], a[SLOPES][N];
 };
 
+// Sets the slopes of a stage to those of a state.
+static INLINE void set_slopes(const struct scene_state *state, int stage, struct scene_slopes *slopes)
+{
+    for (int i = 0; i < N; i++) {
+        slopes->v[stage][i] = state->qd[i];
+        slopes->a[stage][i] = state->qdd[i];
+    }
+}
+
 // The sums of rates and accelerations over the first stages.
 static void add_up(const struct scene_slopes *slopes, const double *weights, int count, double *rate,
                    double *acceleration)

@@ -5,10 +5,7 @@ double scene_dop853_step(const struct scene *m, double t, double h, double toler
     struct scene_slopes slopes;
     struct scene_position position;
     struct scene_step next;
-    for (int i = 0; i < N; i++) {
-        slopes.v[0][i] = from->qd[i];
-        slopes.a[0][i] = from->qdd[i];
-    }
+    set_slopes(from, 0, &slopes);
     for (int stage = 1; stage < STAGES; stage++) {
         evaluate(m, t, h, from, stage, &slopes, &position);
     }

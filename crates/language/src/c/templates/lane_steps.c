@@ -11,10 +11,7 @@ static double step_lane(const struct scene *m, double t, double h, const struct 
 {
     struct scene_position position;
     *growth = 0.0;
-    for (int i = 0; i < N; i++) {
-        slopes->v[0][i] = from->qd[i];
-        slopes->a[0][i] = from->qdd[i];
-    }
+    set_slopes(from, 0, slopes);
     for (int stage = 1; stage < STAGES; stage++) {
         evaluate(m, t, h, from, stage, slopes, &position);
         *growth = larger(*growth, fabs(scene_growth_factor(m, &position)));
@@ -99,16 +96,26 @@ static void find_range(const double *values, double *low, double *high, double *
     *error = !(roughness <= SMOOTH) ? most : beyond == 0.0 ? 0.0 : FIFTH * most * square * sqrt(square);
 }
 
+// The first coefficients of the dense output, from the values `x` and derivatives `d` at both ends of a step.
+static void set_cubic(double h, const double *x0, const double *d0, const double *x1, const double *d1,
+                      double coefficients[8][N])
+{
+    for (int i = 0; i < N; i++) {
+        const double change = x1[i] - x0[i], bend = h * d0[i] - change;
+        coefficients[0][i] = x0[i];
+        coefficients[1][i] = change;
+        coefficients[2][i] = bend;
+        coefficients[3][i] = change - h * d1[i] - bend;
+    }
+}
+
 // The outputs at the ends of the inner parts of a step.
 static void sample(const struct scene *m, double t, double h, const struct scene_state *from,
                    const struct scene_state *end, struct scene_slopes *slopes, double *growth, double *x)
 {
     double q[8][N], qd[8][N];
     struct scene_position position;
-    for (int i = 0; i < N; i++) {
-        slopes->v[STAGES][i] = end->qd[i];
-        slopes->a[STAGES][i] = end->qdd[i];
-    }
+    set_slopes(end, STAGES, slopes);
     for (int stage = STAGES + 1; stage < SLOPES; stage++) {
         evaluate(m, t, h, from, stage, slopes, &position);
         *growth = larger(*growth, fabs(scene_growth_factor(m, &position)));
@@ -120,16 +127,8 @@ static void sample(const struct scene *m, double t, double h, const struct scene
             qd[4 + k][i] *= h;
         }
     }
-    for (int i = 0; i < N; i++) {
-        q[0][i] = from->q[i];
-        q[1][i] = end->q[i] - from->q[i];
-        q[2][i] = h * from->qd[i] - q[1][i];
-        q[3][i] = q[1][i] - h * end->qd[i] - q[2][i];
-        qd[0][i] = from->qd[i];
-        qd[1][i] = end->qd[i] - from->qd[i];
-        qd[2][i] = h * from->qdd[i] - qd[1][i];
-        qd[3][i] = qd[1][i] - h * end->qdd[i] - qd[2][i];
-    }
+    set_cubic(h, from->q, from->qd, end->q, end->qd, q);
+    set_cubic(h, from->qd, from->qdd, end->qd, end->qdd, qd);
     for (int part = 1; part < PARTS; part++) {
         const double s = (double)part / PARTS, r = 1.0 - s;
         double at_q[N], at_qd[N], qdd[N], multipliers[SCENE_PLACES(M)];
