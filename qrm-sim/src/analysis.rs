@@ -16,6 +16,7 @@ mod revolution;
 mod sensitivity;
 mod singular_interval;
 mod spectrum;
+mod steady;
 
 pub use branches::{MAX_BRANCHES, branches};
 pub use enclosure::{Enclosure, EnclosureEnd, NoSeries, NotEnclosed, Reason, enclose};
@@ -33,3 +34,4 @@ pub use sensitivity::{
     DerivativeErrors, Derivatives, OutputValues, Sensitivity, SensitivityError, SensitivityRequest, sensitivity,
 };
 pub use spectrum::{Spectrum, longest_step, spectrum};
+pub use steady::{Multiplier, NoSteadyMotion, OutputMeans, SteadyMotion, SteadyRequest, steady_motion};

@@ -42,6 +42,9 @@ commands! {
     /// Report eigenvalues and stability limits along the motion, and test every method on the scene's extreme cases:
     /// stability.csv, stability.json, stability.svg, extremes.csv
     Stability: stability,
+    /// Find the periodic motion that a scene settles into, and its Floquet multipliers: one period as files of a run,
+    /// and steady.json
+    Steady: steady,
     /// Derivatives of the end of a motion, and of its outputs, by parameters: sensitivity.csv
     Sensitivity: sensitivity,
     /// Forces and torques needed for a prescribed motion: inverse.csv, inverse.json, inverse.svg

@@ -26,6 +26,7 @@ mod recorder;
 mod reference;
 mod regular_forms;
 mod resolution;
+mod run_files;
 mod run_report;
 mod scenes;
 mod setup;

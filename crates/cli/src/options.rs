@@ -56,11 +56,11 @@ pub(crate) struct StartOptions {
 /// An integration method with its projection.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct MethodOptions {
-    /// Integration method [default: rk4; dop853 of sweeps]
+    /// Integration method [default: rk4; dop853 of sweeps, auto of steady motions]
     #[arg(long, value_parser = method_parser())]
     pub(crate) method: Option<&'static Method>,
     /// Largest error of a step of a method that chooses its steps, in the unit of each coordinate and rate
-    /// [default: 1e-9]
+    /// [default: 1e-9; 1e-12 of steady motions]
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
     pub(crate) tolerance: Option<String>,
     /// Longest step of a method that chooses its steps [default: a quarter of the shortest period of a load]
@@ -112,6 +112,11 @@ impl OutFolder {
     /// The requested folder, or the default for the scene at `path`.
     pub(crate) fn folder(&self, path: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| default_folder(path))
+    }
+
+    /// The requested folder, or one of this name in the default for the scene at `path`.
+    pub(crate) fn subfolder(&self, path: &str, name: &str) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| default_folder(path).join(name))
     }
 }
 

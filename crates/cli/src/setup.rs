@@ -42,6 +42,8 @@ pub(crate) struct Setup {
     pub(crate) set: BTreeMap<String, f64>,
     /// The start given on the command line.
     start: Option<Start>,
+    /// Another start, by which that one may be wrong.
+    other_start: Option<Start>,
     /// The step given on the command line.
     pub(crate) requested_step: Option<f64>,
     /// The longest step given on the command line.
@@ -126,6 +128,7 @@ impl Setup {
             scene,
             set,
             start: None,
+            other_start: None,
             requested_step,
             max_step,
             end_time,
@@ -200,6 +203,13 @@ impl Setup {
         Ok(self)
     }
 
+    /// A run over a time from a start, by which it may be wrong, with rows at this distance.
+    pub(crate) fn over_period(mut self, [start, other]: [Start; 2], period: f64, step: f64) -> Self {
+        (self.start, self.other_start) = (Some(start), Some(other));
+        (self.end_time, self.requested_step) = (Some(period), Some(step));
+        self
+    }
+
     /// Whether the start differs from that of the scene.
     pub(crate) fn has_own_start(&self) -> bool {
         self.start.is_some()
@@ -241,6 +251,15 @@ impl Setup {
     /// The values of all parameters of the scene, including those that the generated code omits.
     pub(crate) fn parameters(&self) -> Vec<f64> {
         parameter_values(&self.scene, self.replace())
+    }
+
+    /// The rates at which sines in loads and drives turn with time, in rad/s.
+    pub(crate) fn rates_of_loads(&self) -> Vec<f64> {
+        let rate = |scale: &TimeScale| match scale {
+            TimeScale::Period(rate) => Some(*rate),
+            TimeScale::Moment { .. } => None,
+        };
+        self.scales.iter().filter_map(rate).collect()
     }
 
     /// The reason why fixed steps skip a time-dependent change of a load, in a run to an end time.
@@ -317,6 +336,7 @@ impl Setup {
     ) -> Result<Outcome, Error> {
         let request = Request {
             start: self.start.clone(),
+            other_start: self.other_start.clone(),
             settings: self.settings,
             step: self.requested_step,
             end,

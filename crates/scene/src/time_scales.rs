@@ -44,7 +44,12 @@ pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
 
 /// The parameters on which the time scales of a scene may depend.
 pub fn parameters_of_time_scales(scene: &Scene) -> BTreeSet<usize> {
-    if scene.depends_on_time(formulae(scene)) { scene.parameters_of(formulae(scene)) } else { BTreeSet::new() }
+    if depends_on_time(scene) { scene.parameters_of(formulae(scene)) } else { BTreeSet::new() }
+}
+
+/// Whether a load, a constraint or a point depends on time.
+pub fn depends_on_time(scene: &Scene) -> bool {
+    scene.depends_on_time(formulae(scene))
 }
 
 /// The formulae of loads, constraints and points.

@@ -1,5 +1,6 @@
 //! Derivatives of a motion by the parameters of its mechanism (forward sensitivity analysis).
 
+mod by_start;
 mod collocation;
 mod columns;
 mod crossing;
@@ -20,6 +21,7 @@ mod stepper;
 mod tests;
 mod values;
 
+pub(super) use by_start::{EndByStart, end_by_start};
 pub use error::SensitivityError;
 pub use result::{DerivativeErrors, Derivatives, OutputValues, Sensitivity};
 

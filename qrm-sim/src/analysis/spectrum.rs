@@ -77,7 +77,7 @@ const LARGEST: f64 = 1e60;
 /// Far more iterations than eigenvalues of such matrices need.
 const MOST_ITERATIONS: usize = 10_000;
 
-fn eigenvalues(mut matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
+pub(super) fn eigenvalues(mut matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     if matrix.iter().any(|entry| !(entry.abs() < LARGEST)) {
         return None;
     }

@@ -31,6 +31,13 @@ pub(crate) struct StartUncertainty {
 }
 
 impl StartUncertainty {
+    /// The distance of a start with all coordinates and rates from coordinates.
+    pub(crate) fn between(q: &[f64], other: &Start) -> Self {
+        let distances: Vec<f64> = q.iter().zip(&other.q).map(|(own, other)| other - own).collect();
+        let (coordinate, error) = largest(&distances);
+        Self { coordinate, error, q: other.q.clone(), qd: other.qd.clone() }
+    }
+
     /// The least known coordinate and its possible error, if a warning is due.
     pub(crate) fn warning(&self) -> Option<(usize, f64)> {
         (self.error > WARNED * size(&self.q)).then_some((self.coordinate, self.error))

@@ -12,6 +12,8 @@ pub struct Request<'a> {
     pub settings: MethodSettings,
     /// The start; the scene's if `None`.
     pub start: Option<Start>,
+    /// Another start, by which the first one may be wrong: errors contain what that changes.
+    pub other_start: Option<Start>,
     /// The values of the scene's own parameters, which define the branch of the start; those of the model if `None`.
     pub scene_parameters: Option<Vec<f64>>,
     /// Length of the steps, or the time between rows of a method that chooses its steps; the scene's if `None`.

@@ -44,8 +44,12 @@ pub fn simulate(
     let start = request.start.clone().unwrap_or_else(|| Start::new(mechanism));
     let branch = AssemblyBranch::with_parameters(mechanism, request.scene_parameters.clone());
     let first = first_state(mechanism, &branch, start.clone())?;
-    // A page has no room for it.
-    let uncertainty = if cfg!(feature = "events") { start_uncertainty(mechanism, &start, &first.q) } else { None };
+    let uncertainty = match &request.other_start {
+        // A page has no room for it.
+        _ if !cfg!(feature = "events") => None,
+        Some(other) => Some(StartUncertainty::between(&first.q, other)),
+        None => start_uncertainty(mechanism, &start, &first.q),
+    };
     if let Some(coordinate) = uncertainty.as_ref().and_then(|uncertainty| uncertainty.undetermined_rate(&first.qd)) {
         return Err(StartError::RateNotDetermined(coordinate));
     }

@@ -189,7 +189,8 @@ fn derive(
     sensitivity(setup.model, replace, &request).map_err(|reason| no_sensitivity(setup, &reason))
 }
 
-fn no_sensitivity(setup: &Setup, reason: &SensitivityError) -> Error {
+/// The error of a motion that has no derivatives.
+pub(crate) fn no_sensitivity(setup: &Setup, reason: &SensitivityError) -> Error {
     let name = setup.description.name;
     let message = match reason {
         SensitivityError::Start(reason) => return setup.no_start(reason),

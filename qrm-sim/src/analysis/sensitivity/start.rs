@@ -7,7 +7,7 @@ use qrm_core::Scalar;
 
 use super::equations::{DualEquations, DualState};
 use super::error::SensitivityError;
-use super::number::{Inner, Number, complete, constants};
+use super::number::{Inner, Number, complete, constants, values};
 use super::saddle::less_product;
 use crate::run::StartError;
 use crate::solve::LoopConstraints;
@@ -21,12 +21,24 @@ pub(super) fn start<T: Inner>(equations: &mut DualEquations<T>) -> Result<DualSt
     let given = Start::new(equations.mechanism);
     let assembled = assemble(equations.mechanism, Start::new(equations.mechanism));
     let (real_q, real_qd) = assembled.map_err(|e| SensitivityError::Start(StartError::NotAssembled(e)))?;
-    let jacobian = LoopConstraints::at(equations.mechanism, 0.0, &real_q).constraint_jacobian;
     let (mut q, mut qd) = (constants(&real_q), constants(&real_qd));
     equations.evaluator.start(&mut q, &mut qd);
     take_assembled(&mut q, &real_q, &given.given);
     take_assembled(&mut qd, &real_qd, &given.given_rates);
+    consistent(equations, q, qd, &given)
+}
 
+/// The state with these coordinates and rates, of which the given ones have derivatives. Those of the others follow.
+///
+/// # Errors
+/// The state has no derivatives.
+pub(super) fn consistent<T: Inner>(
+    equations: &mut DualEquations<T>,
+    mut q: Vec<Number<T>>,
+    mut qd: Vec<Number<T>>,
+    given: &Start,
+) -> Result<DualState<T>, SensitivityError> {
+    let jacobian = LoopConstraints::at(equations.mechanism, 0.0, &values(&q)).constraint_jacobian;
     let tape = equations.evaluator.tape();
     let mut results = vec![Number::zero(); tape.loop_constraints.results.len()];
     let (evaluator, parts) = (&mut equations.evaluator, equations.parts);

@@ -1,0 +1,133 @@
+//! `qrm steady`
+
+mod failure;
+mod period;
+mod report;
+
+use clap::Args;
+use qrm_core::Model;
+use qrm_scene::names::suggestion;
+use qrm_sim::analysis::{OutputMeans, SteadyRequest, steady_motion};
+use qrm_sim::integrate::AUTO;
+
+use crate::error::Error;
+use crate::options::{MethodOptions, OutFolder, PlotOptions, SceneName, SceneOptions, StartOptions, optional_positive};
+use crate::output::{check_target, print, save_json};
+use crate::plots::Plots;
+use crate::progress::{interrupted, watch_interrupts};
+use crate::run_files::{FinishedRun, RunFiles};
+use crate::setup::Setup;
+use report::SteadyReport;
+
+#[derive(Args)]
+pub(crate) struct Options {
+    #[command(flatten)]
+    name: SceneName,
+    /// Give a parameter another value, such as `O2A=0.25` or `w0=3*pi`
+    #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    set: Vec<String>,
+    #[command(flatten)]
+    start: StartOptions,
+    /// Period of the loads and drives in seconds [default: that of the sines in their formulae]; a motion that does not
+    /// depend on time has its own
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    period: Option<String>,
+    /// Coordinate whose turns or oscillations are the cycles of a motion with a period of its own [default: the first
+    /// one that the scene gives at its start]
+    #[arg(long, value_name = "NAME")]
+    phase: Option<String>,
+    /// Number of cycles in the period that is sought
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    cycles: u32,
+    /// Number of periods of the ordinary motion before the search; with 0 it begins at the start
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(..=1_000_000))]
+    settle: u32,
+    /// Number of rows in the period
+    #[arg(long, value_name = "N", default_value_t = 720, value_parser = clap::value_parser!(u32).range(4..=1_000_000))]
+    rows: u32,
+    #[command(flatten)]
+    method: MethodOptions,
+    /// Draw no figures
+    #[arg(long, conflicts_with = "plot")]
+    no_figures: bool,
+    #[command(flatten)]
+    plots: PlotOptions,
+    #[command(flatten)]
+    out: OutFolder,
+}
+
+/// The default tolerance.
+const TOLERANCE: &str = "1e-12";
+
+/// Finds the steady motion of a scene, prints it and writes its files.
+pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
+    let mut how = options.method.clone();
+    how.method = how.method.or(Some(AUTO));
+    how.tolerance = how.tolerance.or_else(|| Some(TOLERANCE.to_owned()));
+    let scene =
+        SceneOptions { name: options.name.clone(), set: options.set.clone(), step: None, end_time: None, until: None };
+    let setup = Setup::new(models, &scene, &how)?.starting_from(&options.start)?;
+    if !setup.settings.method.is_adaptive() {
+        let name = setup.settings.method.name;
+        return Err(Error::usage(format!("`--method {name}` has fixed steps, and the period is not known before"))
+            .help("leave `--method` out, or choose `dop853`"));
+    }
+    let folder = options.out.subfolder(&setup.path, "steady");
+    let files = RunFiles { folder: &folder, every: 1, has_figures: !options.no_figures, parquet: false };
+    files.check_targets()?;
+    let path = folder.join("steady.json");
+    check_target(&path)?;
+    // Mistakes in plots are found before the search.
+    Plots::new(&setup, &options.plots)?;
+    setup.refuse_redundant(&setup.first_state()?[0])?;
+    let period = period::period(&setup, optional_positive("--period", options.period.as_ref(), "s")?)?;
+    let phase = if period.is_none() { Some(phase(&setup, options.phase.as_deref())?) } else { None };
+    watch_interrupts();
+    let request = SteadyRequest {
+        settings: setup.settings,
+        start: Some(setup.start()),
+        period,
+        phase,
+        cycles: options.cycles,
+        settle: options.settle,
+        step: None,
+        keep_running: Some(&|_, _| !interrupted()),
+    };
+    let found = steady_motion(&*setup.mechanism(), setup.model.tape(), &request);
+    let found = found.map_err(|reason| failure::error(&setup, phase, reason))?;
+    let step = found.period / f64::from(options.rows);
+    let starts = [found.start.clone(), found.other_start.clone()];
+    let setup = setup.over_period(starts, found.period, step);
+    let mechanism = setup.mechanism();
+    let mut means = OutputMeans::new(&*mechanism);
+    let plots = Plots::new(&setup, &options.plots)?;
+    let finished = files.run(&setup, true, plots, &mut means)?;
+    let report = SteadyReport::new(&setup, &found, phase, options.settle, &finished, &means);
+    let FinishedRun { report: of_run, mut problems, .. } = finished;
+    let saved = [save_json(&folder.join("summary.json"), &of_run), save_json(&path, &report)];
+    print(&report.text(&of_run, &folder));
+    problems.extend(saved.into_iter().filter_map(Result::err));
+    Error::all(problems)
+}
+
+/// The coordinate whose cycles are counted.
+fn phase(setup: &Setup, name: Option<&str>) -> Result<usize, Error> {
+    let (coordinates, given) = (setup.description.coordinates, setup.start().given);
+    let names = || (0..given.len()).filter(|&i| given[i]).map(|i| coordinates[i].name);
+    let scene = setup.description.name;
+    match name {
+        Some(name) if names().any(|given| given == name) => {
+            Ok(coordinates.iter().position(|coordinate| coordinate.name == name).unwrap_or(0))
+        }
+        Some(name) => {
+            let help =
+                suggestion(name, names(), || format!("given at the start: {}", names().collect::<Vec<_>>().join(", ")));
+            Err(Error::usage(format!("`--phase {name}`: scene `{scene}` gives no coordinate `{name}` at its start"))
+                .help(help))
+        }
+        None => given.iter().position(|given| *given).ok_or_else(|| {
+            Error::usage(format!("scene `{scene}` gives no coordinate at its start that could tell a cycle"))
+                .help("give one under [initial]")
+        }),
+    }
+}

@@ -1,0 +1,105 @@
+//! Steady motion: the periodic motion that a mechanism settles into, and its stability.
+
+mod cycle;
+mod error;
+mod means;
+mod multipliers;
+mod return_map;
+
+use qrm_core::{Mechanism, Tape};
+
+use crate::integrate::MethodSettings;
+use crate::position::{AssemblyBranch, Start};
+use crate::run::first_state;
+use return_map::{Orbit, ReturnMap};
+
+pub use error::NoSteadyMotion;
+pub use means::OutputMeans;
+pub use multipliers::Multiplier;
+
+/// A request for a steady motion.
+#[derive(Clone, Default)]
+pub struct SteadyRequest<'a> {
+    /// The method, which chooses its steps.
+    pub settings: MethodSettings,
+    /// The start of the search; the scene's if `None`.
+    pub start: Option<Start>,
+    /// The period, in s, where formulae depend on time; `None` finds that of the motion.
+    pub period: Option<f64>,
+    /// The coordinate whose turns or oscillations are the cycles of a free period; the first given one if `None`.
+    pub phase: Option<usize>,
+    /// The number of cycles in a period.
+    pub cycles: u32,
+    /// The number of periods of the ordinary motion before the search.
+    pub settle: u32,
+    /// The time between the states that the search for cycles looks at, in s; the scene's step if `None`.
+    pub step: Option<f64>,
+    /// Asked now and then, with the time and the latest end of the motion under way; nothing more is computed where it
+    /// says false.
+    pub keep_running: Option<&'a dyn Fn(f64, f64) -> bool>,
+}
+
+/// A periodic motion.
+#[derive(Clone, Debug)]
+pub struct SteadyMotion {
+    /// The period, in s.
+    pub period: f64,
+    /// Its estimated error; zero if the period was given.
+    pub period_error: f64,
+    /// The start of a period: all coordinates and rates, and which of them are given.
+    pub start: Start,
+    /// The same by steps half as long, whose distance from `start` is the estimated error.
+    pub other_start: Start,
+    /// The whole turns of each coordinate in a period; zero for lengths.
+    pub turns: Vec<f64>,
+    /// The multipliers of small deviations in a period, the largest first; without that of a shift in time.
+    pub multipliers: Vec<Multiplier>,
+    /// Whether others of any near period or energy surround the motion, as without losses.
+    pub is_one_of_many: bool,
+    /// The number of iterations of Newton's method.
+    pub iterations: u32,
+    /// The largest difference between the end and the start of the period, relative to the ranges of coordinates and
+    /// rates.
+    pub residual: f64,
+    /// The number of steps in the period.
+    pub steps: u64,
+}
+
+/// Finds the periodic motion near the one that a start settles into.
+///
+/// The given coordinates and rates `x` at the start of a period solve `P(x) - x = 0`, where `P(x)` are their values
+/// after the period `T`, less whole turns. Newton's method takes `dP/dx` from the steps on dual numbers. A free period
+/// is an unknown too; in its place the coordinate of the phase keeps its start. The multipliers are the eigenvalues of
+/// `dP/dx`, which do not depend on the choice of coordinates; at a free period, those of the return map to the same
+/// phase. Their errors, and that of the start, are the differences from the motion by steps half as long.
+///
+/// # Errors
+/// There is no such motion, or it is not found: see [`NoSteadyMotion`].
+pub fn steady_motion(
+    mechanism: &dyn Mechanism,
+    tape: &Tape,
+    request: &SteadyRequest,
+) -> Result<SteadyMotion, NoSteadyMotion> {
+    let start = request.start.clone().unwrap_or_else(|| Start::new(mechanism));
+    let branch = AssemblyBranch::new(mechanism);
+    let first = first_state(mechanism, &branch, start.clone()).map_err(NoSteadyMotion::Start)?;
+    let guess = cycle::guess(mechanism, request, &start, &first)?;
+    let map = ReturnMap::new(mechanism, tape, request, &start, &guess)?;
+    let (found, mut iterations) = map.solve(guess.orbit, false)?;
+    let orbit = Orbit { start: found.start.clone(), period: found.period };
+    let (accurate, more) = map.solve(orbit, true)?;
+    iterations += more;
+    map.check_end(&found)?;
+    Ok(SteadyMotion {
+        period: found.period,
+        period_error: map.period_error(&found, &accurate),
+        turns: map.turns().to_vec(),
+        multipliers: multipliers::multipliers(&map, &found, &accurate)?,
+        is_one_of_many: found.is_one_of_many,
+        iterations,
+        residual: found.residual,
+        steps: found.at.steps,
+        start: found.start,
+        other_start: accurate.start,
+    })
+}

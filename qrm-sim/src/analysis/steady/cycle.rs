@@ -1,0 +1,197 @@
+//! The first guess of a periodic motion: a cycle of the ordinary motion.
+
+use std::f64::consts::{PI, TAU};
+
+use qrm_core::Mechanism;
+
+use super::SteadyRequest;
+use super::error::NoSteadyMotion;
+use super::return_map::Orbit;
+use crate::integrate::{Integrator, quintic};
+use crate::position::{Start, assemble_from_guesses};
+use crate::state::State;
+
+/// The guess of a periodic motion.
+pub(super) struct Guess {
+    /// The start, and the period.
+    pub(super) orbit: Orbit,
+    /// The coordinate of the phase, where the period is free.
+    pub(super) phase: Option<usize>,
+}
+
+/// States without a turn or a reversal after which no more is expected.
+const MOST_STATES: u32 = 500_000;
+/// A motion has come to rest when its cycles have become smaller than this part of the largest.
+const REST: f64 = 1e-6;
+/// The largest difference of angles that belong to one position.
+const SAME: f64 = 1e-6;
+
+/// Follows the ordinary motion for the periods of the request, and one more where the period is free.
+///
+/// # Errors
+/// The motion has no cycle, or cannot be continued.
+pub(super) fn guess(
+    mechanism: &dyn Mechanism,
+    request: &SteadyRequest,
+    start: &Start,
+    first: &State,
+) -> Result<Guess, NoSteadyMotion> {
+    let mut motion = Motion::new(mechanism, request, first)?;
+    let (at, period, phase) = match request.period {
+        Some(period) => {
+            let period = period * f64::from(request.cycles.max(1));
+            for count in 1..=request.settle {
+                motion.advance(f64::from(count) * period)?;
+            }
+            (motion.to, period, None)
+        }
+        None => {
+            let given = (0..start.given.len()).find(|&i| start.given[i]);
+            let phase = request.phase.or(given).ok_or(NoSteadyMotion::NoPhase)?;
+            let (at, period) = cycle(&mut motion, request, first, phase)?;
+            (at, period, Some(phase))
+        }
+    };
+    Ok(Guess { orbit: Orbit { start: with_few_turns(mechanism, start, first, &at), period }, phase })
+}
+
+/// The start of a cycle, and the time that it takes.
+fn cycle(
+    motion: &mut Motion,
+    request: &SteadyRequest,
+    first: &State,
+    phase: usize,
+) -> Result<(State, f64), NoSteadyMotion> {
+    let is_angle = motion.mechanism.description().is_angle(phase);
+    let step = request.step.unwrap_or_else(|| motion.mechanism.schedule().step);
+    let cycles = request.cycles.max(1);
+    let mut turns = vec![first.clone()];
+    let mut reversals: Vec<f64> = Vec::new();
+    // The states since the last but one cycle of reversals.
+    let mut states: Vec<State> = vec![first.clone()];
+    let (mut largest, mut idle, mut row) = (0.0_f64, 0, 0_u64);
+    loop {
+        row += 1;
+        idle += 1;
+        let from = motion.to.clone();
+        motion.advance(row as f64 * step)?;
+        let to = &motion.to;
+        states.push(to.clone());
+        let last = turns.last().map_or(first.q[phase], |turn| turn.q[phase]);
+        if is_angle && (to.q[phase] - last).abs() >= TAU {
+            let target = last + TAU * (to.q[phase] - last).signum();
+            turns.push(passing(&from, to, phase, target));
+            idle = 0;
+            let wanted = (request.settle.max(1) * cycles) as usize;
+            if turns.len() > wanted {
+                let begin = if request.settle == 0 { 0 } else { wanted };
+                let period = turns[wanted].t - turns[wanted - cycles as usize].t;
+                return Ok((turns.swap_remove(begin), period));
+            }
+        }
+        if from.qd[phase] * to.qd[phase] < 0.0 || to.qd[phase] == 0.0 && from.qd[phase] != 0.0 {
+            reversals.push(to.t);
+            idle = 0;
+            let kept = 2 * cycles as usize;
+            let since = reversals.len().checked_sub(kept + 1).map_or(0.0, |place| reversals[place]);
+            states.retain(|state| state.t >= since);
+            let range = |states: &[State]| {
+                let q = || states.iter().map(|state| state.q[phase]);
+                q().fold(f64::NEG_INFINITY, f64::max) - q().fold(f64::INFINITY, f64::min)
+            };
+            let of_cycle = range(&states);
+            largest = largest.max(of_cycle);
+            if of_cycle < REST * largest {
+                return Err(NoSteadyMotion::AtRest { t: to.t });
+            }
+            let advance = (states.last().map_or(0.0, |last| last.q[phase]) - states[0].q[phase]).abs();
+            let wanted = (request.settle.max(1) as usize) * kept + 1;
+            // Rates of a turning crank may change their sign too.
+            if reversals.len() > wanted && !(is_angle && advance > PI) {
+                let fastest = |a: &&State, b: &&State| a.qd[phase].total_cmp(&b.qd[phase]);
+                let begin = if request.settle == 0 { first } else { states.iter().max_by(fastest).unwrap_or(first) };
+                let ends = [reversals.len() - 1, reversals.len() - 1 - kept].map(|place| reversals[place]);
+                return Ok((begin.clone(), ends[0] - ends[1]));
+            }
+        }
+        if idle >= MOST_STATES {
+            let last = turns.last().map_or(0.0, |turn| turn.t).max(reversals.last().copied().unwrap_or(0.0));
+            let rate = to.qd.iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
+            let at_first = first.qd.iter().chain(&first.qdd).fold(0.0_f64, |most, rate| most.max(rate.abs()));
+            return Err(if rate <= REST * at_first {
+                NoSteadyMotion::AtRest { t: to.t }
+            } else {
+                NoSteadyMotion::NoCycle { coordinate: phase, last, t: to.t }
+            });
+        }
+    }
+}
+
+/// The state between two others at which a coordinate has a value.
+fn passing(from: &State, to: &State, coordinate: usize, value: f64) -> State {
+    let (mut low, mut high) = (from.t, to.t);
+    let rises = to.q[coordinate] > from.q[coordinate];
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if (quintic(from, to, middle).q[coordinate] < value) == rises { low = middle } else { high = middle }
+    }
+    let mut at = quintic(from, to, high);
+    at.q[coordinate] = value;
+    at
+}
+
+/// The start of a period at a state, with the given angles nearest to those of the first state: whole turns are left out
+/// where the position remains the same.
+fn with_few_turns(mechanism: &dyn Mechanism, start: &Start, first: &State, at: &State) -> Start {
+    let description = mechanism.description();
+    let turns = |i: usize| TAU * ((at.q[i] - first.q[i]) / TAU).round();
+    // After whole turns an angle is the same to the last digit.
+    let few = |i: usize| match at.q[i] - turns(i) {
+        _ if !description.is_angle(i) => at.q[i],
+        angle if (angle - first.q[i]).abs() < SAME => first.q[i],
+        angle => angle,
+    };
+    let begin = |q: Vec<f64>| Start { q, qd: at.qd.clone(), given: start.given.clone(), ..start.clone() };
+    let reduced = begin((0..at.q.len()).map(few).collect());
+    let all = begin(at.q.clone());
+    match assemble_from_guesses(mechanism, &reduced) {
+        Ok((q, qd)) if q.iter().zip(&reduced.q).all(|(q, guess)| (q - guess).abs() < 10.0 * SAME) => {
+            Start { q, qd, ..reduced }
+        }
+        _ => match assemble_from_guesses(mechanism, &all) {
+            Ok((q, qd)) => Start { q, qd, ..all },
+            Err(_) => all,
+        },
+    }
+}
+
+/// The ordinary motion.
+struct Motion<'a> {
+    mechanism: &'a dyn Mechanism,
+    integrator: Integrator,
+    from: State,
+    to: State,
+    keep_running: Option<&'a dyn Fn(f64, f64) -> bool>,
+}
+
+impl<'a> Motion<'a> {
+    fn new(mechanism: &'a dyn Mechanism, request: &SteadyRequest<'a>, first: &State) -> Result<Self, NoSteadyMotion> {
+        let made = Integrator::new(mechanism, request.settings, first, f64::INFINITY);
+        let integrator = made.map_err(|error| NoSteadyMotion::Settling { t: first.t, error })?;
+        let (from, to) = (first.clone(), first.clone());
+        Ok(Self { mechanism, integrator, from, to, keep_running: request.keep_running })
+    }
+
+    /// Advances to a time.
+    fn advance(&mut self, t: f64) -> Result<(), NoSteadyMotion> {
+        std::mem::swap(&mut self.from, &mut self.to);
+        let made = self.integrator.advance(self.mechanism, &self.from, t, &mut self.to);
+        made.map_err(|error| NoSteadyMotion::Settling { t: self.from.t, error })?;
+        // The steps so far are not asked for.
+        self.integrator.take_steps();
+        if self.keep_running.is_some_and(|keep_running| !keep_running(t, t)) {
+            return Err(NoSteadyMotion::Interrupted { t });
+        }
+        Ok(())
+    }
+}
