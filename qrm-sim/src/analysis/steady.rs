@@ -11,11 +11,18 @@ use qrm_core::{Mechanism, Tape};
 use crate::integrate::MethodSettings;
 use crate::position::{AssemblyBranch, Start};
 use crate::run::first_state;
-use return_map::{Orbit, ReturnMap};
+use return_map::ReturnMap;
 
 pub use error::NoSteadyMotion;
 pub use means::OutputMeans;
 pub use multipliers::Multiplier;
+
+/// The least number of steps in a period: where nothing moves, the method would choose none of its own.
+const STEPS: f64 = 32.0;
+/// Steps are halved until the errors of multipliers are below the first of these, or below the second times the
+/// tolerance; or until that does not make them smaller.
+const RESOLVED: f64 = 1e-11;
+const LOOSER: f64 = 100.0;
 
 /// A request for a steady motion.
 #[derive(Clone, Default)]
@@ -84,22 +91,36 @@ pub fn steady_motion(
     let branch = AssemblyBranch::new(mechanism);
     let first = first_state(mechanism, &branch, start.clone()).map_err(NoSteadyMotion::Start)?;
     let guess = cycle::guess(mechanism, request, &start, &first)?;
-    let map = ReturnMap::new(mechanism, tape, request, &start, &guess)?;
-    let (found, mut iterations) = map.solve(guess.orbit, false)?;
-    let orbit = Orbit { start: found.start.clone(), period: found.period };
-    let (accurate, more) = map.solve(orbit, true)?;
-    iterations += more;
+    let mut map = ReturnMap::new(mechanism, tape, request, &start, &guess)?;
+    let mut orbit = guess.orbit;
+    let (mut iterations, mut before) = (0, f64::INFINITY);
+    let target = RESOLVED.max(LOOSER * request.settings.tolerance);
+    let mut longest = orbit.period / STEPS;
+    let (found, accurate, multipliers) = loop {
+        map.limit_steps(longest);
+        let (found, own) = map.solve(orbit, false)?;
+        let (accurate, of_accurate) = map.solve(found.orbit.clone(), true)?;
+        iterations += own + of_accurate;
+        let multipliers = multipliers::multipliers(&map, &found, &accurate)?;
+        let error = multipliers.iter().map(|m| m.error / m.value.norm().max(1.0)).fold(0.0, f64::max);
+        if error <= target || error > 0.5 * before {
+            break (found, accurate, multipliers);
+        }
+        // Steps are as long on average as they are many.
+        (before, longest) = (error, 0.5 * longest.min(found.orbit.period / found.at.steps as f64));
+        orbit = found.orbit;
+    };
     map.check_end(&found)?;
     Ok(SteadyMotion {
-        period: found.period,
+        period: found.orbit.period,
         period_error: map.period_error(&found, &accurate),
         turns: map.turns().to_vec(),
-        multipliers: multipliers::multipliers(&map, &found, &accurate)?,
+        multipliers,
         is_one_of_many: found.is_one_of_many,
         iterations,
         residual: found.residual,
         steps: found.at.steps,
-        start: found.start,
-        other_start: accurate.start,
+        start: found.orbit.start,
+        other_start: accurate.orbit.start,
     })
 }

@@ -50,10 +50,11 @@ impl EventFunction<'_> {
             search.best
         })?;
         let [begin, end] = ends.map(|end| end.t);
-        let apart = (APART * (end - begin)).min(t - begin).min(end - t);
-        if !(apart > 0.0 && largest.is_finite()) {
+        // Where no value inside is larger than those at the ends, its time is not a number.
+        if !(begin < t && t < end && largest.is_finite()) {
             return None;
         }
+        let apart = (APART * (end - begin)).min(t - begin).min(end - t);
         let mut value_at = |t: f64| at(t).map(|at| value(&at)).filter(|value| value.is_finite());
         // The bounds are those of polynomials, which differ from the motion.
         let beside = [t - apart, t + apart];

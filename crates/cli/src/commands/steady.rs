@@ -94,7 +94,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         keep_running: Some(&|_, _| !interrupted()),
     };
     let found = steady_motion(&*setup.mechanism(), setup.model.tape(), &request);
-    let found = found.map_err(|reason| failure::error(&setup, phase, reason))?;
+    let found = found.map_err(|reason| failure::error(&setup, reason))?;
     let step = found.period / f64::from(options.rows);
     let starts = [found.start.clone(), found.other_start.clone()];
     let setup = setup.over_period(starts, found.period, step);

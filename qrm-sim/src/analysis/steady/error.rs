@@ -56,13 +56,13 @@ pub enum NoSteadyMotion {
         /// The difference.
         difference: f64,
     },
-    /// Coordinates and rates return after the period, but this coordinate does not accelerate as at the start: its
-    /// loads depend on the number of turns, or on time with another period.
+    /// Coordinates and rates return after the period, and this acceleration, or that multiplier, does not: loads depend
+    /// on the number of turns, or on time with another period.
     LoadsDiffer {
-        /// The coordinate.
-        coordinate: usize,
-        /// The acceleration at the start, and that after the period.
-        accelerations: [f64; 2],
+        /// The coordinate that is accelerated, or else the constraint.
+        quantity: Result<usize, usize>,
+        /// The value at some time, and that a period later.
+        values: [f64; 2],
     },
     /// The eigenvalues of the return map cannot be computed.
     NoEigenvalues,

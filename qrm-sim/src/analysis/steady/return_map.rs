@@ -11,8 +11,9 @@ use super::cycle::Guess;
 use super::error::NoSteadyMotion;
 use crate::analysis::revolution::wrap_angle;
 use crate::analysis::sensitivity::{EndByStart, end_by_start};
-use crate::integrate::MethodSettings;
+use crate::integrate::{Integrator, MethodSettings};
 use crate::position::{Start, assemble_from_guesses};
+use crate::solve::Solver;
 use crate::state::State;
 
 /// A candidate for a periodic motion: a start with all coordinates and rates, and the period.
@@ -24,8 +25,7 @@ pub(super) struct Orbit {
 
 /// A solution.
 pub(super) struct Found {
-    pub(super) start: Start,
-    pub(super) period: f64,
+    pub(super) orbit: Orbit,
     /// The motion over a period from there, with derivatives.
     pub(super) at: EndByStart,
     pub(super) residual: f64,
@@ -78,6 +78,8 @@ const ACROSS: f64 = 0.1;
 const REST: f64 = 0.01;
 /// The longest step, in parts of the sizes.
 const LONGEST: f64 = 1.0;
+/// The number of places in a period at which loads are compared with those a period later.
+const PLACES: u32 = 16;
 /// The largest difference between the ends of a period that belong to one position, relative to sizes.
 const SAME: f64 = 1e-6;
 
@@ -141,6 +143,12 @@ impl<'a> ReturnMap<'a> {
         Ok(map)
     }
 
+    /// Bounds the length of steps.
+    pub(super) fn limit_steps(&mut self, longest: f64) {
+        let bounds = &mut self.settings.step_bounds;
+        bounds.longest = bounds.longest.min(longest);
+    }
+
     pub(super) fn turns(&self) -> &[f64] {
         &self.turns
     }
@@ -199,8 +207,7 @@ impl<'a> ReturnMap<'a> {
             let size = step.amax();
             if size <= CONVERGED || size < SETTLED && size > 0.5 * before || self.places.is_empty() {
                 let residual = if residuals.is_empty() { 0.0 } else { residuals.amax() };
-                let Orbit { start, period } = orbit;
-                return Ok((Found { start, period, at, residual, is_one_of_many }, iteration));
+                return Ok((Found { orbit, at, residual, is_one_of_many }, iteration));
             }
             before = size;
             let mut next = self.shorter((&orbit, &residuals), &step, is_halved)?;
@@ -305,27 +312,58 @@ impl<'a> ReturnMap<'a> {
     /// Whether all of a motion repeats after its period, and not only the given values.
     ///
     /// # Errors
-    /// A coordinate is elsewhere, or accelerates otherwise.
+    /// A coordinate is elsewhere, or the loads are others.
     pub(super) fn check_end(&self, found: &Found) -> Result<(), NoSteadyMotion> {
-        let State { q, qdd, .. } = &found.at.end;
-        let first = &found.at.first;
+        let EndByStart { first, end, .. } = &found.at;
         let description = self.mechanism.description();
         let size = first.q.iter().fold(1e-300_f64, |most, q| most.max(q.abs()));
         for (coordinate, turns) in self.turns.iter().enumerate() {
-            let change = q[coordinate] - first.q[coordinate] - TAU * turns;
+            let change = end.q[coordinate] - first.q[coordinate] - TAU * turns;
             let difference = wrap_angle(change, description.coordinates[coordinate].unit);
             if difference.abs() > SAME * if description.is_angle(coordinate) { 1.0 } else { size } {
                 return Err(NoSteadyMotion::OtherBranch { coordinate, difference });
             }
         }
-        let of_rates = found.at.end.qd.iter().map(|qd| qd * TAU / found.period);
-        let largest = qdd.iter().copied().chain(of_rates).fold(0.0_f64, |most, qdd| most.max(qdd.abs()));
-        for (coordinate, (end, begin)) in qdd.iter().zip(&first.qdd).enumerate() {
-            if (end - begin).abs() > SAME * largest {
-                return Err(NoSteadyMotion::LoadsDiffer { coordinate, accelerations: [*begin, *end] });
+        self.check_loads(found)
+    }
+
+    /// Compares accelerations and multipliers along the period with those a period later. A jump of a load may lie on
+    /// either side of a single place.
+    fn check_loads(&self, found: &Found) -> Result<(), NoSteadyMotion> {
+        let Self { mechanism, settings, turns, .. } = self;
+        let first = &found.at.first;
+        let failed = |error| NoSteadyMotion::Settling { t: first.t, error };
+        let mut integrator = Integrator::new(*mechanism, *settings, first, found.orbit.period).map_err(failed)?;
+        let mut solver = Solver::new(*mechanism);
+        let n = first.q.len();
+        let (mut from, mut to) = (first.clone(), first.clone());
+        // The largest of all accelerations and of all multipliers, and each pair of values.
+        let mut largest = [0.0_f64; 2];
+        let mut pairs = Vec::new();
+        for place in 1..=PLACES {
+            std::mem::swap(&mut from, &mut to);
+            let t = found.orbit.period * f64::from(place) / f64::from(PLACES + 1);
+            integrator.advance(*mechanism, &from, t, &mut to).map_err(failed)?;
+            let mut later = State { t: t + found.orbit.period, ..to.clone() };
+            later.q.iter_mut().zip(turns).for_each(|(q, turns)| *q += TAU * turns);
+            solver.complete(*mechanism, &mut later).map_err(failed)?;
+            let values = |at: &State| [&at.qdd[..], &at.multipliers[..]].concat();
+            for (i, values) in values(&to).into_iter().zip(values(&later)).enumerate() {
+                let largest = &mut largest[usize::from(i >= n)];
+                *largest = largest.max(values.0.abs()).max(values.1.abs());
+                pairs.push((i, values));
             }
         }
-        Ok(())
+        let differs = |(i, (a, b)): &&(usize, (f64, f64))| (a - b).abs() > SAME * largest[usize::from(*i >= n)];
+        let mut different = pairs.iter().filter(differs);
+        let first = different.next();
+        match first.filter(|(i, _)| different.filter(|(other, _)| other == i).count() > 0) {
+            None => Ok(()),
+            Some((i, values)) => Err(NoSteadyMotion::LoadsDiffer {
+                quantity: if *i < n { Ok(*i) } else { Err(i - n) },
+                values: [values.0, values.1],
+            }),
+        }
     }
 
     /// The error of the period, by a more accurate solution.
@@ -333,6 +371,6 @@ impl<'a> ReturnMap<'a> {
         if self.phase.is_none() {
             return 0.0;
         }
-        (found.period - accurate.period).abs().max(f64::EPSILON * found.period)
+        (found.orbit.period - accurate.orbit.period).abs().max(f64::EPSILON * found.orbit.period)
     }
 }

@@ -8,8 +8,8 @@ use crate::error::Error;
 use crate::format::{number, quantity, seconds};
 use crate::setup::Setup;
 
-/// The error of a search that found no steady motion, with cycles of this coordinate.
-pub(super) fn error(setup: &Setup, phase: Option<usize>, reason: NoSteadyMotion) -> Error {
+/// The error of a search that found no steady motion.
+pub(super) fn error(setup: &Setup, reason: NoSteadyMotion) -> Error {
     let name = |coordinate: usize| setup.description.coordinates[coordinate].name;
     let scene = setup.description.name;
     match reason {
@@ -59,16 +59,21 @@ pub(super) fn error(setup: &Setup, phase: Option<usize>, reason: NoSteadyMotion)
             ))
             .help("a period of two cycles may return to the same branch: --cycles 2")
         }
-        NoSteadyMotion::LoadsDiffer { coordinate, accelerations: [begin, end] } => {
-            let what = if phase.is_some() { "the number of turns" } else { "time with another period" };
+        NoSteadyMotion::LoadsDiffer { quantity, values: [begin, end] } => {
+            let what = match quantity {
+                Ok(coordinate) => format!("{}_ddot", name(coordinate)),
+                Err(constraint) => format!("lambda_{}", setup.description.constraints[constraint].name),
+            };
             Error::run(format!(
-                "coordinates and rates return after a period, and the loads do not: `{}_ddot` is {} at its start and {} at \
-                 its end. They depend on {what}",
-                name(coordinate),
+                "coordinates and rates return after a period, and the loads do not: `{what}` is {} at some time \
+                 and {} a period later",
                 number(begin),
                 number(end)
             ))
-            .help(if phase.is_some() { "write loads as functions of sines and cosines of the angle" } else { "give the period: `--period SECONDS`" })
+            .help(
+                "loads may depend on the number of turns: --cycles 2 seeks a period of two; or on time with another \
+                 period: --period SECONDS",
+            )
         }
         NoSteadyMotion::NoEigenvalues => Error::run("the linear equations of the search have no finite solution")
             .help("begin elsewhere with --start: the motion may be near a singular position"),
