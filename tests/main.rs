@@ -51,6 +51,7 @@ mod sensitivity_methods;
 mod singular;
 mod stability;
 mod start;
+mod steady;
 mod stiff;
 mod style;
 mod sweep;

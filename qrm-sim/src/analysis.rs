@@ -34,4 +34,4 @@ pub use sensitivity::{
     DerivativeErrors, Derivatives, OutputValues, Sensitivity, SensitivityError, SensitivityRequest, sensitivity,
 };
 pub use spectrum::{Spectrum, longest_step, spectrum};
-pub use steady::{Multiplier, NoSteadyMotion, OutputMeans, SteadyMotion, SteadyRequest, steady_motion};
+pub use steady::{Multiplier, NoSteadyMotion, SteadyMotion, SteadyRequest, steady_motion};

@@ -14,7 +14,6 @@ use crate::run::first_state;
 use return_map::ReturnMap;
 
 pub use error::NoSteadyMotion;
-pub use means::OutputMeans;
 pub use multipliers::Multiplier;
 
 /// The least number of steps in a period: where nothing moves, the method would choose none of its own.
@@ -55,7 +54,11 @@ pub struct SteadyMotion {
     pub period_error: f64,
     /// The start of a period: all coordinates and rates, and which of them are given.
     pub start: Start,
-    /// The same by steps half as long, whose distance from `start` is the estimated error.
+    /// The estimated errors of its given coordinates and rates; zero for the others.
+    pub start_errors: [Vec<f64>; 2],
+    /// The mean of each output over the period, and the error of its sum.
+    pub means: Vec<(f64, f64)>,
+    /// The start by steps half as long.
     pub other_start: Start,
     /// The whole turns of each coordinate in a period; zero for lengths.
     pub turns: Vec<f64>,
@@ -79,6 +82,19 @@ pub struct SteadyMotion {
 /// is an unknown too; in its place the coordinate of the phase keeps its start. The multipliers are the eigenvalues of
 /// `dP/dx`, which do not depend on the choice of coordinates; at a free period, those of the return map to the same
 /// phase. Their errors, and that of the start, are the differences from the motion by steps half as long.
+///
+/// ```
+/// # use qrm_core::Model;
+/// # use qrm_sim::analysis::{NoSteadyMotion, SteadyRequest, steady_motion};
+/// # use qrm_sim::integrate::{DOP853, MethodSettings};
+/// # fn settle(model: &Model) -> Result<(), NoSteadyMotion> {
+/// let settings = MethodSettings::new(DOP853, 1e-12);
+/// let request = SteadyRequest { settings, cycles: 1, settle: 30, ..SteadyRequest::default() };
+/// let motion = steady_motion(&*model.mechanism(&|_| None), model.tape(), &request)?;
+/// println!("{} s, the largest multiplier {:?}", motion.period, motion.multipliers.first());
+/// # Ok(())
+/// # }
+/// ```
 ///
 /// # Errors
 /// There is no such motion, or it is not found: see [`NoSteadyMotion`].
@@ -111,9 +127,12 @@ pub fn steady_motion(
         orbit = found.orbit;
     };
     map.check_end(&found)?;
+    let (period_error, start_errors) = map.errors(&found, &accurate);
     Ok(SteadyMotion {
         period: found.orbit.period,
-        period_error: map.period_error(&found, &accurate),
+        period_error,
+        start_errors,
+        means: map.means(&found)?,
         turns: map.turns().to_vec(),
         multipliers,
         is_one_of_many: found.is_one_of_many,

@@ -7,7 +7,7 @@ mod report;
 use clap::Args;
 use qrm_core::Model;
 use qrm_scene::names::suggestion;
-use qrm_sim::analysis::{OutputMeans, SteadyRequest, steady_motion};
+use qrm_sim::analysis::{SteadyRequest, steady_motion};
 use qrm_sim::integrate::AUTO;
 
 use crate::error::Error;
@@ -61,17 +61,17 @@ const TOLERANCE: &str = "1e-12";
 
 /// Finds the steady motion of a scene, prints it and writes its files.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let mut how = options.method.clone();
-    how.method = how.method.or(Some(AUTO));
-    how.tolerance = how.tolerance.or_else(|| Some(TOLERANCE.to_owned()));
-    let scene =
-        SceneOptions { name: options.name.clone(), set: options.set.clone(), step: None, end_time: None, until: None };
-    let setup = Setup::new(models, &scene, &how)?.starting_from(&options.start)?;
-    if !setup.settings.method.is_adaptive() {
-        let name = setup.settings.method.name;
+    let method = options.method.method.unwrap_or(AUTO);
+    if !method.is_adaptive() {
+        let name = method.name;
         return Err(Error::usage(format!("`--method {name}` has fixed steps, and the period is not known before"))
             .help("leave `--method` out, or choose `dop853`"));
     }
+    let tolerance = options.method.tolerance.clone().unwrap_or_else(|| TOLERANCE.to_owned());
+    let how = MethodOptions { method: Some(method), tolerance: Some(tolerance), ..options.method.clone() };
+    let scene =
+        SceneOptions { name: options.name.clone(), set: options.set.clone(), step: None, end_time: None, until: None };
+    let setup = Setup::new(models, &scene, &how)?.starting_from(&options.start)?;
     let folder = options.out.subfolder(&setup.path, "steady");
     let files = RunFiles { folder: &folder, every: 1, has_figures: !options.no_figures, parquet: false };
     files.check_targets()?;
@@ -98,11 +98,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let step = found.period / f64::from(options.rows);
     let starts = [found.start.clone(), found.other_start.clone()];
     let setup = setup.over_period(starts, found.period, step);
-    let mechanism = setup.mechanism();
-    let mut means = OutputMeans::new(&*mechanism);
     let plots = Plots::new(&setup, &options.plots)?;
-    let finished = files.run(&setup, true, plots, &mut means)?;
-    let report = SteadyReport::new(&setup, &found, phase, options.settle, &finished, &means);
+    let finished = files.run(&setup, true, plots, &mut ())?;
+    let report = SteadyReport::new(&setup, &found, phase, options.settle, &finished);
     let FinishedRun { report: of_run, mut problems, .. } = finished;
     let saved = [save_json(&folder.join("summary.json"), &of_run), save_json(&path, &report)];
     print(&report.text(&of_run, &folder));

@@ -1,35 +1,64 @@
 //! Means of outputs over a motion.
 
-use std::io;
-
 use qrm_core::Mechanism;
 
-use crate::integrate::quintic;
+use crate::integrate::{Integrator, MethodSettings, StepError, quintic};
 use crate::quadrature::gauss_legendre;
-use crate::run::{Observer, Row};
 use crate::solve::Solver;
 use crate::state::State;
 
 /// The number of nodes in a piece.
 const NODES: usize = 3;
-/// A piece is halved until that changes its integral by less than this part of the output's size over a row.
+/// A piece is halved until that changes its integral by less than this part of the output's size over a part of a step.
 const RESOLVED: f64 = 1e-12;
-/// The most pieces between two rows, and the most halvings of a piece.
+/// The most pieces of such a part, and the most halvings of a piece.
 const MOST_PIECES: u32 = 2000;
 const MOST_HALVINGS: u32 = 40;
 
-/// The means of all outputs over the time of a run, which observes its rows.
+/// The number of parts of a step, between whose ends the motion is a polynomial of degree 5.
+const PARTS: u32 = 8;
+
+/// The means of all outputs over a motion from a state to a time, and their errors.
 ///
-/// Pieces between rows are integrated by Gauss's formula of order 6. They are halved where outputs have corners or
-/// jumps.
-pub struct OutputMeans<'m> {
+/// Pieces within steps are integrated by Gauss's formula of order 6. Steps end at corners and jumps of loads; pieces are
+/// halved where outputs have others.
+///
+/// # Errors
+/// The motion does not come to its end.
+pub(super) fn output_means(
+    mechanism: &dyn Mechanism,
+    settings: MethodSettings,
+    first: &State,
+    end_time: f64,
+) -> Result<Vec<(f64, f64)>, StepError> {
+    let mut sums = Sums::new(mechanism);
+    // The first pass finds the steps.
+    let (mut from, mut to) = (first.clone(), first.clone());
+    let mut integrator = Integrator::new(mechanism, settings, first, end_time)?;
+    integrator.advance(mechanism, &from, end_time, &mut to)?;
+    let steps = integrator.take_steps();
+    let mut integrator = Integrator::new(mechanism, settings, first, end_time)?;
+    to.clone_from(first);
+    let mut begin = first.t;
+    for (end, _) in steps {
+        for part in 1..=PARTS {
+            std::mem::swap(&mut from, &mut to);
+            let part = f64::from(part) / f64::from(PARTS);
+            let t = if part < 1.0 { begin + (end - begin) * part } else { end };
+            integrator.advance(mechanism, &from, t.min(end_time), &mut to)?;
+            sums.add([&from, &to]);
+        }
+        begin = end;
+    }
+    Ok(sums.means(end_time - first.t))
+}
+
+/// The integrals so far.
+struct Sums<'m> {
     mechanism: &'m dyn Mechanism,
-    /// Completes states between rows.
+    /// Completes states inside pieces.
     solver: Solver,
     nodes: [(f64, f64); NODES],
-    begin: f64,
-    /// The last row.
-    last: Option<State>,
     sums: Vec<Sum>,
 }
 
@@ -41,28 +70,23 @@ struct Sum {
     size: f64,
 }
 
-impl<'m> OutputMeans<'m> {
-    /// Begins before the first row.
-    pub fn new(mechanism: &'m dyn Mechanism) -> Self {
+impl<'m> Sums<'m> {
+    fn new(mechanism: &'m dyn Mechanism) -> Self {
         let count = mechanism.description().outputs.len();
         Self {
             mechanism,
             solver: Solver::new(mechanism),
             nodes: gauss_legendre::<NODES>(),
-            begin: 0.0,
-            last: None,
             sums: vec![Sum::default(); count],
         }
     }
 
-    /// The mean of an output, and the error of its integral over the time.
-    pub fn mean(&self, output: usize) -> (f64, f64) {
-        let Sum { integral, error, size } = self.sums[output];
-        let time = self.last.as_ref().map_or(0.0, |last| last.t) - self.begin;
-        (integral / time, error / time + f64::EPSILON * size)
+    fn means(&self, time: f64) -> Vec<(f64, f64)> {
+        let mean = |sum: &Sum| (sum.integral / time, sum.error / time + f64::EPSILON * sum.size);
+        self.sums.iter().map(mean).collect()
     }
 
-    /// Adds the motion from one row to the next.
+    /// Adds the motion between two states of a step.
     fn add(&mut self, ends: [&State; 2]) {
         let (from, to) = (ends[0].t, ends[1].t);
         // The pieces that wait, each with its integral and the number of its halvings.
@@ -86,7 +110,7 @@ impl<'m> OutputMeans<'m> {
         }
     }
 
-    /// The integrals of all outputs over a piece between two rows.
+    /// The integrals of all outputs over a piece between two states.
     fn piece(&mut self, [from, to]: [&State; 2], a: f64, b: f64) -> Vec<f64> {
         let mut integrals = vec![0.0; self.sums.len()];
         let mut outputs = integrals.clone();
@@ -106,18 +130,5 @@ impl<'m> OutputMeans<'m> {
             }
         }
         integrals
-    }
-}
-
-impl Observer for OutputMeans<'_> {
-    fn row(&mut self, row: &Row) -> io::Result<()> {
-        let [q, qd, qdd, multipliers] = [row.q, row.qd, row.qdd, row.multipliers].map(<[f64]>::to_vec);
-        let here = State { t: row.t, q, qd, qdd, multipliers, corrections: 0 };
-        match self.last.take() {
-            None => self.begin = row.t,
-            Some(last) => self.add([&last, &here]),
-        }
-        self.last = Some(here);
-        Ok(())
     }
 }

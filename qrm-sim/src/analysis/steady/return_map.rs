@@ -9,6 +9,7 @@ use qrm_core::{Mechanism, Tape};
 use super::SteadyRequest;
 use super::cycle::Guess;
 use super::error::NoSteadyMotion;
+use super::means::output_means;
 use crate::analysis::revolution::wrap_angle;
 use crate::analysis::sensitivity::{EndByStart, end_by_start};
 use crate::integrate::{Integrator, MethodSettings};
@@ -30,6 +31,8 @@ pub(super) struct Found {
     pub(super) at: EndByStart,
     pub(super) residual: f64,
     pub(super) is_one_of_many: bool,
+    /// The last step of Newton's method, which was not made: rounding errors.
+    last_step: DVector<f64>,
 }
 
 /// The map over a period.
@@ -207,7 +210,7 @@ impl<'a> ReturnMap<'a> {
             let size = step.amax();
             if size <= CONVERGED || size < SETTLED && size > 0.5 * before || self.places.is_empty() {
                 let residual = if residuals.is_empty() { 0.0 } else { residuals.amax() };
-                return Ok((Found { orbit, at, residual, is_one_of_many }, iteration));
+                return Ok((Found { orbit, at, residual, is_one_of_many, last_step: step }, iteration));
             }
             before = size;
             let mut next = self.shorter((&orbit, &residuals), &step, is_halved)?;
@@ -366,11 +369,31 @@ impl<'a> ReturnMap<'a> {
         }
     }
 
-    /// The error of the period, by a more accurate solution.
-    pub(super) fn period_error(&self, found: &Found, accurate: &Found) -> f64 {
-        if self.phase.is_none() {
-            return 0.0;
+    /// The means of the outputs over the period.
+    pub(super) fn means(&self, found: &Found) -> Result<Vec<(f64, f64)>, NoSteadyMotion> {
+        let first = &found.at.first;
+        let means = output_means(self.mechanism, self.settings, first, found.orbit.period);
+        means.map_err(|error| NoSteadyMotion::Settling { t: first.t, error })
+    }
+
+    /// The errors of the period, and of given coordinates and rates at the start, by a more accurate solution. Others have
+    /// none.
+    pub(super) fn errors(&self, found: &Found, accurate: &Found) -> (f64, [Vec<f64>; 2]) {
+        let step = |column: usize| {
+            [found, accurate].map(|found| found.last_step[column].abs()).into_iter().fold(0.0, f64::max)
+        };
+        let error = |own: f64, other: f64, step: f64| (own - other).abs().max(step).max(f64::EPSILON * own.abs());
+        let (own, other) = (&found.orbit, &accurate.orbit);
+        let mut errors = [vec![0.0; own.start.q.len()], vec![0.0; own.start.q.len()]];
+        let mut of_period = 0.0;
+        for (column, place) in self.places.iter().enumerate() {
+            if self.phase == Some(column) {
+                of_period = error(own.period, other.period, step(column) * self.period_size);
+                continue;
+            }
+            let [own, other] = [own, other].map(|orbit| place.of([&orbit.start.q, &orbit.start.qd]));
+            errors[usize::from(place.is_rate)][place.coordinate] = error(own, other, step(column) * self.sizes[column]);
         }
-        (found.orbit.period - accurate.orbit.period).abs().max(f64::EPSILON * found.orbit.period)
+        (of_period, errors)
     }
 }

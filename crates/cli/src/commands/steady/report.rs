@@ -3,8 +3,9 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use qrm_sim::analysis::{OutputMeans, SteadyMotion};
+use qrm_sim::analysis::SteadyMotion;
 use qrm_sim::columns::{Column, Kind};
+use qrm_sim::position::Start;
 use serde::Serialize;
 
 use crate::format::{counted, heading, number, with_error};
@@ -102,15 +103,11 @@ impl SteadyReport {
         phase: Option<usize>,
         settled: u32,
         finished: &FinishedRun,
-        means: &OutputMeans,
     ) -> Self {
         let description = setup.description;
         let coordinates = description.coordinates;
-        let (start, other) = (&found.start, &found.other_start);
-        let given = start.given_values(description);
-        let errors = given.iter().zip(other.given_values(description));
         let errors =
-            errors.map(|((name, own), (_, other))| (name.clone(), (own - other).abs().max(f64::EPSILON * own.abs())));
+            Start { q: found.start_errors[0].clone(), qd: found.start_errors[1].clone(), ..found.start.clone() };
         let entry = |multiplier: &qrm_sim::analysis::Multiplier| MultiplierEntry {
             re: multiplier.value.re,
             im: multiplier.value.im,
@@ -129,14 +126,14 @@ impl SteadyReport {
             is_angle: phase.is_some_and(|phase| description.is_angle(phase)),
             settled,
             turns: Named(angles.map(|i| (coordinates[i].name.to_owned(), found.turns[i])).collect()),
-            start_errors: Named(errors.collect()),
-            start: Named(given),
+            start: Named(found.start.given_values(description)),
+            start_errors: Named(errors.given_values(description)),
             stability: stability(&multipliers, found.is_one_of_many),
             multipliers,
             iterations: found.iterations,
             residual: found.residual,
             steps: found.steps,
-            columns: columns(found, phase, finished, means),
+            columns: columns(found, phase, finished),
         }
     }
 
@@ -295,12 +292,7 @@ fn stability(multipliers: &[MultiplierEntry], is_one_of_many: bool) -> Stability
 }
 
 /// The rates and the outputs.
-fn columns(
-    found: &SteadyMotion,
-    phase: Option<usize>,
-    finished: &FinishedRun,
-    means: &OutputMeans,
-) -> Named<ColumnEntry> {
+fn columns(found: &SteadyMotion, phase: Option<usize>, finished: &FinishedRun) -> Named<ColumnEntry> {
     let FinishedRun { recording, outcome, .. } = finished;
     let phases = phase.map(|phase| recording.series(Kind::Coordinate(phase)));
     let phase_at = |t: f64| phases.as_ref().and_then(|series| interpolated(series, t));
@@ -312,7 +304,7 @@ fn columns(
                 (mean, mean.abs() * (found.period_error / found.period + f64::EPSILON))
             }
             Kind::Output(i) => {
-                let (mean, of_sum) = means.mean(i);
+                let (mean, of_sum) = found.means[i];
                 let of_motion =
                     estimates.and_then(|errors| errors.column(column.kind)).map_or(0.0, |error| error.largest);
                 (mean, of_sum + of_motion)

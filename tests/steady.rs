@@ -1,0 +1,208 @@
+//! `qrm steady` against 40 digits, long runs, closed forms and difference quotients.
+
+use std::path::Path;
+use std::process::Output;
+
+use qrm_sim::integrate::{DOP853, MethodSettings};
+use qrm_sim::position::Start;
+use qrm_sim::run::{End, Request, simulate};
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::common::{mechanism, qrm};
+
+/// `qrm steady ARGUMENTS --out` into a fresh folder.
+fn output(arguments: &[&str]) -> (TempDir, Output) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut command = qrm(&["steady"]);
+    command.args(arguments).arg("--out").arg(folder.path());
+    let output = command.output().expect("the command starts");
+    (folder, output)
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(path).expect("it was written")).expect("it is JSON")
+}
+
+/// The contents of `steady.json`.
+fn steady(arguments: &[&str]) -> Value {
+    let (folder, output) = output(arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    json(&folder.path().join("steady.json"))
+}
+
+/// The error of a command that fails.
+fn error(arguments: &[&str]) -> String {
+    let (_, output) = output(arguments);
+    assert!(!output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().expect("a number")
+}
+
+/// Compares a number with its value; its error may be three times the stated one, and must not be overstated without
+/// bounds.
+fn within(found: &Value, stated: &Value, expected: f64, most: f64) {
+    let (found, stated) = (number(found), number(stated));
+    let error = (found - expected).abs();
+    assert!(
+        error <= 3.0 * stated && stated <= most,
+        "{found} instead of {expected}: off by {error:e}, stated {stated:e}"
+    );
+}
+
+/// Compares the multipliers, the largest first, with real and imaginary parts.
+fn multipliers(motion: &Value, expected: &[[f64; 2]], most: f64) {
+    let found = motion["multipliers"].as_array().expect("multipliers");
+    assert_eq!(found.len(), expected.len());
+    for (multiplier, [re, im]) in found.iter().zip(expected) {
+        within(&multiplier["re"], &multiplier["error"], *re, most);
+        within(&multiplier["im"], &multiplier["error"], *im, most);
+    }
+}
+
+/// The states and multipliers come from Taylor series of 40 digits; the period of van der Pol's equation is published
+/// too (6.66328685932313...).
+#[test]
+#[ignore = "full tier: engine"]
+fn motions_of_one_coordinate_to_forty_digits() {
+    let motion = steady(&["tests/steady/duffing-slider.toml"]);
+    within(&motion["start"]["x"], &motion["start_errors"]["x"], 0.604_759_984_473_273_6, 1e-11);
+    within(&motion["start"]["x_dot"], &motion["start_errors"]["x_dot"], 0.867_298_254_321_796_5, 1e-11);
+    let pair = [0.281_111_841_367_876_2, 0.521_436_419_730_318_6];
+    multipliers(&motion, &[pair, [pair[0], -pair[1]]], 1e-11);
+    assert_eq!(motion["stability"], "attracting");
+    // What the force does, the damper takes.
+    let work = |name: &str| (number(&motion["columns"][name]["work"]), number(&motion["columns"][name]["work_error"]));
+    let [drive, damper] = ["P_drive", "P_damper"].map(work);
+    assert!(
+        (drive.0 + damper.0).abs() <= drive.1 + damper.1 && drive.1 < 1e-10 && drive.0 > 0.6,
+        "{drive:?} {damper:?}"
+    );
+
+    let motion = steady(&["tests/steady/self-excited-slider.toml"]);
+    within(&motion["period"], &motion["period_error"], 6.663_286_859_323_130, 1e-11);
+    multipliers(&motion, &[[8.596_950_636_038_052e-4, 0.0]], 1e-10);
+
+    // Nothing moves, and the deviations follow the equation of Mathieu.
+    let motion = steady(&["tests/steady/swinging-support.toml"]);
+    let pair = [-0.893_319_552_293_087_3, 0.449_422_048_291_890_2];
+    multipliers(&motion, &[pair, [pair[0], -pair[1]]], 1e-11);
+    assert_eq!(motion["stability"], "undecided");
+
+    let motion = steady(&["tests/steady/driven-pendulum.toml"]);
+    within(&motion["start"]["phi"], &motion["start_errors"]["phi"], -0.208_598_990_569_326_4, 1e-11);
+    within(&motion["start"]["phi_dot"], &motion["start_errors"]["phi_dot"], 1.956_208_440_213_382, 1e-11);
+    multipliers(&motion, &[[-1.129_628_972_333_107, 0.0], [-0.007_952_426_186_959_038, 0.0]], 1e-10);
+    assert_eq!(motion["stability"], "repelling");
+}
+
+#[test]
+#[ignore = "full tier: engine"]
+fn where_a_period_doubles_two_cycles_are_attracting() {
+    let (_, output) = output(&["tests/steady/driven-pendulum.toml"]);
+    assert!(String::from_utf8_lossy(&output.stdout).contains("seek a motion of twice the period with --cycles 2"));
+    let motion = steady(&["tests/steady/driven-pendulum.toml", "--cycles", "2"]);
+    assert_eq!(motion["stability"], "attracting");
+    // Liouville's formula: the product of all multipliers is exp(-b T / J).
+    let product: f64 = motion["multipliers"].as_array().expect("two").iter().map(|m| number(&m["re"])).product();
+    let period = number(&motion["period"]);
+    assert!((product / (-0.5 * period).exp() - 1.0).abs() < 1e-6, "{product}");
+}
+
+/// The rate of the crank after 2000 turns from elsewhere, and the multiplier by differences of one turn.
+#[test]
+fn a_motor_settles_where_it_is_found_at_once() {
+    let motion = steady(&["shaper"]);
+    let rate = number(&motion["start"]["phi2_dot"]);
+    assert!((rate - 9.446_409_781_847_5).abs() < 1e-11, "{rate}");
+    let mechanism = mechanism("shaper", &[]);
+    let after_turn = |rate: f64| {
+        let mut start = Start::new(&*mechanism);
+        start.qd[0] = rate;
+        let settings = MethodSettings::new(DOP853, 1e-13);
+        let event = crate::common::event(crate::common::model("shaper"), "phi2 >= 2*pi");
+        let request = Request { settings, start: Some(start), end: Some(End::Event(&event)), ..Request::default() };
+        let outcome = simulate(&*mechanism, &request, &mut ()).expect("it begins");
+        assert!(outcome.status.is_done());
+        outcome.qd[0]
+    };
+    assert!((after_turn(rate) - rate).abs() < 1e-11);
+    let h = 1e-3;
+    let slope = |h: f64| (after_turn(rate + h) - after_turn(rate - h)) / (2.0 * h);
+    // Richardson's extrapolation of central differences.
+    let expected = (4.0 * slope(h) - slope(2.0 * h)) / 3.0;
+    multipliers_of_slope(&motion, expected);
+    // The tool takes the integral of its force along the stroke: 2000 N over 0.6 m with ramps of 0.02 m at both ends.
+    // The motor also serves the friction of the ram and the damper of the bearing.
+    let work = |name: &str| number(&motion["columns"][name]["work"]);
+    let [motor, cutting, friction] = ["P_motor", "P_cutting", "P_friction"].map(work);
+    assert!((cutting + 1200.0).abs() < 1e-9 && (motor + cutting + friction - 105.83).abs() < 0.01, "{motor} {cutting}");
+    let [balance, buffer] = ["P_balance", "P_buffer"].map(work);
+    assert!(balance.abs() < 1e-7 && buffer.abs() < 1e-7, "{balance} {buffer}");
+}
+
+/// Difference quotients hold nine digits.
+fn multipliers_of_slope(motion: &Value, expected: f64) {
+    let found = &motion["multipliers"][0];
+    assert!((number(&found["re"]) - expected).abs() < 1e-8 && number(&found["error"]) < 1e-9, "{found} {expected}");
+}
+
+#[test]
+fn a_mechanism_without_losses_has_many_motions() {
+    let motion = steady(&["quick-return"]);
+    assert_eq!(motion["stability"], "one_of_many");
+    within(&motion["multipliers"][0]["re"], &motion["multipliers"][0]["error"], 1.0, 1e-9);
+    // The exact time of a turn from the energy integral, half of that of two turns.
+    within(&motion["period"], &motion["period_error"], 1.755_994_279_026_714 / 2.0, 1e-11);
+    // It swings between limit positions, through turns of none of its angles.
+    let motion = steady(&["four-bar"]);
+    assert_eq!((&motion["stability"], &motion["turns"]["q1"]), (&Value::from("one_of_many"), &Value::from(0.0)));
+}
+
+#[test]
+fn a_drive_prescribes_the_motion() {
+    let motion = steady(&["quick-return-driven"]);
+    assert_eq!((number(&motion["period"]), &motion["stability"]), (0.8, &Value::from("no_deviation")));
+    assert_eq!(motion["turns"]["phi2"], 1.0);
+    let torque = &motion["columns"]["torque"];
+    assert!(
+        number(&torque["mean"]).abs() <= 3.0 * number(&torque["mean_error"]) && number(&torque["mean_error"]) < 1e-8
+    );
+}
+
+#[test]
+fn the_period_is_an_ordinary_run() {
+    let (folder, output) = output(&["shaper", "--rows", "90"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary = json(&folder.path().join("summary.json"));
+    assert_eq!((&summary["status"], &summary["rows"]), (&Value::from("completed"), &Value::from(91)));
+    let motion = json(&folder.path().join("steady.json"));
+    // The end of the period is its start, a turn later.
+    let end = number(&summary["end_state"]["phi2_dot"]);
+    assert!((end - number(&motion["start"]["phi2_dot"])).abs() < 1e-10);
+    assert!((number(&summary["end_state"]["phi2"]) - std::f64::consts::TAU).abs() < 1e-10);
+    assert!(folder.path().join("figures/rates.svg").exists() && folder.path().join("trajectory.csv").exists());
+}
+
+#[test]
+fn where_there_is_no_steady_motion_it_is_said() {
+    for (arguments, words) in [
+        (&["slider-crank"][..], "leads to a state of rest"),
+        (&["quick-return-loaded", "--set", "cd=100"], "rest"),
+        (&["double-pendulum"], "no periodic motion was found. Nearest is a="),
+        (&["pendulum"], "on another branch"),
+        (&["quick-return", "--period", "1"], "no load or drive of scene `quick-return` depends on time"),
+        (&["quick-return", "--phase", "phi4"], "gives no coordinate `phi4` at its start"),
+        (&["quick-return", "--method", "rk4"], "`--method rk4` has fixed steps"),
+        (&["quick-return-driven", "--period", "0"], "must be above zero"),
+        (&["quick-return-driven", "--period", "0.3"], "on another branch"),
+    ] {
+        let error = error(arguments);
+        assert!(error.contains(words), "{arguments:?}: {error}");
+    }
+    let (_, output) = output(&["pendulum", "--cycles", "2"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
