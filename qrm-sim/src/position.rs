@@ -14,4 +14,6 @@ pub use start::Start;
 pub(crate) use assembly::DependentCoordinates;
 pub(crate) use assembly_branch::AssemblyBranch;
 pub(crate) use loop_solver::CONTINUATION;
-pub(crate) use start_uncertainty::{StartUncertainty, start_uncertainty};
+pub(crate) use start_uncertainty::StartUncertainty;
+#[cfg(feature = "events")]
+pub(crate) use start_uncertainty::start_uncertainty;

@@ -32,6 +32,7 @@ pub(crate) struct StartUncertainty {
 
 impl StartUncertainty {
     /// The distance of a start with all coordinates and rates from coordinates.
+    #[cfg(feature = "events")]
     pub(crate) fn between(q: &[f64], other: &Start) -> Self {
         let distances: Vec<f64> = q.iter().zip(&other.q).map(|(own, other)| other - own).collect();
         let (coordinate, error) = largest(&distances);

@@ -13,6 +13,7 @@ pub struct Request<'a> {
     /// The start; the scene's if `None`.
     pub start: Option<Start>,
     /// Another start, by which the first one may be wrong: errors contain what that changes.
+    #[cfg(feature = "events")]
     pub other_start: Option<Start>,
     /// The values of the scene's own parameters, which define the branch of the start; those of the model if `None`.
     pub scene_parameters: Option<Vec<f64>>,

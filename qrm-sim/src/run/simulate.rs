@@ -17,7 +17,9 @@ use super::sampler::Sampler;
 use super::stop_condition::StopCondition;
 use crate::event::{End, Reached};
 use crate::integrate::{Integrator, IntermediateRows};
-use crate::position::{AssemblyBranch, Start, StartUncertainty, start_uncertainty};
+#[cfg(feature = "events")]
+use crate::position::start_uncertainty;
+use crate::position::{AssemblyBranch, Start, StartUncertainty};
 use crate::solve::SolverStats;
 use crate::state::State;
 use crate::stopwatch::Stopwatch;
@@ -44,12 +46,14 @@ pub fn simulate(
     let start = request.start.clone().unwrap_or_else(|| Start::new(mechanism));
     let branch = AssemblyBranch::with_parameters(mechanism, request.scene_parameters.clone());
     let first = first_state(mechanism, &branch, start.clone())?;
+    #[cfg(feature = "events")]
     let uncertainty = match &request.other_start {
-        // A page has no room for it.
-        _ if !cfg!(feature = "events") => None,
         Some(other) => Some(StartUncertainty::between(&first.q, other)),
         None => start_uncertainty(mechanism, &start, &first.q),
     };
+    // A page has no room for it.
+    #[cfg(not(feature = "events"))]
+    let uncertainty: Option<StartUncertainty> = None;
     if let Some(coordinate) = uncertainty.as_ref().and_then(|uncertainty| uncertainty.undetermined_rate(&first.qd)) {
         return Err(StartError::RateNotDetermined(coordinate));
     }
