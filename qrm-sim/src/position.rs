@@ -11,7 +11,7 @@ pub use assembly_branch::assemble;
 pub use loop_solver::{LimitPosition, LoopSolver, Position};
 pub use start::Start;
 
-pub(crate) use assembly::DependentCoordinates;
+pub(crate) use assembly::{DependentCoordinates, completed};
 pub(crate) use assembly_branch::AssemblyBranch;
 pub(crate) use loop_solver::CONTINUATION;
 pub(crate) use start_uncertainty::StartUncertainty;

@@ -253,15 +253,6 @@ impl Setup {
         parameter_values(&self.scene, self.replace())
     }
 
-    /// The rates at which sines in loads and drives turn with time, in rad/s.
-    pub(crate) fn rates_of_loads(&self) -> Vec<f64> {
-        let rate = |scale: &TimeScale| match scale {
-            TimeScale::Period(rate) => Some(*rate),
-            TimeScale::Moment { .. } => None,
-        };
-        self.scales.iter().filter_map(rate).collect()
-    }
-
     /// The reason why fixed steps skip a time-dependent change of a load, in a run to an end time.
     pub(crate) fn passed_over(&self, end_time: f64) -> Option<String> {
         if self.settings.method.is_adaptive() {

@@ -47,6 +47,23 @@ pub fn parameters_of_time_scales(scene: &Scene) -> BTreeSet<usize> {
     if depends_on_time(scene) { scene.parameters_of(formulae(scene)) } else { BTreeSet::new() }
 }
 
+/// The rates at which sines, cosines and tangents in the formulae of a scene turn evenly with time, in rad/s.
+pub fn turning_rates(scene: &Scene, parameters: &[f64]) -> Vec<f64> {
+    let courses = TimeFunctions::new(scene, parameters);
+    let rates = formulae(scene).flat_map(|value| {
+        let of_value = courses.time_functions(value);
+        let rate = |node: &Node<Quantity>| match node {
+            Node::Call(Function::Sin | Function::Cos | Function::Tan, arguments) => match of_value[arguments[0]] {
+                Some(TimeFunction::Line { rate, .. }) if rate != 0.0 => Some(rate.abs()),
+                _ => None,
+            },
+            _ => None,
+        };
+        value.nodes().iter().filter_map(rate).collect::<Vec<_>>()
+    });
+    rates.collect()
+}
+
 /// Whether a load, a constraint or a point depends on time.
 pub fn depends_on_time(scene: &Scene) -> bool {
     scene.depends_on_time(formulae(scene))

@@ -11,7 +11,7 @@ use qrm_core::{Mechanism, Tape};
 use crate::integrate::MethodSettings;
 use crate::position::{AssemblyBranch, Start};
 use crate::run::first_state;
-use return_map::ReturnMap;
+use return_map::{Found, ReturnMap};
 
 pub use error::NoSteadyMotion;
 pub use multipliers::Multiplier;
@@ -109,23 +109,29 @@ pub fn steady_motion(
     let guess = cycle::guess(mechanism, request, &start, &first)?;
     let mut map = ReturnMap::new(mechanism, tape, request, &start, &guess)?;
     let mut orbit = guess.orbit;
-    let (mut iterations, mut before) = (0, f64::INFINITY);
+    let mut iterations = 0;
     let target = RESOLVED.max(LOOSER * request.settings.tolerance);
     let mut longest = orbit.period / STEPS;
-    let (found, accurate, multipliers) = loop {
+    let mut best: Option<(f64, (Found, Found, Vec<Multiplier>))> = None;
+    loop {
         map.limit_steps(longest);
         let (found, own) = map.solve(orbit, false)?;
         let (accurate, of_accurate) = map.solve(found.orbit.clone(), true)?;
         iterations += own + of_accurate;
         let multipliers = multipliers::multipliers(&map, &found, &accurate)?;
         let error = multipliers.iter().map(|m| m.error / m.value.norm().max(1.0)).fold(0.0, f64::max);
-        if error <= target || error > 0.5 * before {
-            break (found, accurate, multipliers);
-        }
         // Steps are as long on average as they are many.
-        (before, longest) = (error, 0.5 * longest.min(found.orbit.period / found.at.steps as f64));
-        orbit = found.orbit;
-    };
+        longest = 0.5 * longest.min(found.orbit.period / found.at.steps as f64);
+        orbit = found.orbit.clone();
+        let before = best.as_ref().map_or(f64::INFINITY, |(error, _)| *error);
+        if error < before {
+            best = Some((error, (found, accurate, multipliers)));
+        }
+        if error <= target || error > 0.5 * before {
+            break;
+        }
+    }
+    let (found, accurate, multipliers) = best.map(|(_, best)| best).ok_or(NoSteadyMotion::NoEigenvalues)?;
     map.check_end(&found)?;
     let (period_error, start_errors) = map.errors(&found, &accurate);
     Ok(SteadyMotion {

@@ -31,12 +31,10 @@ pub(crate) struct StartUncertainty {
 }
 
 impl StartUncertainty {
-    /// The distance of a start with all coordinates and rates from coordinates.
+    /// Another start with all coordinates and rates, by which one is known to be wrong.
     #[cfg(feature = "events")]
-    pub(crate) fn between(q: &[f64], other: &Start) -> Self {
-        let distances: Vec<f64> = q.iter().zip(&other.q).map(|(own, other)| other - own).collect();
-        let (coordinate, error) = largest(&distances);
-        Self { coordinate, error, q: other.q.clone(), qd: other.qd.clone() }
+    pub(crate) fn known(other: &Start) -> Self {
+        Self { coordinate: 0, error: 0.0, q: other.q.clone(), qd: other.qd.clone() }
     }
 
     /// The least known coordinate and its possible error, if a warning is due.
@@ -46,6 +44,9 @@ impl StartUncertainty {
 
     /// The coordinate whose rate, `qd` at the start, is as uncertain as large.
     pub(crate) fn undetermined_rate(&self, qd: &[f64]) -> Option<usize> {
+        if self.error == 0.0 {
+            return None;
+        }
         let changes: Vec<f64> = self.qd.iter().zip(qd).map(|(other, own)| other - own).collect();
         let (place, change) = largest(&changes);
         (change > UNDETERMINED * largest(qd).1).then_some(place)

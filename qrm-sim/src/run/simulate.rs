@@ -46,14 +46,14 @@ pub fn simulate(
     let start = request.start.clone().unwrap_or_else(|| Start::new(mechanism));
     let branch = AssemblyBranch::with_parameters(mechanism, request.scene_parameters.clone());
     let first = first_state(mechanism, &branch, start.clone())?;
-    #[cfg(feature = "events")]
-    let uncertainty = match &request.other_start {
-        Some(other) => Some(StartUncertainty::between(&first.q, other)),
-        None => start_uncertainty(mechanism, &start, &first.q),
-    };
     // A page has no room for it.
     #[cfg(not(feature = "events"))]
     let uncertainty: Option<StartUncertainty> = None;
+    #[cfg(feature = "events")]
+    let uncertainty = match &request.other_start {
+        Some(other) => Some(StartUncertainty::known(other)),
+        None => start_uncertainty(mechanism, &start, &first.q),
+    };
     if let Some(coordinate) = uncertainty.as_ref().and_then(|uncertainty| uncertainty.undetermined_rate(&first.qd)) {
         return Err(StartError::RateNotDetermined(coordinate));
     }

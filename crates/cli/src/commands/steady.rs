@@ -37,7 +37,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "NAME")]
     phase: Option<String>,
     /// Number of cycles in the period that is sought
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: u32,
     /// Number of periods of the ordinary motion before the search; with 0 it begins at the start
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(..=1_000_000))]
@@ -81,7 +81,16 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     Plots::new(&setup, &options.plots)?;
     setup.refuse_redundant(&setup.first_state()?[0])?;
     let period = period::period(&setup, optional_positive("--period", options.period.as_ref(), "s")?)?;
-    let phase = if period.is_none() { Some(phase(&setup, options.phase.as_deref())?) } else { None };
+    let phase = match (period, &options.phase) {
+        (None, name) => Some(phase(&setup, name.as_deref())?),
+        (Some(_), None) => None,
+        (Some(_), Some(_)) => {
+            return Err(Error::usage(
+                "`--phase`: loads or drives depend on time, and their period is that of the motion",
+            )
+            .help("leave it out; `--period` and `--cycles` choose another period"));
+        }
+    };
     watch_interrupts();
     let request = SteadyRequest {
         settings: setup.settings,
@@ -94,7 +103,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         keep_running: Some(&|_, _| !interrupted()),
     };
     let found = steady_motion(&*setup.mechanism(), setup.model.tape(), &request);
-    let found = found.map_err(|reason| failure::error(&setup, reason))?;
+    let found = found.map_err(|reason| failure::error(&setup, options.cycles, reason))?;
     let step = found.period / f64::from(options.rows);
     let starts = [found.start.clone(), found.other_start.clone()];
     let setup = setup.over_period(starts, found.period, step);

@@ -8,9 +8,10 @@ use super::mesh::Mesh;
 use super::number::{Number, PARTS, constants, derivative, differentiated};
 use super::start::consistent;
 use super::stepper::DualStepper;
-use crate::integrate::MethodSettings;
+use crate::integrate::{Integrator, MethodSettings};
 use crate::position::Start;
 use crate::run::StartError;
+use crate::solve::Solver;
 use crate::state::State;
 
 /// The end of a motion, and its derivatives by the given coordinates and then by the given rates at the start.
@@ -44,12 +45,12 @@ pub(in crate::analysis) fn end_by_start(
         (0..given.len()).filter(|&i| given[i]).map(|i| (is_rate, i)).collect::<Vec<(bool, usize)>>()
     };
     let places = [given(&start.given, false), given(&start.given_rates, true)].concat();
+    if places.is_empty() {
+        return prescribed(mechanism, settings, start, end_time);
+    }
     let request = SensitivityRequest { settings, outputs: Some(&[]), ..SensitivityRequest::default() };
     let mut found: Option<EndByStart> = None;
-    // A motion without degrees of freedom has no derivatives, but an end.
-    let passes = places.len().div_ceil(PARTS).max(1);
-    for pass in 0..passes {
-        let places = &places[pass * PARTS..places.len().min((pass + 1) * PARTS)];
+    for places in places.chunks(PARTS) {
         let mut stepper = DualStepper::<f64>::new(mechanism, tape, places.len(), &request);
         stepper.equations.evaluator.set_parameters(|i| Some(Number::from_f64(mechanism.parameters()[i])));
         let (mut q, mut qd) = (constants(&start.q), constants(&start.qd));
@@ -74,4 +75,22 @@ pub(in crate::analysis) fn end_by_start(
         found.by.extend((0..places.len()).map(|part| [by(&state.q, part), by(&state.qd, part)]));
     }
     found.ok_or(SensitivityError::NotSmooth { t: 0.0 })
+}
+
+/// The end of a motion that constraints prescribe, which has no derivatives.
+fn prescribed(
+    mechanism: &dyn Mechanism,
+    settings: MethodSettings,
+    start: &Start,
+    end_time: f64,
+) -> Result<EndByStart, SensitivityError> {
+    let failed = |error| SensitivityError::Step { t: 0.0, error };
+    let mut first = State::zero(start.q.len(), mechanism.description().constraints.len());
+    (first.q, first.qd) = (start.q.clone(), start.qd.clone());
+    Solver::at(mechanism, 0.0, &first.q).complete(mechanism, &mut first).map_err(failed)?;
+    let mut integrator = Integrator::new(mechanism, settings, &first, end_time).map_err(failed)?;
+    let mut end = first.clone();
+    integrator.advance(mechanism, &first, end_time, &mut end).map_err(failed)?;
+    let steps = integrator.take_steps().len() as u64;
+    Ok(EndByStart { first, end, by: Vec::new(), steps })
 }

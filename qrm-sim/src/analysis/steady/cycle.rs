@@ -8,7 +8,7 @@ use super::SteadyRequest;
 use super::error::NoSteadyMotion;
 use super::return_map::Orbit;
 use crate::integrate::{Integrator, quintic};
-use crate::position::{Start, assemble_from_guesses};
+use crate::position::{LoopSolver, Start, completed};
 use crate::state::State;
 
 /// The guess of a periodic motion.
@@ -23,6 +23,8 @@ pub(super) struct Guess {
 const MOST_STATES: u32 = 500_000;
 /// A motion has come to rest when its cycles have become smaller than this part of the largest.
 const REST: f64 = 1e-6;
+/// The number of states in one and a half cycles among which the end of a cycle is sought.
+const ROWS: u32 = 600;
 /// The largest difference of angles that belong to one position.
 const SAME: f64 = 1e-6;
 
@@ -49,6 +51,7 @@ pub(super) fn guess(
             let given = (0..start.given.len()).find(|&i| start.given[i]);
             let phase = request.phase.or(given).ok_or(NoSteadyMotion::NoPhase)?;
             let (at, period) = cycle(&mut motion, request, first, phase)?;
+            let period = return_time(mechanism, request, (&at, phase), period)?;
             (at, period, Some(phase))
         }
     };
@@ -109,7 +112,10 @@ fn cycle(
             // Rates of a turning crank may change their sign too.
             if reversals.len() > wanted && !(is_angle && advance > PI) {
                 let fastest = |a: &&State, b: &&State| a.qd[phase].total_cmp(&b.qd[phase]);
-                let begin = if request.settle == 0 { first } else { states.iter().max_by(fastest).unwrap_or(first) };
+                let swiftest = states.iter().max_by(fastest).unwrap_or(first);
+                // A turning point tells no phase.
+                let is_moving = first.qd[phase].abs() > REST * swiftest.qd[phase];
+                let begin = if request.settle == 0 && is_moving { first } else { swiftest };
                 let ends = [reversals.len() - 1, reversals.len() - 1 - kept].map(|place| reversals[place]);
                 return Ok((begin.clone(), ends[0] - ends[1]));
             }
@@ -125,6 +131,56 @@ fn cycle(
             });
         }
     }
+}
+
+/// The time after which a coordinate returns, near an estimate: it passes its start, or turns back as there where the
+/// motion begins at rest. The estimate itself, where it does not return.
+fn return_time(
+    mechanism: &dyn Mechanism,
+    request: &SteadyRequest,
+    (begin, phase): (&State, usize),
+    estimate: f64,
+) -> Result<f64, NoSteadyMotion> {
+    let first = State { t: 0.0, ..begin.clone() };
+    let mut motion = Motion::new(mechanism, request, &first)?;
+    let is_angle = mechanism.description().is_angle(phase);
+    let is_at_rest = first.qd[phase].abs() <= REST * (first.qdd[phase] * estimate).abs();
+    let (start, direction) =
+        if is_at_rest { (0.0, first.qdd[phase].signum()) } else { (first.q[phase], first.qd[phase].signum()) };
+    let number = |at: &State| {
+        let value = if is_at_rest { at.qd[phase] } else { at.q[phase] };
+        let turns = if is_angle && !is_at_rest { TAU * ((value - start) / TAU).round() } else { 0.0 };
+        direction * (value - start - turns)
+    };
+    let mut nearest = estimate;
+    for row in 1..=ROWS {
+        let t = 1.5 * estimate * f64::from(row) / f64::from(ROWS);
+        motion.advance(t)?;
+        let (from, to) = (&motion.from, &motion.to);
+        let [before, after] = [number(from), number(to)];
+        if before < 0.0 && after >= 0.0 && after - before < 1.0 {
+            let [mut low, mut high] = [from.t, to.t];
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if number(&quintic(from, to, middle)) < 0.0 { low = middle } else { high = middle }
+            }
+            // The motion itself, where the polynomial is near enough.
+            for _ in 0..3 {
+                let made = motion.integrator.between(mechanism, &motion.from, high);
+                let at = made.map_err(|error| NoSteadyMotion::Settling { t: motion.from.t, error })?;
+                let slope = direction * if is_at_rest { at.qdd[phase] } else { at.qd[phase] };
+                let next = high - number(&at) / slope;
+                if !(motion.from.t < next && next <= motion.to.t) {
+                    break;
+                }
+                high = next;
+            }
+            if nearest == estimate || (high - estimate).abs() < (nearest - estimate).abs() {
+                nearest = high;
+            }
+        }
+    }
+    Ok(nearest)
 }
 
 /// The state between two others at which a coordinate has a value.
@@ -143,6 +199,10 @@ fn passing(from: &State, to: &State, coordinate: usize, value: f64) -> State {
 /// The start of a period at a state, with the given angles nearest to those of the first state: whole turns are left out
 /// where the position remains the same.
 fn with_few_turns(mechanism: &dyn Mechanism, start: &Start, first: &State, at: &State) -> Start {
+    if !start.given.contains(&true) {
+        // Constraints prescribe it.
+        return Start { q: first.q.clone(), qd: first.qd.clone(), ..start.clone() };
+    }
     let description = mechanism.description();
     let turns = |i: usize| TAU * ((at.q[i] - first.q[i]) / TAU).round();
     // After whole turns an angle is the same to the last digit.
@@ -153,16 +213,20 @@ fn with_few_turns(mechanism: &dyn Mechanism, start: &Start, first: &State, at: &
     };
     let begin = |q: Vec<f64>| Start { q, qd: at.qd.clone(), given: start.given.clone(), ..start.clone() };
     let reduced = begin((0..at.q.len()).map(few).collect());
+    let guess = reduced.q.clone();
     let all = begin(at.q.clone());
-    match assemble_from_guesses(mechanism, &reduced) {
-        Ok((q, qd)) if q.iter().zip(&reduced.q).all(|(q, guess)| (q - guess).abs() < 10.0 * SAME) => {
-            Start { q, qd, ..reduced }
-        }
-        _ => match assemble_from_guesses(mechanism, &all) {
-            Ok((q, qd)) => Start { q, qd, ..all },
-            Err(_) => all,
-        },
-    }
+    closed(mechanism, reduced)
+        .filter(|found| found.q.iter().zip(&guess).all(|(q, guess)| (q - guess).abs() < 10.0 * SAME))
+        .or_else(|| closed(mechanism, all.clone()))
+        .unwrap_or(all)
+}
+
+/// A start with the dependent coordinates and rates, to rounding errors; `None` if there are none near its own.
+pub(super) fn closed(mechanism: &dyn Mechanism, start: Start) -> Option<Start> {
+    let solver = LoopSolver::new(mechanism, start.given.clone())?;
+    let position = solver.solve_loops(start.q.clone())?;
+    let (q, qd) = completed(&solver, &start, position)?;
+    Some(Start { q, qd, ..start })
 }
 
 /// The ordinary motion.

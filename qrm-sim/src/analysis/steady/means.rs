@@ -103,8 +103,11 @@ impl<'m> Sums<'m> {
                 waiting.extend([(middle, b, second, halvings + 1), (a, middle, first, halvings + 1)]);
                 continue;
             }
+            let errors: Vec<f64> =
+                (0..whole.len()).map(|i| if is_resolved(i) { change(i) / 16.0 } else { change(i) }).collect();
             for (i, sum) in self.sums.iter_mut().enumerate() {
-                sum.error += change(i);
+                // Halves have a 64th of the error, where the output is smooth.
+                sum.error += errors[i];
                 sum.integral += halves[0][i] + halves[1][i];
             }
         }

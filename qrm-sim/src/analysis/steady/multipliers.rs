@@ -6,7 +6,9 @@ use super::error::NoSteadyMotion;
 use super::return_map::{Found, ReturnMap};
 use crate::analysis::sensitivity::EndByStart;
 use crate::analysis::spectrum::eigenvalues;
-use crate::run::rounding;
+
+/// The rounding error of the derivatives of a period, relative to their size.
+const ROUNDING: f64 = 1e-13;
 
 /// A Floquet multiplier.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,14 +26,15 @@ pub struct Multiplier {
 pub(super) fn multipliers(map: &ReturnMap, found: &Found, accurate: &Found) -> Result<Vec<Multiplier>, NoSteadyMotion> {
     let own = values(map, &found.at)?;
     let mut others = values(map, &accurate.at)?;
-    let largest = own.iter().map(|value| value.norm()).fold(1.0, f64::max);
+    // Small multipliers of a large matrix have its rounding errors.
+    let floor = ROUNDING * map.jacobian(&found.at).norm().max(1.0);
     let mut all: Vec<Multiplier> = own
         .into_iter()
         .map(|value| {
             let nearest =
                 (0..others.len()).min_by(|&a, &b| (others[a] - value).norm().total_cmp(&(others[b] - value).norm()));
             let difference = nearest.map_or(f64::INFINITY, |place| (others.swap_remove(place) - value).norm());
-            Multiplier { value, error: difference.max(rounding(largest, found.at.steps)) }
+            Multiplier { value, error: difference.max(floor) }
         })
         .collect();
     all.sort_by(|a, b| b.value.norm().total_cmp(&a.value.norm()).then(b.value.im.total_cmp(&a.value.im)));

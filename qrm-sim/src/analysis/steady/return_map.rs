@@ -3,18 +3,18 @@
 use std::f64::consts::TAU;
 
 use nalgebra::linalg::SVD;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn};
 use qrm_core::{Mechanism, Tape};
 
 use super::SteadyRequest;
-use super::cycle::Guess;
+use super::cycle::{Guess, closed};
 use super::error::NoSteadyMotion;
 use super::means::output_means;
 use crate::analysis::revolution::wrap_angle;
 use crate::analysis::sensitivity::{EndByStart, end_by_start};
 use crate::integrate::{Integrator, MethodSettings};
-use crate::position::{Start, assemble_from_guesses};
-use crate::solve::Solver;
+use crate::position::Start;
+use crate::solve::{Matrix, Solver};
 use crate::state::State;
 
 /// A candidate for a periodic motion: a start with all coordinates and rates, and the period.
@@ -54,6 +54,23 @@ pub(super) struct ReturnMap<'a> {
     rate_of_guess: f64,
 }
 
+/// The linearized equations in parts of the sizes: their singular values; `None` without unknowns. The unknown in the
+/// place of the phase is the period, where it is free.
+struct Linearized(Option<SVD<f64, Dyn, Dyn>>);
+
+impl Linearized {
+    /// The step of Newton's method. Directions with singular values of at most a part of the largest are left out.
+    fn step(&self, residuals: &DVector<f64>, least: f64) -> DVector<f64> {
+        let solve = |svd: &SVD<f64, Dyn, Dyn>| svd.solve(&-residuals, least * svd.singular_values.amax()).ok();
+        self.0.as_ref().and_then(solve).unwrap_or_else(|| DVector::zeros(0))
+    }
+
+    /// Whether a singular value is at most a part of the largest.
+    fn is_singular(&self, least: f64) -> bool {
+        self.0.as_ref().is_some_and(|svd| svd.singular_values.min() <= least * svd.singular_values.amax())
+    }
+}
+
 /// A coordinate or a rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Place {
@@ -70,9 +87,14 @@ impl Place {
 /// The most iterations of Newton's method, and the most halvings of a step.
 const MOST_ITERATIONS: u32 = 25;
 const MOST_HALVINGS: u32 = 8;
+/// Far more rotations than singular values of such matrices need.
+const MOST_ROTATIONS: usize = 10_000;
 /// A step below this part of the sizes is the last one, and so is one that does not become smaller below the other.
 const CONVERGED: f64 = 1e-14;
 const SETTLED: f64 = 1e-8;
+/// The largest residual of a solution, and one that is left by rounding errors.
+const CLOSED: f64 = 1e-7;
+const ROUNDED: f64 = 1e-9;
 /// Singular values of the linearized equations below this part of the largest belong to families of motions.
 const FAMILY: f64 = 1e-8;
 /// The largest such part while residuals are large.
@@ -80,7 +102,11 @@ const ACROSS: f64 = 0.1;
 /// A motion slower than this part of the guess has been led to rest.
 const REST: f64 = 0.01;
 /// The longest step, in parts of the sizes.
-const LONGEST: f64 = 1.0;
+const LONGEST: f64 = 3.0;
+/// The rounding error of period and start.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// The error of the time of a corner or jump of loads, in parts of the period.
+const CROSSED: f64 = 1e-12;
 /// The number of places in a period at which loads are compared with those a period later.
 const PLACES: u32 = 16;
 /// The largest difference between the ends of a period that belong to one position, relative to sizes.
@@ -127,23 +153,49 @@ impl<'a> ReturnMap<'a> {
             let change = at.end.q[i] - at.first.q[i];
             *turns = if description.is_angle(i) { (change / TAU).round() } else { 0.0 };
         }
-        let ends = [&at.first, &at.end];
         map.rate_of_guess = map.fastest(&at);
-        let rate = |i: usize| ends.iter().map(|at| at.qd[i].abs()).fold(0.0, f64::max);
-        map.sizes = map
-            .places
-            .iter()
-            .map(|place| {
-                let i = place.coordinate;
-                let own = if place.is_rate { 0.0 } else { ends.iter().map(|at| at.q[i].abs()).fold(0.0, f64::max) };
-                let travel = rate(i) * guess.orbit.period / TAU;
-                let size = if description.is_angle(i) { 1.0 } else { own.max(travel) };
-                let rate_size = rate(i).max(size * TAU / guess.orbit.period);
-                let size = if place.is_rate { rate_size } else { size };
-                if size > 0.0 { size } else { 1.0 }
-            })
-            .collect();
+        map.sizes = map.ranges(&guess.orbit, &at.first)?;
         Ok(map)
+    }
+
+    /// The sizes of the given values over a period: the largest values of coordinates and rates.
+    fn ranges(&self, orbit: &Orbit, first: &State) -> Result<Vec<f64>, NoSteadyMotion> {
+        let mut largest = self.places.iter().map(|place| place.of([&first.q, &first.qd]).abs()).collect::<Vec<_>>();
+        let at_places = self.at_places(first, orbit.period)?;
+        for at in &at_places {
+            for (largest, place) in largest.iter_mut().zip(&self.places) {
+                *largest = largest.max(place.of([&at.q, &at.qd]).abs());
+            }
+        }
+        let travel = orbit.period / TAU;
+        let description = self.mechanism.description();
+        let largest_of = |is_rate, coordinate| {
+            let place = self.places.iter().position(|place| *place == Place { is_rate, coordinate });
+            place.map_or(0.0, |place| largest[place])
+        };
+        let size = |place: &Place| {
+            let i = place.coordinate;
+            let of_rate = largest_of(true, i);
+            let size = if description.is_angle(i) { 1.0 } else { largest_of(false, i).max(of_rate * travel) };
+            let size = if place.is_rate { of_rate.max(size / travel) } else { size };
+            if size > 0.0 { size } else { 1.0 }
+        };
+        Ok(self.places.iter().map(size).collect())
+    }
+
+    /// The states at some places of a period.
+    fn at_places(&self, first: &State, period: f64) -> Result<Vec<State>, NoSteadyMotion> {
+        let failed = |error| NoSteadyMotion::Settling { t: first.t, error };
+        let mut integrator = Integrator::new(self.mechanism, self.settings, first, period).map_err(failed)?;
+        let (mut from, mut to) = (first.clone(), first.clone());
+        let mut states = Vec::new();
+        for place in 1..=PLACES {
+            std::mem::swap(&mut from, &mut to);
+            let t = period * f64::from(place) / f64::from(PLACES + 1);
+            integrator.advance(self.mechanism, &from, t, &mut to).map_err(failed)?;
+            states.push(to.clone());
+        }
+        Ok(states)
     }
 
     /// Bounds the length of steps.
@@ -203,55 +255,73 @@ impl<'a> ReturnMap<'a> {
     pub(super) fn solve(&self, guess: Orbit, is_halved: bool) -> Result<(Found, u32), NoSteadyMotion> {
         let mut orbit = guess;
         let mut at = self.follow(&orbit, is_halved)?;
-        let mut residuals = self.residuals(&at);
         let mut before = f64::INFINITY;
         for iteration in 1..=MOST_ITERATIONS {
-            let (step, is_one_of_many) = self.step(&at, &residuals, FAMILY)?;
-            let size = step.amax();
-            if size <= CONVERGED || size < SETTLED && size > 0.5 * before || self.places.is_empty() {
-                let residual = if residuals.is_empty() { 0.0 } else { residuals.amax() };
-                return Ok((Found { orbit, at, residual, is_one_of_many, last_step: step }, iteration));
-            }
-            before = size;
-            let mut next = self.shorter((&orbit, &residuals), &step, is_halved)?;
-            if next.is_none() {
+            let residuals = self.residuals(&at);
+            let residual = largest_of(residuals.as_slice());
+            let equations = self.linearized(&at)?;
+            let step = equations.step(&residuals, FAMILY);
+            let size = largest_of(step.as_slice());
+            let is_settled = size <= CONVERGED || size < SETTLED && size > 0.5 * before;
+            let next = if is_settled || self.places.is_empty() {
+                None
+            } else {
                 // Far from a family of solutions the equations are nearly singular: a step across it leads there.
-                let (across, _) = self.step(&at, &residuals, residuals.amax().clamp(FAMILY, ACROSS))?;
-                next = self.shorter((&orbit, &residuals), &across, is_halved)?;
-            }
+                let parts = [FAMILY, residual.clamp(FAMILY, ACROSS)];
+                self.moved_along((&orbit, &residuals), &equations, parts, is_halved)?
+            };
             match next {
-                Some(next) => (orbit, residuals, at) = next,
+                Some(next) => (orbit, at) = next,
+                // Only rounding errors are left, which nearly singular equations make a long step of.
+                None if residual < ROUNDED || size < SETTLED && residual < CLOSED => {
+                    self.check_moves(&at)?;
+                    let is_one_of_many = equations.is_singular(FAMILY);
+                    return Ok((Found { orbit, at, residual, is_one_of_many, last_step: step }, iteration));
+                }
                 None => break,
             }
+            before = size;
         }
-        if self.is_at_rest(&at) {
-            return Err(NoSteadyMotion::LeadsToRest);
-        }
-        Err(NoSteadyMotion::NotFound { residual: residuals.amax(), start: Box::new(orbit.start), period: orbit.period })
+        self.check_moves(&at)?;
+        let residual = largest_of(self.residuals(&at).as_slice());
+        Err(NoSteadyMotion::NotFound { residual, start: Box::new(orbit.start), period: orbit.period })
     }
 
-    /// The orbit after a step, or after a part of it that makes the residuals smaller; `None` if no part does.
+    /// The orbit after the first step, or part of one, that makes the next step of the same equations smaller (Deuflhard's
+    /// natural monotonicity test); `None` if there is none. Steps leave out directions with singular values up to these
+    /// parts of the largest.
     ///
     /// # Errors
     /// The caller wanted no more.
-    fn shorter(
+    fn moved_along(
         &self,
         (orbit, residuals): (&Orbit, &DVector<f64>),
-        step: &DVector<f64>,
+        equations: &Linearized,
+        parts: [f64; 2],
         is_halved: bool,
-    ) -> Result<Option<(Orbit, DVector<f64>, EndByStart)>, NoSteadyMotion> {
-        let size = step.amax();
-        let mut part = (LONGEST / size).min(1.0);
-        for _ in 0..MOST_HALVINGS {
-            let bound = residuals.norm() * (1.0 - 0.1 * part);
-            if let Some(tried) = self.moved(orbit, step, part) {
-                match self.follow(&tried, is_halved).map(|at| (self.residuals(&at), at)) {
-                    Ok((found, at)) if found.norm() < bound || size < SETTLED => return Ok(Some((tried, found, at))),
-                    Err(NoSteadyMotion::Interrupted { t }) => return Err(NoSteadyMotion::Interrupted { t }),
-                    Ok(_) | Err(_) => {}
+    ) -> Result<Option<(Orbit, EndByStart)>, NoSteadyMotion> {
+        for least in parts {
+            let step = equations.step(residuals, least);
+            let size = largest_of(step.as_slice());
+            let mut part = (LONGEST / size).min(1.0);
+            for _ in 0..MOST_HALVINGS {
+                if let Some(tried) = self.moved(orbit, &step, part) {
+                    match self.follow(&tried, is_halved) {
+                        Ok(at) => {
+                            let found = self.residuals(&at);
+                            let next = equations.step(&found, least);
+                            // A short step is made in any case, if the equations are smooth so far.
+                            let is_last = size < SETTLED && largest_of(found.as_slice()) < CLOSED;
+                            if is_last || largest_of(next.as_slice()) < size * (1.0 - 0.25 * part) {
+                                return Ok(Some((tried, at)));
+                            }
+                        }
+                        Err(NoSteadyMotion::Interrupted { t }) => return Err(NoSteadyMotion::Interrupted { t }),
+                        Err(_) => {}
+                    }
                 }
+                part *= 0.5;
             }
-            part *= 0.5;
         }
         Ok(None)
     }
@@ -259,28 +329,19 @@ impl<'a> ReturnMap<'a> {
     /// The fastest given rate at both ends of a motion.
     fn fastest(&self, at: &EndByStart) -> f64 {
         let rates = self.places.iter().filter(|place| place.is_rate);
-        let at_ends = rates.flat_map(|place| [&at.first, &at.end].map(|at| at.qd[place.coordinate].abs()));
-        at_ends.fold(0.0, f64::max)
+        let at_ends = rates.flat_map(|place| [&at.first, &at.end].map(|at| at.qd[place.coordinate]));
+        largest_of(&at_ends.collect::<Vec<f64>>())
     }
 
-    /// Whether a motion has become much slower than the guess.
-    fn is_at_rest(&self, at: &EndByStart) -> bool {
-        self.fastest(at) < REST * self.rate_of_guess
+    /// Returns an error if a motion with a period of its own has become much slower than the guess.
+    fn check_moves(&self, at: &EndByStart) -> Result<(), NoSteadyMotion> {
+        let is_at_rest = self.phase.is_some() && self.fastest(at) < REST * self.rate_of_guess;
+        if is_at_rest { Err(NoSteadyMotion::LeadsToRest) } else { Ok(()) }
     }
 
-    /// The step of Newton's method in parts of the sizes, and whether the equations have a family of solutions. The last
-    /// entry is that of the period, where it is free.
-    /// Directions with singular values of at most a part of the largest are left out.
-    fn step(
-        &self,
-        at: &EndByStart,
-        residuals: &DVector<f64>,
-        least: f64,
-    ) -> Result<(DVector<f64>, bool), NoSteadyMotion> {
+    /// The linearized equations of a periodic motion.
+    fn linearized(&self, at: &EndByStart) -> Result<Linearized, NoSteadyMotion> {
         let count = self.places.len();
-        if count == 0 {
-            return Ok((DVector::zeros(0), false));
-        }
         let (jacobian, rates) = (self.jacobian(at), self.rates(at));
         let scaled = DMatrix::from_fn(count, count, |row, column| {
             let (entry, size) = if self.phase == Some(column) {
@@ -290,11 +351,11 @@ impl<'a> ReturnMap<'a> {
             };
             entry * size / self.sizes[row]
         });
-        let svd = SVD::try_new(scaled, true, true, f64::EPSILON, 10_000).ok_or(NoSteadyMotion::NoEigenvalues)?;
-        let least = least * svd.singular_values.amax();
-        let is_singular = svd.singular_values.iter().any(|value| *value <= least);
-        let step = svd.solve(&-residuals, least).map_err(|_| NoSteadyMotion::NoEigenvalues)?;
-        Ok((step, is_singular))
+        if count == 0 {
+            return Ok(Linearized(None));
+        }
+        let svd = SVD::try_new(scaled, true, true, f64::EPSILON, MOST_ROTATIONS);
+        svd.map(|svd| Linearized(Some(svd))).ok_or(NoSteadyMotion::NoEigenvalues)
     }
 
     /// A start moved by a part of a step; `None` if it cannot be assembled, or has no period.
@@ -308,7 +369,7 @@ impl<'a> ReturnMap<'a> {
                 value[place.coordinate] += part * step[column] * self.sizes[column];
             }
         }
-        (start.q, start.qd) = assemble_from_guesses(self.mechanism, &start).ok()?;
+        let start = closed(self.mechanism, start)?;
         (period > 0.0 && period.is_finite()).then_some(Orbit { start, period })
     }
 
@@ -319,7 +380,9 @@ impl<'a> ReturnMap<'a> {
     pub(super) fn check_end(&self, found: &Found) -> Result<(), NoSteadyMotion> {
         let EndByStart { first, end, .. } = &found.at;
         let description = self.mechanism.description();
-        let size = first.q.iter().fold(1e-300_f64, |most, q| most.max(q.abs()));
+        let travel = found.orbit.period / TAU;
+        let lengths = first.q.iter().copied().chain(first.qd.iter().map(|qd| qd * travel));
+        let size = lengths.chain(self.sizes.iter().copied()).fold(0.0_f64, |most, q| most.max(q.abs()));
         for (coordinate, turns) in self.turns.iter().enumerate() {
             let change = end.q[coordinate] - first.q[coordinate] - TAU * turns;
             let difference = wrap_angle(change, description.coordinates[coordinate].unit);
@@ -333,21 +396,20 @@ impl<'a> ReturnMap<'a> {
     /// Compares accelerations and multipliers along the period with those a period later. A jump of a load may lie on
     /// either side of a single place.
     fn check_loads(&self, found: &Found) -> Result<(), NoSteadyMotion> {
-        let Self { mechanism, settings, turns, .. } = self;
+        let Self { mechanism, turns, .. } = self;
         let first = &found.at.first;
         let failed = |error| NoSteadyMotion::Settling { t: first.t, error };
-        let mut integrator = Integrator::new(*mechanism, *settings, first, found.orbit.period).map_err(failed)?;
         let mut solver = Solver::new(*mechanism);
         let n = first.q.len();
-        let (mut from, mut to) = (first.clone(), first.clone());
-        // The largest of all accelerations and of all multipliers, and each pair of values.
-        let mut largest = [0.0_f64; 2];
+        // The largest of all accelerations and of all multipliers, and each pair of values. Rates and masses show which
+        // are rounding errors.
+        let mut mass_matrix = Matrix::zero(n, n);
+        mechanism.mass_matrix(&first.q, mass_matrix.entries_mut());
+        let of_rates = largest_of(&first.qd).max(largest_of(&found.at.end.qd)) * TAU / found.orbit.period;
+        let mut largest = [of_rates, of_rates * largest_of(mass_matrix.entries())];
         let mut pairs = Vec::new();
-        for place in 1..=PLACES {
-            std::mem::swap(&mut from, &mut to);
-            let t = found.orbit.period * f64::from(place) / f64::from(PLACES + 1);
-            integrator.advance(*mechanism, &from, t, &mut to).map_err(failed)?;
-            let mut later = State { t: t + found.orbit.period, ..to.clone() };
+        for to in self.at_places(first, found.orbit.period)? {
+            let mut later = State { t: to.t + found.orbit.period, ..to.clone() };
             later.q.iter_mut().zip(turns).for_each(|(q, turns)| *q += TAU * turns);
             solver.complete(*mechanism, &mut later).map_err(failed)?;
             let values = |at: &State| [&at.qdd[..], &at.multipliers[..]].concat();
@@ -382,18 +444,29 @@ impl<'a> ReturnMap<'a> {
         let step = |column: usize| {
             [found, accurate].map(|found| found.last_step[column].abs()).into_iter().fold(0.0, f64::max)
         };
-        let error = |own: f64, other: f64, step: f64| (own - other).abs().max(step).max(f64::EPSILON * own.abs());
+        // The time of a corner or a jump is not known better.
+        let late = if self.mechanism.description().has_corners { CROSSED * found.orbit.period } else { 0.0 };
+        let error = |own: f64, other: f64, step: f64, rate: f64| {
+            (own - other).abs().max(step).max(ROUNDING * own.abs()).max(late * rate)
+        };
+        let rates = [&found.at.end.qd, &found.at.end.qdd].map(|rates| largest_of(rates));
         let (own, other) = (&found.orbit, &accurate.orbit);
         let mut errors = [vec![0.0; own.start.q.len()], vec![0.0; own.start.q.len()]];
         let mut of_period = 0.0;
         for (column, place) in self.places.iter().enumerate() {
             if self.phase == Some(column) {
-                of_period = error(own.period, other.period, step(column) * self.period_size);
+                of_period = error(own.period, other.period, step(column) * self.period_size, 1.0);
                 continue;
             }
             let [own, other] = [own, other].map(|orbit| place.of([&orbit.start.q, &orbit.start.qd]));
-            errors[usize::from(place.is_rate)][place.coordinate] = error(own, other, step(column) * self.sizes[column]);
+            errors[usize::from(place.is_rate)][place.coordinate] =
+                error(own, other, step(column) * self.sizes[column], rates[usize::from(place.is_rate)]);
         }
         (of_period, errors)
     }
+}
+
+/// The size of the largest of some numbers.
+fn largest_of(numbers: &[f64]) -> f64 {
+    numbers.iter().fold(0.0, |most, number| most.max(number.abs()))
 }

@@ -1,15 +1,20 @@
 //! Why a scene has no steady motion, in words.
 
+use std::f64::consts::TAU;
+
 use qrm_sim::analysis::NoSteadyMotion;
 use qrm_sim::position::Start;
 
 use crate::commands::sensitivity::no_sensitivity;
 use crate::error::Error;
-use crate::format::{number, quantity, seconds};
+use crate::format::{number, seconds};
 use crate::setup::Setup;
 
-/// The error of a search that found no steady motion.
-pub(super) fn error(setup: &Setup, reason: NoSteadyMotion) -> Error {
+/// The most cycles that are proposed.
+const MOST_CYCLES: u32 = 24;
+
+/// The error of a search for a motion of so many cycles that found none.
+pub(super) fn error(setup: &Setup, cycles: u32, reason: NoSteadyMotion) -> Error {
     let name = |coordinate: usize| setup.description.coordinates[coordinate].name;
     let scene = setup.description.name;
     match reason {
@@ -26,58 +31,72 @@ pub(super) fn error(setup: &Setup, reason: NoSteadyMotion) -> Error {
             let message = setup.step_error(&error);
             message.after(&format!("the motion before the search breaks off after t = {}: ", seconds(t))).into()
         }
-        NoSteadyMotion::AtRest { t } => Error::run(format!(
-            "the mechanism comes to rest: by t = {} its motion has died down",
-            seconds(t)
-        ))
-        .help("a motion without a drive or a motor has no period unless nothing brakes it"),
+        NoSteadyMotion::AtRest { t } => {
+            Error::run(format!("the mechanism stops: by t = {} its motion has died down", seconds(t)))
+                .help("a motion without a drive or a motor has no period unless nothing brakes it")
+        }
         NoSteadyMotion::LeadsToRest => Error::run("no periodic motion was found: the search leads to a state of rest")
             .help("a motion without a drive or a motor has no period unless nothing brakes it"),
         NoSteadyMotion::NoCycle { coordinate, last, t } => {
-            let (name, since) = (name(coordinate), if last > 0.0 { format!(" after t = {}", seconds(last)) } else { String::new() });
+            let (name, since) =
+                (name(coordinate), if last > 0.0 { format!(" after t = {}", seconds(last)) } else { String::new() });
             Error::run(format!("`{name}` neither turns nor changes its direction{since}, up to t = {}", seconds(t)))
                 .help("choose the coordinate of a cycle by --phase, or begin elsewhere with --start")
         }
         NoSteadyMotion::Motion(reason) => no_sensitivity(setup, &reason),
-        NoSteadyMotion::NotFound { residual, start, period } => Error::run(format!(
-            "no periodic motion was found. Nearest is {}, where end and start of a period of {} s differ by {residual:.1e} \
-             of their ranges",
-            start_values(setup, &start),
-            number(period)
-        ))
-        .help(
-            "begin nearer to it with --start and --settle 0, or let the motion settle longer with --settle; a motion may \
-             also repeat after two or more cycles only: --cycles 2",
-        ),
+        NoSteadyMotion::NotFound { residual, start, period } => {
+            let others = if cycles == 1 { "; a motion may also repeat after more cycles: --cycles 2" } else { "" };
+            Error::run(format!(
+                "no periodic motion was found. Nearest is {}, where end and start of a period of {} s differ by \
+                 {residual:.1e} of their ranges",
+                start_values(setup, &start),
+                number(period)
+            ))
+            .help(format!(
+                "begin nearer to it with --start and --settle 0, or let the motion settle longer with --settle{others}"
+            ))
+        }
         NoSteadyMotion::OtherBranch { coordinate, difference } => {
             let unit = setup.description.coordinates[coordinate].unit;
-            Error::run(format!(
-                "the coordinates that the start gives return after a period, and `{}` does not: it is {} away, on another \
-                 branch",
+            let text = format!(
+                "the coordinates that the start gives return after a period, and `{}` is {} {unit} from its start: it \
+                 needs more cycles, or is on another branch",
                 name(coordinate),
-                quantity(difference, unit)
-            ))
-            .help("a period of two cycles may return to the same branch: --cycles 2")
+                number(difference)
+            );
+            let error = Error::run(text);
+            // A gear returns after as many cycles as its ratio says.
+            let whole = (2..=MOST_CYCLES).find(|more| {
+                let turns = difference * f64::from(*more) / TAU;
+                (turns - turns.round()).abs() < 1e-6 && unit == "rad"
+            });
+            match whole {
+                Some(more) => error.help(format!("it returns after {more} times as long: --cycles {}", more * cycles)),
+                None if cycles == 1 => error.help("a period of two cycles may return to the same branch: --cycles 2"),
+                None => error.help("choose the coordinates under [initial] by which the motion repeats"),
+            }
         }
         NoSteadyMotion::LoadsDiffer { quantity, values: [begin, end] } => {
             let what = match quantity {
                 Ok(coordinate) => format!("{}_ddot", name(coordinate)),
                 Err(constraint) => format!("lambda_{}", setup.description.constraints[constraint].name),
             };
+            let others = if cycles == 1 { ": --cycles 2 seeks a period of two" } else { "" };
             Error::run(format!(
-                "coordinates and rates return after a period, and the loads do not: `{what}` is {} at some time \
-                 and {} a period later",
+                "coordinates and rates return after a period, and the loads do not: `{what}` is {} at some time and {} \
+                 a period later",
                 number(begin),
                 number(end)
             ))
-            .help(
-                "loads may depend on the number of turns: --cycles 2 seeks a period of two; or on time with another \
-                 period: --period SECONDS",
-            )
+            .help(format!(
+                "loads may depend on the number of turns{others}; or on time with another period: --period SECONDS"
+            ))
         }
         NoSteadyMotion::NoEigenvalues => Error::run("the linear equations of the search have no finite solution")
             .help("begin elsewhere with --start: the motion may be near a singular position"),
-        NoSteadyMotion::Interrupted { t } => Error::run(format!("interrupted at t = {t} s, before the motion was found")),
+        NoSteadyMotion::Interrupted { t } => {
+            Error::run(format!("interrupted at t = {t} s, before the motion was found"))
+        }
     }
 }
 

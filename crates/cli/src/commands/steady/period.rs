@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use qrm_scene::time_scales::depends_on_time;
+use qrm_scene::time_scales::{depends_on_time, turning_rates};
 use qrm_sim::solve::LoopConstraints;
 
 use crate::error::Error;
@@ -36,9 +36,11 @@ pub(super) fn period(setup: &Setup, given: Option<f64>) -> Result<Option<f64>, E
     if given.is_some() {
         return Ok(given);
     }
-    let mut rates = setup.rates_of_loads();
+    let mut rates = turning_rates(&setup.scene, &setup.parameters());
     rates.extend(drive_rates(setup));
     rates.retain(|rate| *rate > 0.0);
+    rates.sort_by(f64::total_cmp);
+    rates.dedup();
     if rates.is_empty() {
         return Err(Error::usage(format!("the formulae of scene `{name}` depend on time, and tell no period"))
             .help("give it: `--period SECONDS`"));

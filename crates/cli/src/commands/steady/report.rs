@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
+use qrm_scene::unit::Unit;
 use qrm_sim::analysis::SteadyMotion;
 use qrm_sim::columns::{Column, Kind};
 use qrm_sim::position::Start;
@@ -93,6 +94,8 @@ struct ColumnEntry {
 
 /// The least part of the largest rate that a mean has to be for a coefficient of fluctuation.
 const TURNING: f64 = 1e-6;
+/// Times in a shorter period, in s, are printed with an exponent.
+const SHORT: f64 = 1e-2;
 /// The coefficient of fluctuation of an even motion.
 const EVEN: f64 = 1e-12;
 
@@ -183,8 +186,9 @@ impl SteadyReport {
         let period = if self.has_own_period { with_error(self.period, self.period_error) } else { number(self.period) };
         let turns = |(name, turns): &(String, f64)| match turns.abs() {
             0.0 => None,
+            1.0 if *turns < 0.0 => Some(format!("{name} turns once backwards")),
             1.0 => Some(format!("{name} turns once")),
-            count => Some(format!("{name} turns {count} times")),
+            _ => Some(format!("{name} turns {turns} times")),
         };
         let turns: Vec<String> = self.turns.0.iter().filter_map(turns).collect();
         let turns = if turns.is_empty() { String::new() } else { format!(": {}", turns.join(", ")) };
@@ -207,12 +211,13 @@ impl SteadyReport {
             (Stability::NoDeviation, _) | (_, None) => {
                 "the drives prescribe the motion: nothing can deviate from it".to_owned()
             }
-            (Stability::Attracting, Some(m)) if m.size < m.error => {
-                "attracting: deviations are gone within a period".to_owned()
-            }
             (Stability::Attracting, Some(m)) => {
-                let tenth = 0.1_f64.ln() / m.size.ln() * self.period;
-                format!("attracting: deviations fall to a tenth within {} s", number(tenth))
+                let periods = 0.1_f64.ln() / (m.size + m.error).ln();
+                if periods <= 1.0 {
+                    "attracting: less than a tenth of a deviation is left after a period".to_owned()
+                } else {
+                    format!("attracting: deviations fall to a tenth within {} s", three_digits(periods * self.period))
+                }
             }
             (Stability::Repelling, Some(_)) if doubled => {
                 "repelling, and deviations change their sign: seek a motion of twice the period with --cycles 2"
@@ -220,7 +225,7 @@ impl SteadyReport {
             }
             (Stability::Repelling, Some(m)) => {
                 let e = self.period / m.size.ln();
-                format!("repelling: deviations grow to e times their size in {} s", number(e))
+                format!("repelling: deviations grow to e times their size in {} s", three_digits(e))
             }
             (Stability::Undecided, Some(_)) => "not known: the largest multiplier is one within its error".to_owned(),
             (Stability::OneOfMany, Some(_)) => {
@@ -240,10 +245,15 @@ impl SteadyReport {
         for (name, column) in &self.columns.0 {
             let place = |phase: Option<f64>, t: f64| match phase.filter(|_| self.is_angle) {
                 Some(phase) => format!("{:.2} deg", phase.to_degrees().rem_euclid(360.0)),
+                None if self.period < SHORT => format!("{t:.4e}"),
                 None => format!("{t:.6}"),
             };
             let [low, high] = [place(column.min_phase, column.min_time), place(column.max_phase, column.max_time)];
-            let value = |value: f64, error: Option<f64>| with_error(value, error.unwrap_or(0.0));
+            let value = |value: f64, error: Option<f64>| match value {
+                value if value.is_finite() => with_error(value, error.unwrap_or(0.0)),
+                value if value.is_nan() => "unknown".to_owned(),
+                _ => "unbounded".to_owned(),
+            };
             text += format!(
                 "  {name:12} {:>19} {:>19} {low:>11} {:>19} {high:>11}  {}",
                 value(column.mean, Some(column.mean_error)),
@@ -313,6 +323,8 @@ fn columns(found: &SteadyMotion, phase: Option<usize>, finished: &FinishedRun) -
         };
         let e = recording.extremes(column.kind)?;
         let ((min, min_time), (max, max_time)) = (e.minimum, e.maximum);
+        // The mean beside a pole is not known.
+        let mean = if min.is_finite() && max.is_finite() { mean } else { f64::NAN };
         let [min_error, max_error] = match estimates.and_then(|errors| errors.extremes(column.kind, &e)) {
             Some(errors) => errors.map(Some),
             None => [None; 2],
@@ -320,7 +332,8 @@ fn columns(found: &SteadyMotion, phase: Option<usize>, finished: &FinishedRun) -
         let is_turning = matches!(column.kind, Kind::Rate(_)) && mean.abs() > TURNING * min.abs().max(max.abs());
         let fluctuation = is_turning.then(|| (max - min) / mean.abs());
         let of_extremes = min_error.unwrap_or(0.0) + max_error.unwrap_or(0.0);
-        let is_power = column.unit == "W";
+        let power = Unit::parse("W").zip(Unit::parse(&column.unit)).filter(|(watt, unit)| unit.fits(watt));
+        let power = power.map(|(_, unit)| unit.factor());
         Some((
             column.name.clone(),
             ColumnEntry {
@@ -337,8 +350,8 @@ fn columns(found: &SteadyMotion, phase: Option<usize>, finished: &FinishedRun) -
                 max_phase: phase_at(max_time),
                 fluctuation,
                 fluctuation_error: fluctuation.map(|value| (of_extremes + value * mean_error) / mean.abs()),
-                work: is_power.then_some(mean * found.period),
-                work_error: is_power.then(|| mean_error * found.period + mean.abs() * found.period_error),
+                work: power.map(|watts| mean * watts * found.period),
+                work_error: power.map(|watts| watts * (mean_error * found.period + mean.abs() * found.period_error)),
             },
         ))
     };
@@ -350,4 +363,9 @@ fn interpolated(series: &[(f64, f64)], t: f64) -> Option<f64> {
     let next = series.partition_point(|(other, _)| *other < t).clamp(1, series.len().checked_sub(1)?.max(1));
     let [(t0, x0), (t1, x1)] = [*series.get(next - 1)?, *series.get(next)?];
     Some(x0 + (x1 - x0) * (t - t0) / (t1 - t0))
+}
+
+/// A number in three digits.
+fn three_digits(value: f64) -> String {
+    format!("{value:.2e}").parse::<f64>().map_or_else(|_| value.to_string(), |rounded| rounded.to_string())
 }
