@@ -112,7 +112,7 @@ pub fn steady_motion(
     let mut iterations = 0;
     let target = RESOLVED.max(LOOSER * request.settings.tolerance);
     let mut longest = orbit.period / STEPS;
-    let mut best: Option<(f64, (Found, Found, Vec<Multiplier>))> = None;
+    let mut best: Option<Solution> = None;
     loop {
         map.limit_steps(longest);
         let (found, own) = map.solve(orbit, false)?;
@@ -123,15 +123,15 @@ pub fn steady_motion(
         // Steps are as long on average as they are many.
         longest = 0.5 * longest.min(found.orbit.period / found.at.steps as f64);
         orbit = found.orbit.clone();
-        let before = best.as_ref().map_or(f64::INFINITY, |(error, _)| *error);
+        let before = best.as_ref().map_or(f64::INFINITY, |best| best.error);
         if error < before {
-            best = Some((error, (found, accurate, multipliers)));
+            best = Some(Solution { found, accurate, multipliers, error });
         }
         if error <= target || error > 0.5 * before {
             break;
         }
     }
-    let (found, accurate, multipliers) = best.map(|(_, best)| best).ok_or(NoSteadyMotion::NoEigenvalues)?;
+    let Some(Solution { found, accurate, multipliers, .. }) = best else { return Err(NoSteadyMotion::NoEigenvalues) };
     map.check_end(&found)?;
     let (period_error, start_errors) = map.errors(&found, &accurate);
     Ok(SteadyMotion {
@@ -148,4 +148,13 @@ pub fn steady_motion(
         start: found.orbit.start,
         other_start: accurate.orbit.start,
     })
+}
+
+/// A periodic motion by two lengths of steps.
+struct Solution {
+    found: Found,
+    accurate: Found,
+    multipliers: Vec<Multiplier>,
+    /// The largest error of a multiplier, relative to sizes of at least one.
+    error: f64,
 }
