@@ -34,4 +34,7 @@ pub use sensitivity::{
     DerivativeErrors, Derivatives, OutputValues, Sensitivity, SensitivityError, SensitivityRequest, sensitivity,
 };
 pub use spectrum::{Spectrum, longest_step, spectrum};
-pub use steady::{Multiplier, NoSteadyMotion, SteadyMotion, SteadyRequest, steady_motion};
+pub use steady::{
+    BranchEnd, BranchPoint, BranchRequest, Multiplier, NoSteadyMotion, PointKind, Stability, SteadyMotion,
+    SteadyRequest, steady_branch, steady_motion,
+};

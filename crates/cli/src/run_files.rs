@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use qrm_pictures::Recording;
 use qrm_sim::columns::columns;
-use qrm_sim::run::{Observer, Outcome, Status};
+use qrm_sim::run::{Outcome, Status};
 use qrm_view::figure::Figure;
 
 use crate::columns::write_units;
@@ -44,19 +44,12 @@ impl RunFiles<'_> {
         files.iter().try_for_each(|file| check_target(&self.folder.join(file)))
     }
 
-    /// Runs a scene, passes its rows to another observer too, and writes the files.
-    pub(crate) fn run(
-        &self,
-        setup: &Setup,
-        estimate_error: bool,
-        plots: Plots,
-        other: &mut dyn Observer,
-    ) -> Result<FinishedRun, Error> {
+    /// Runs a scene and writes the files.
+    pub(crate) fn run(&self, setup: &Setup, estimate_error: bool, plots: Plots) -> Result<FinishedRun, Error> {
         let recorder = Recorder::new(self.folder, columns(setup.description), self.every);
-        let own = (Progress::new(), (recorder, (Recording::new(setup.description), plots)));
-        let mut observer = (own, other);
+        let mut observer = (Progress::new(), (recorder, (Recording::new(setup.description), plots)));
         let outcome = setup.simulate(estimate_error, &mut observer)?;
-        let ((_, (mut recorder, (recording, plots))), _) = observer;
+        let (_, (mut recorder, (recording, plots))) = observer;
         if let Some(error) = recorder.unusable.take() {
             return Err(error);
         }

@@ -21,7 +21,7 @@ mod stepper;
 mod tests;
 mod values;
 
-pub(super) use by_start::{EndByStart, end_by_start};
+pub(super) use by_start::{EndByStart, MotionByStart, end_by_start};
 pub use error::SensitivityError;
 pub use result::{DerivativeErrors, Derivatives, OutputValues, Sensitivity};
 

@@ -1,20 +1,31 @@
 //! Steady motion: the periodic motion that a mechanism settles into, and its stability.
 
+mod branch;
 mod cycle;
 mod error;
 mod means;
 mod multipliers;
+mod newton;
+mod repetition;
 mod return_map;
+mod solution;
+mod varied;
 
 use qrm_core::{Mechanism, Tape};
 
 use crate::integrate::MethodSettings;
 use crate::position::{AssemblyBranch, Start};
 use crate::run::first_state;
-use return_map::{Found, ReturnMap};
+use means::output_means;
+use newton::Found;
+use repetition::{check_repetition, repetitions};
+use return_map::{Orbit, ReturnMap};
+use solution::Solution;
+use varied::Varied;
 
+pub use branch::{BranchEnd, BranchPoint, BranchRequest, PointKind, steady_branch};
 pub use error::NoSteadyMotion;
-pub use multipliers::Multiplier;
+pub use multipliers::{Multiplier, Stability};
 
 /// The least number of steps in a period: where nothing moves, the method would choose none of its own.
 const STEPS: f64 = 32.0;
@@ -22,6 +33,8 @@ const STEPS: f64 = 32.0;
 /// tolerance; or until that does not make them smaller.
 const RESOLVED: f64 = 1e-11;
 const LOOSER: f64 = 100.0;
+/// The most times that steps are halved.
+const MOST_REFINEMENTS: u32 = 6;
 
 /// A request for a steady motion.
 #[derive(Clone, Default)]
@@ -38,8 +51,6 @@ pub struct SteadyRequest<'a> {
     pub cycles: u32,
     /// The number of periods of the ordinary motion before the search.
     pub settle: u32,
-    /// The time between the states that the search for cycles looks at, in s; the scene's step if `None`.
-    pub step: Option<f64>,
     /// Asked now and then, with the time and the latest end of the motion under way; nothing more is computed where it
     /// says false.
     pub keep_running: Option<&'a dyn Fn(f64, f64) -> bool>,
@@ -64,8 +75,10 @@ pub struct SteadyMotion {
     pub turns: Vec<f64>,
     /// The multipliers of small deviations in a period, the largest first; without that of a shift in time.
     pub multipliers: Vec<Multiplier>,
-    /// Whether others of any near period or energy surround the motion, as without losses.
-    pub is_one_of_many: bool,
+    /// What becomes of small deviations.
+    pub stability: Stability,
+    /// The number of times that the motion repeats within the period; one if the period is the shortest.
+    pub repetitions: u32,
     /// The number of iterations of Newton's method.
     pub iterations: u32,
     /// The largest difference between the end and the start of the period, relative to the ranges of coordinates and
@@ -103,58 +116,97 @@ pub fn steady_motion(
     tape: &Tape,
     request: &SteadyRequest,
 ) -> Result<SteadyMotion, NoSteadyMotion> {
-    let start = request.start.clone().unwrap_or_else(|| Start::new(mechanism));
-    let branch = AssemblyBranch::new(mechanism);
-    let first = first_state(mechanism, &branch, start.clone()).map_err(NoSteadyMotion::Start)?;
-    let guess = cycle::guess(mechanism, request, &start, &first)?;
-    let mut map = ReturnMap::new(mechanism, tape, request, &start, &guess)?;
-    let mut orbit = guess.orbit;
-    let mut iterations = 0;
+    let (mut map, mut orbit) = search(mechanism, tape, request, None)?;
+    let (mut iterations, mut refinements) = (0, 0);
     let target = RESOLVED.max(LOOSER * request.settings.tolerance);
     let mut longest = orbit.period / STEPS;
     let mut best: Option<Solution> = None;
     loop {
         map.limit_steps(longest);
-        let (found, own) = map.solve(orbit, false)?;
-        let (accurate, of_accurate) = map.solve(found.orbit.clone(), true)?;
-        iterations += own + of_accurate;
-        let multipliers = multipliers::multipliers(&map, &found, &accurate)?;
-        let error = multipliers.iter().map(|m| m.error / m.value.norm().max(1.0)).fold(0.0, f64::max);
+        let solution = match Solution::new(&map, orbit, None) {
+            Ok(solution) => solution,
+            // Shorter steps have too many rounding errors.
+            Err(reason) if best.is_none() || matches!(reason, NoSteadyMotion::Interrupted { .. }) => {
+                return Err(reason);
+            }
+            Err(_) => break,
+        };
+        iterations += solution.iterations();
+        let error = solution.multiplier_error();
+        let Found { orbit: found, at, .. } = &solution.found;
         // Steps are as long on average as they are many.
-        longest = 0.5 * longest.min(found.orbit.period / found.at.steps as f64);
-        orbit = found.orbit.clone();
-        let before = best.as_ref().map_or(f64::INFINITY, |best| best.error);
-        if error < before {
-            best = Some(Solution { found, accurate, multipliers, error });
+        longest = 0.5 * longest.min(found.period / at.steps as f64);
+        orbit = found.clone();
+        let before = best.as_ref().map_or(f64::INFINITY, Solution::multiplier_error);
+        if error < before || best.is_none() {
+            best = Some(solution);
         }
-        if error <= target || error > 0.5 * before {
+        refinements += 1;
+        if error <= target || error > 0.5 * before || refinements > MOST_REFINEMENTS {
             break;
         }
     }
-    let Some(Solution { found, accurate, multipliers, .. }) = best else { return Err(NoSteadyMotion::NoEigenvalues) };
-    map.check_end(&found)?;
-    let (period_error, start_errors) = map.errors(&found, &accurate);
+    let Some(solution) = best else { return Err(NoSteadyMotion::NoEigenvalues) };
+    check_repetition(&map, &solution.found, &periods_to_compare(request))?;
+    let repetitions = repetitions(&map, &solution.found, request.cycles.max(1))?;
+    motion(&map, &solution, iterations, repetitions)
+}
+
+/// The guess of a periodic motion, and the map near it.
+fn search<'a>(
+    mechanism: &'a dyn Mechanism,
+    tape: &'a Tape,
+    request: &SteadyRequest<'a>,
+    varied: Option<Varied<'a>>,
+) -> Result<(ReturnMap<'a>, Orbit), NoSteadyMotion> {
+    let start = request.start.clone().unwrap_or_else(|| Start::new(mechanism));
+    if !request.settings.method.is_adaptive() {
+        return Err(NoSteadyMotion::FixedSteps);
+    }
+    if request.phase.is_some_and(|phase| start.given.get(phase) != Some(&true)) {
+        return Err(NoSteadyMotion::NoPhase);
+    }
+    let branch = AssemblyBranch::new(mechanism);
+    let first = first_state(mechanism, &branch, start.clone()).map_err(NoSteadyMotion::Start)?;
+    let mut guess = cycle::guess(mechanism, request, &start, &first)?;
+    if let Some(varied) = varied {
+        guess.orbit.parameter = mechanism.parameters()[varied.parameter];
+    }
+    let mut map = ReturnMap::new(mechanism, tape, request, varied, &guess)?;
+    map.limit_steps(guess.orbit.period / STEPS);
+    Ok((map, guess.orbit))
+}
+
+/// The numbers of periods after which loads are compared.
+fn periods_to_compare(request: &SteadyRequest) -> [u32; 2] {
+    [1, request.settle.max(2)]
+}
+
+/// The motion of a solution.
+fn motion(
+    map: &ReturnMap,
+    solution: &Solution,
+    iterations: u32,
+    repetitions: u32,
+) -> Result<SteadyMotion, NoSteadyMotion> {
+    let Solution { found, accurate, multipliers } = solution;
+    let (period_error, start_errors) = solution.start_errors(map);
+    let first = &found.at.first;
+    let means = output_means(&*map.mechanism(&found.orbit), map.settings(), first, found.orbit.period)
+        .map_err(|error| NoSteadyMotion::Settling { t: first.t, error })?;
     Ok(SteadyMotion {
         period: found.orbit.period,
         period_error,
+        start: found.orbit.start.clone(),
         start_errors,
-        means: map.means(&found)?,
-        turns: map.turns().to_vec(),
-        multipliers,
-        is_one_of_many: found.is_one_of_many,
+        means,
+        other_start: accurate.orbit.start.clone(),
+        turns: map.turns_of(&found.at),
+        multipliers: multipliers.clone(),
+        stability: Stability::new(multipliers, found.is_singular),
+        repetitions,
         iterations,
         residual: found.residual,
         steps: found.at.steps,
-        start: found.orbit.start,
-        other_start: accurate.orbit.start,
     })
-}
-
-/// A periodic motion by two lengths of steps.
-struct Solution {
-    found: Found,
-    accurate: Found,
-    multipliers: Vec<Multiplier>,
-    /// The largest error of a multiplier, relative to sizes of at least one.
-    error: f64,
 }

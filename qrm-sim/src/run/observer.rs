@@ -78,32 +78,6 @@ impl Observer for () {
     }
 }
 
-impl<O: Observer + ?Sized> Observer for &mut O {
-    fn row(&mut self, row: &Row) -> std::io::Result<()> {
-        (**self).row(row)
-    }
-
-    fn needs_outputs(&self) -> bool {
-        (**self).needs_outputs()
-    }
-
-    fn wants_extremes(&self) -> bool {
-        (**self).wants_extremes()
-    }
-
-    fn extremes(&mut self, extremes: &[Extremes]) {
-        (**self).extremes(extremes);
-    }
-
-    fn keep_running(&mut self, t: f64, end_time: f64) -> std::io::Result<bool> {
-        (**self).keep_running(t, end_time)
-    }
-
-    fn finish(&mut self, last: &[f64]) -> std::io::Result<()> {
-        (**self).finish(last)
-    }
-}
-
 impl<A: Observer, B: Observer> Observer for (A, B) {
     fn row(&mut self, row: &Row) -> std::io::Result<()> {
         self.0.row(row)?;

@@ -53,7 +53,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let files =
         RunFiles { folder: &out, every: options.every, has_figures: !options.no_figures, parquet: options.parquet };
     files.check_targets()?;
-    let finished = files.run(&setup, !options.no_error_estimate, plots, &mut ())?;
+    let finished = files.run(&setup, !options.no_error_estimate, plots)?;
     let FinishedRun { outcome, mut report, tables, mut problems, .. } = finished;
     report.other_time = Some(begun.elapsed().saturating_sub(outcome.integration));
     let saved = save_json(&out.join("summary.json"), &report);

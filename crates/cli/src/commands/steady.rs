@@ -1,5 +1,6 @@
 //! `qrm steady`
 
+mod columns;
 mod failure;
 mod period;
 mod report;
@@ -99,7 +100,6 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         phase,
         cycles: options.cycles,
         settle: options.settle,
-        step: None,
         keep_running: Some(&|_, _| !interrupted()),
     };
     let found = steady_motion(&*setup.mechanism(), setup.model.tape(), &request);
@@ -108,8 +108,8 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let starts = [found.start.clone(), found.other_start.clone()];
     let setup = setup.over_period(starts, found.period, step);
     let plots = Plots::new(&setup, &options.plots)?;
-    let finished = files.run(&setup, true, plots, &mut ())?;
-    let report = SteadyReport::new(&setup, &found, phase, options.settle, &finished);
+    let finished = files.run(&setup, true, plots)?;
+    let report = SteadyReport::new(&setup, &found, phase, [options.cycles, options.settle], &finished);
     let FinishedRun { report: of_run, mut problems, .. } = finished;
     let saved = [save_json(&folder.join("summary.json"), &of_run), save_json(&path, &report)];
     print(&report.text(&of_run, &folder));

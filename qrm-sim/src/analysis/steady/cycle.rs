@@ -23,8 +23,11 @@ pub(super) struct Guess {
 const MOST_STATES: u32 = 500_000;
 /// A motion has come to rest when its cycles have become smaller than this part of the largest.
 const REST: f64 = 1e-6;
-/// The number of states in one and a half cycles among which the end of a cycle is sought.
-const ROWS: u32 = 600;
+/// The number of states in a cycle among which its end is sought, and the most of all.
+const ROWS: u32 = 400;
+const MOST_ROWS: u32 = 100_000;
+/// The number of parts of a period after which a caller may interrupt.
+const PARTS: u32 = 16;
 /// The largest difference of angles that belong to one position.
 const SAME: f64 = 1e-6;
 
@@ -39,11 +42,13 @@ pub(super) fn guess(
     first: &State,
 ) -> Result<Guess, NoSteadyMotion> {
     let mut motion = Motion::new(mechanism, request, first)?;
+    let is_prescribed = !start.given.contains(&true);
+    let settle = if is_prescribed { 0 } else { request.settle };
     let (at, period, phase) = match request.period {
         Some(period) => {
             let period = period * f64::from(request.cycles.max(1));
-            for count in 1..=request.settle {
-                motion.advance(f64::from(count) * period)?;
+            for part in 1..=PARTS * settle {
+                motion.advance(f64::from(part) * period / f64::from(PARTS))?;
             }
             (motion.to, period, None)
         }
@@ -55,7 +60,8 @@ pub(super) fn guess(
             (at, period, Some(phase))
         }
     };
-    Ok(Guess { orbit: Orbit { start: with_few_turns(mechanism, start, first, &at), period }, phase })
+    let start = with_few_turns(mechanism, start, first, &at);
+    Ok(Guess { orbit: Orbit { start, period, parameter: 0.0 }, phase })
 }
 
 /// The start of a cycle, and the time that it takes.
@@ -66,13 +72,13 @@ fn cycle(
     phase: usize,
 ) -> Result<(State, f64), NoSteadyMotion> {
     let is_angle = motion.mechanism.description().is_angle(phase);
-    let step = request.step.unwrap_or_else(|| motion.mechanism.schedule().step);
+    let step = motion.mechanism.schedule().step;
     let cycles = request.cycles.max(1);
     let mut turns = vec![first.clone()];
     let mut reversals: Vec<f64> = Vec::new();
     // The states since the last but one cycle of reversals.
     let mut states: Vec<State> = vec![first.clone()];
-    let (mut largest, mut idle, mut row) = (0.0_f64, 0, 0_u64);
+    let (mut largest, mut idle, mut row, mut last_turn) = (0.0_f64, 0, 0_u64, 0.0);
     loop {
         row += 1;
         idle += 1;
@@ -82,10 +88,19 @@ fn cycle(
         states.push(to.clone());
         let last = turns.last().map_or(first.q[phase], |turn| turn.q[phase]);
         if is_angle && (to.q[phase] - last).abs() >= TAU {
-            let target = last + TAU * (to.q[phase] - last).signum();
+            let direction = (to.q[phase] - last).signum();
+            let target = last + TAU * direction;
+            // An angle that swings over more than a turn does not turn.
+            if let [.., before, last] = &turns[..]
+                && (last.q[phase] - before.q[phase]) * direction < 0.0
+            {
+                turns.clear();
+            }
             turns.push(passing(&from, to, phase, target));
             idle = 0;
-            let wanted = (request.settle.max(1) * cycles) as usize;
+            states.retain(|state| state.t >= last_turn);
+            last_turn = to.t;
+            let wanted = request.settle.max(1) as usize * cycles as usize;
             if turns.len() > wanted {
                 let begin = if request.settle == 0 { 0 } else { wanted };
                 let period = turns[wanted].t - turns[wanted - cycles as usize].t;
@@ -153,8 +168,10 @@ fn return_time(
         direction * (value - start - turns)
     };
     let mut nearest = estimate;
-    for row in 1..=ROWS {
-        let t = 1.5 * estimate * f64::from(row) / f64::from(ROWS);
+    let rows = ROWS.saturating_mul(request.cycles.max(1)).min(MOST_ROWS);
+    // Its end may come later than estimated.
+    for row in 1..=rows + rows / 2 {
+        let t = estimate * f64::from(row) / f64::from(rows);
         motion.advance(t)?;
         let (from, to) = (&motion.from, &motion.to);
         let [before, after] = [number(from), number(to)];

@@ -12,8 +12,10 @@ pub enum NoSteadyMotion {
     Start(StartError),
     /// The given coordinates at the start are not as many as degrees of freedom, or do not determine the others.
     NotGiven,
-    /// No coordinate can tell the phase: all follow from the constraints.
+    /// The coordinate of the phase is not given at the start, or none is.
     NoPhase,
+    /// The method has fixed steps, and the period is not known before.
+    FixedSteps,
     /// The motion before the search cannot be continued.
     Settling {
         /// The time at the beginning of the step.
@@ -41,10 +43,9 @@ pub enum NoSteadyMotion {
     Motion(SensitivityError),
     /// Newton's method does not converge.
     NotFound {
-        /// The smallest difference between the end and the start of a period, relative to the ranges of coordinates and
-        /// rates.
+        /// The difference between the end and the start of a period, relative to the ranges of coordinates and rates.
         residual: f64,
-        /// The start with that difference.
+        /// The start of that period.
         start: Box<Start>,
         /// The period.
         period: f64,
@@ -64,6 +65,10 @@ pub enum NoSteadyMotion {
         /// The value at some time, and that a period later.
         values: [f64; 2],
     },
+    /// The motion is one of many at one value of a parameter, and no branch of single motions.
+    OneOfMany,
+    /// The mechanism cannot have other parameters: it is not generated.
+    NotGenerated,
     /// The eigenvalues of the return map cannot be computed.
     NoEigenvalues,
     /// The caller wanted no more.

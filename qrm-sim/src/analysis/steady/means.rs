@@ -11,8 +11,8 @@ use crate::state::State;
 const NODES: usize = 3;
 /// A piece is halved until that changes its integral by less than this part of the output's size over a part of a step.
 const RESOLVED: f64 = 1e-12;
-/// The most pieces of such a part, and the most halvings of a piece.
-const MOST_PIECES: u32 = 2000;
+/// The most pieces that are halved, and the most halvings of a piece.
+const MOST_PIECES: u32 = 20_000;
 const MOST_HALVINGS: u32 = 40;
 
 /// The number of parts of a step, between whose ends the motion is a polynomial of degree 5.
@@ -36,19 +36,20 @@ pub(super) fn output_means(
     let (mut from, mut to) = (first.clone(), first.clone());
     let mut integrator = Integrator::new(mechanism, settings, first, end_time)?;
     integrator.advance(mechanism, &from, end_time, &mut to)?;
-    let steps = integrator.take_steps();
+    let steps = integrator.steps().to_vec();
     let mut integrator = Integrator::new(mechanism, settings, first, end_time)?;
     to.clone_from(first);
-    let mut begin = first.t;
-    for (end, _) in steps {
-        for part in 1..=PARTS {
-            std::mem::swap(&mut from, &mut to);
+    for [begin, end] in steps {
+        // A step begins behind the corner or jump at the end of the last one.
+        for part in 0..=PARTS {
             let part = f64::from(part) / f64::from(PARTS);
-            let t = if part < 1.0 { begin + (end - begin) * part } else { end };
-            integrator.advance(mechanism, &from, t.min(end_time), &mut to)?;
-            sums.add([&from, &to]);
+            let t = if part < 1.0 { begin + (end - begin) * part } else { end }.min(end_time);
+            if t > to.t {
+                std::mem::swap(&mut from, &mut to);
+                integrator.advance(mechanism, &from, t, &mut to)?;
+                sums.add([&from, &to]);
+            }
         }
-        begin = end;
     }
     Ok(sums.means(end_time - first.t))
 }
@@ -60,6 +61,8 @@ struct Sums<'m> {
     solver: Solver,
     nodes: [(f64, f64); NODES],
     sums: Vec<Sum>,
+    /// The pieces that may still be halved: outputs that are rounding errors need ever more.
+    left: u32,
 }
 
 /// The integral of an output so far, its error, and the largest size of the output.
@@ -78,6 +81,7 @@ impl<'m> Sums<'m> {
             solver: Solver::new(mechanism),
             nodes: gauss_legendre::<NODES>(),
             sums: vec![Sum::default(); count],
+            left: MOST_PIECES,
         }
     }
 
@@ -91,14 +95,14 @@ impl<'m> Sums<'m> {
         let (from, to) = (ends[0].t, ends[1].t);
         // The pieces that wait, each with its integral and the number of its halvings.
         let mut waiting = vec![(from, to, self.piece(ends, from, to), 0)];
-        let mut left = MOST_PIECES;
         while let Some((a, b, whole, halvings)) = waiting.pop() {
             let middle = 0.5 * (a + b);
             let halves = [self.piece(ends, a, middle), self.piece(ends, middle, b)];
             let change = |i: usize| (halves[0][i] + halves[1][i] - whole[i]).abs();
-            let is_resolved = |i: usize| change(i) <= RESOLVED * self.sums[i].size * (to - from);
-            if halvings < MOST_HALVINGS && left > 0 && !(0..whole.len()).all(is_resolved) {
-                left -= 1;
+            // Halving does not help what is not a number.
+            let is_resolved = |i: usize| !(change(i) > RESOLVED * self.sums[i].size * (to - from));
+            if halvings < MOST_HALVINGS && self.left > 0 && !(0..whole.len()).all(is_resolved) {
+                self.left -= 1;
                 let [first, second] = halves;
                 waiting.extend([(middle, b, second, halvings + 1), (a, middle, first, halvings + 1)]);
                 continue;

@@ -27,6 +27,9 @@ pub(super) fn error(setup: &Setup, cycles: u32, reason: NoSteadyMotion) -> Error
             Error::usage(format!("scene `{scene}` gives no coordinate at its start that could tell a cycle"))
                 .help("give one under [initial]")
         }
+        NoSteadyMotion::FixedSteps => {
+            Error::usage("the method has fixed steps, and the period is not known before").help("choose `dop853`")
+        }
         NoSteadyMotion::Settling { t, error } => {
             let message = setup.step_error(&error);
             message.after(&format!("the motion before the search breaks off after t = {}: ", seconds(t))).into()
@@ -68,7 +71,7 @@ pub(super) fn error(setup: &Setup, cycles: u32, reason: NoSteadyMotion) -> Error
             // A gear returns after as many cycles as its ratio says.
             let whole = (2..=MOST_CYCLES).find(|more| {
                 let turns = difference * f64::from(*more) / TAU;
-                (turns - turns.round()).abs() < 1e-6 && unit == "rad"
+                turns.round() != 0.0 && (turns - turns.round()).abs() < 1e-6 && unit == "rad"
             });
             match whole {
                 Some(more) => error.help(format!("it returns after {more} times as long: --cycles {}", more * cycles)),
@@ -92,6 +95,11 @@ pub(super) fn error(setup: &Setup, cycles: u32, reason: NoSteadyMotion) -> Error
                 "loads may depend on the number of turns{others}; or on time with another period: --period SECONDS"
             ))
         }
+        NoSteadyMotion::OneOfMany => Error::usage(format!(
+            "the motion of scene `{scene}` is one of many at one value of the parameter: they are no branch"
+        ))
+        .help("add what chooses one of them: a loss, a motor"),
+        NoSteadyMotion::NotGenerated => Error::run("the parameters of this mechanism cannot be changed"),
         NoSteadyMotion::NoEigenvalues => Error::run("the linear equations of the search have no finite solution")
             .help("begin elsewhere with --start: the motion may be near a singular position"),
         NoSteadyMotion::Interrupted { t } => {
