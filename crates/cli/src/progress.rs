@@ -83,6 +83,13 @@ impl Progress {
         progress
     }
 
+    /// Creates the progress of points whose number is not known before.
+    pub(crate) fn points() -> Self {
+        let progress = Self::hidden(0, "{spinner} {elapsed} {pos} points");
+        progress.reveal();
+        progress
+    }
+
     /// Creates a spinner with a text.
     pub(crate) fn spinner() -> Self {
         let progress = Self::hidden(0, "{spinner} {elapsed} {msg}");

@@ -203,11 +203,16 @@ impl Setup {
         Ok(self)
     }
 
-    /// A run over a time from a start, by which it may be wrong, with rows at this distance.
-    pub(crate) fn over_period(mut self, [start, other]: [Start; 2], period: f64, step: f64) -> Self {
+    /// Makes the run one over a period from a start, with another start by which that may be wrong, and rows at this
+    /// distance.
+    pub(crate) fn run_over(&mut self, [start, other]: [Start; 2], period: f64, step: f64) {
         (self.start, self.other_start) = (Some(start), Some(other));
         (self.end_time, self.requested_step) = (Some(period), Some(step));
-        self
+    }
+
+    /// Gives a parameter another value.
+    pub(crate) fn set_parameter(&mut self, name: &str, value: f64) {
+        self.set.insert(name.to_owned(), value);
     }
 
     /// Whether the start differs from that of the scene.

@@ -27,8 +27,6 @@ pub use branch::{BranchEnd, BranchPoint, BranchRequest, PointKind, steady_branch
 pub use error::NoSteadyMotion;
 pub use multipliers::{Multiplier, Stability};
 
-/// The least number of steps in a period: where nothing moves, the method would choose none of its own.
-const STEPS: f64 = 32.0;
 /// Steps are halved until the errors of multipliers are below the first of these, or below the second times the
 /// tolerance; or until that does not make them smaller.
 const RESOLVED: f64 = 1e-11;
@@ -119,10 +117,8 @@ pub fn steady_motion(
     let (mut map, mut orbit) = search(mechanism, tape, request, None)?;
     let (mut iterations, mut refinements) = (0, 0);
     let target = RESOLVED.max(LOOSER * request.settings.tolerance);
-    let mut longest = orbit.period / STEPS;
     let mut best: Option<Solution> = None;
     loop {
-        map.limit_steps(longest);
         let solution = match Solution::new(&map, orbit, None) {
             Ok(solution) => solution,
             // Shorter steps have too many rounding errors.
@@ -134,8 +130,7 @@ pub fn steady_motion(
         iterations += solution.iterations();
         let error = solution.multiplier_error();
         let Found { orbit: found, at, .. } = &solution.found;
-        // Steps are as long on average as they are many.
-        longest = 0.5 * longest.min(found.period / at.steps as f64);
+        map.demand_steps(2.0 * at.steps as f64);
         orbit = found.clone();
         let before = best.as_ref().map_or(f64::INFINITY, Solution::multiplier_error);
         if error < before || best.is_none() {
@@ -172,8 +167,7 @@ fn search<'a>(
     if let Some(varied) = varied {
         guess.orbit.parameter = mechanism.parameters()[varied.parameter];
     }
-    let mut map = ReturnMap::new(mechanism, tape, request, varied, &guess)?;
-    map.limit_steps(guess.orbit.period / STEPS);
+    let map = ReturnMap::new(mechanism, tape, request, varied, &guess)?;
     Ok((map, guess.orbit))
 }
 
@@ -192,7 +186,7 @@ fn motion(
     let Solution { found, accurate, multipliers } = solution;
     let (period_error, start_errors) = solution.start_errors(map);
     let first = &found.at.first;
-    let means = output_means(&*map.mechanism(&found.orbit), map.settings(), first, found.orbit.period)
+    let means = output_means(&*map.mechanism(&found.orbit), map.settings(&found.orbit), first, found.orbit.period)
         .map_err(|error| NoSteadyMotion::Settling { t: first.t, error })?;
     Ok(SteadyMotion {
         period: found.orbit.period,

@@ -1,9 +1,14 @@
 //! `qrm steady`
 
+mod branch;
+mod branch_report;
+mod branch_table;
 mod columns;
 mod failure;
 mod period;
 mod report;
+
+use std::path::Path;
 
 use clap::Args;
 use qrm_core::Model;
@@ -18,6 +23,7 @@ use crate::plots::Plots;
 use crate::progress::{interrupted, watch_interrupts};
 use crate::run_files::{FinishedRun, RunFiles};
 use crate::setup::Setup;
+use branch::Vary;
 use report::SteadyReport;
 
 #[derive(Args)]
@@ -43,6 +49,14 @@ pub(crate) struct Options {
     /// Number of periods of the ordinary motion before the search; with 0 it begins at the start
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(..=1_000_000))]
     settle: u32,
+    /// Follow the motion over a parameter, around folds, such as `w=0.5:2`: branch.csv, branch.json and branch.svg
+    #[arg(long, value_name = "NAME=FROM:TO", allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = ["rows", "no_figures", "plot"])]
+    vary: Option<String>,
+    /// Most points of a branch
+    #[arg(long, value_name = "N", default_value_t = 1000, requires = "vary")]
+    #[arg(value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    points: u32,
     /// Number of rows in the period
     #[arg(long, value_name = "N", default_value_t = 720, value_parser = clap::value_parser!(u32).range(4..=1_000_000))]
     rows: u32,
@@ -72,14 +86,15 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let how = MethodOptions { method: Some(method), tolerance: Some(tolerance), ..options.method.clone() };
     let scene =
         SceneOptions { name: options.name.clone(), set: options.set.clone(), step: None, end_time: None, until: None };
-    let setup = Setup::new(models, &scene, &how)?.starting_from(&options.start)?;
+    let (vary, setup) = match &options.vary {
+        Some(vary) => {
+            let (vary, setup) = Vary::setup(models, vary, &scene, &how)?;
+            (Some(vary), setup)
+        }
+        None => (None, Setup::new(models, &scene, &how)?),
+    };
+    let setup = setup.starting_from(&options.start)?;
     let folder = options.out.subfolder(&setup.path, "steady");
-    let files = RunFiles { folder: &folder, every: 1, has_figures: !options.no_figures, parquet: false };
-    files.check_targets()?;
-    let path = folder.join("steady.json");
-    check_target(&path)?;
-    // Mistakes in plots are found before the search.
-    Plots::new(&setup, &options.plots)?;
     setup.refuse_redundant(&setup.first_state()?[0])?;
     let period = period::period(&setup, optional_positive("--period", options.period.as_ref(), "s")?)?;
     let phase = match (period, &options.phase) {
@@ -102,17 +117,31 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         settle: options.settle,
         keep_running: Some(&|_, _| !interrupted()),
     };
-    let found = steady_motion(&*setup.mechanism(), setup.model.tape(), &request);
+    if let Some(vary) = vary {
+        return branch::run(setup, &vary, request, options.points as usize, &folder);
+    }
+    one(setup, options, &request, &folder)
+}
+
+/// Finds one steady motion, prints it and writes its files.
+fn one(mut setup: Setup, options: &Options, request: &SteadyRequest, folder: &Path) -> Result<(), Error> {
+    let files = RunFiles { folder, every: 1, has_figures: !options.no_figures, parquet: false };
+    files.check_targets()?;
+    let path = folder.join("steady.json");
+    check_target(&path)?;
+    // Mistakes in plots are found before the search.
+    Plots::new(&setup, &options.plots)?;
+    let found = steady_motion(&*setup.mechanism(), setup.model.tape(), request);
     let found = found.map_err(|reason| failure::error(&setup, options.cycles, reason))?;
     let step = found.period / f64::from(options.rows);
     let starts = [found.start.clone(), found.other_start.clone()];
-    let setup = setup.over_period(starts, found.period, step);
+    setup.run_over(starts, found.period, step);
     let plots = Plots::new(&setup, &options.plots)?;
     let finished = files.run(&setup, true, plots)?;
-    let report = SteadyReport::new(&setup, &found, phase, [options.cycles, options.settle], &finished);
+    let report = SteadyReport::new(&setup, &found, request.phase, [options.cycles, options.settle], &finished);
     let FinishedRun { report: of_run, mut problems, .. } = finished;
     let saved = [save_json(&folder.join("summary.json"), &of_run), save_json(&path, &report)];
-    print(&report.text(&of_run, &folder));
+    print(&report.text(&of_run, folder));
     problems.extend(saved.into_iter().filter_map(Result::err));
     Error::all(problems)
 }

@@ -71,8 +71,8 @@ pub enum BranchEnd {
 
 /// The first, the longest and the shortest step along a branch, in parts of the sizes and of the range.
 const FIRST: f64 = 0.01;
-const LONGEST: f64 = 0.05;
-const SHORTEST: f64 = 1e-7;
+const LONGEST: f64 = 0.1;
+const SHORTEST: f64 = 1e-6;
 /// The least cosine of the angle between the directions at neighbouring points, and one that allows longer steps.
 const BENT: f64 = 0.95;
 const STRAIGHT: f64 = 0.995;
@@ -110,7 +110,10 @@ pub fn steady_branch(
     if mechanism.with_parameters(mechanism.parameters().to_vec()).is_none() {
         return Err(NoSteadyMotion::NotGenerated);
     }
-    let varied = Varied { parameter: request.parameter, size: (request.to - from).abs(), period: request.period };
+    let cycles = f64::from(request.steady.cycles.max(1));
+    let of_cycles = request.period.map(|period| move |value: f64| Some(period(value)? * cycles));
+    let period = of_cycles.as_ref().map(|period| period as &dyn Fn(f64) -> Option<f64>);
+    let varied = Varied { parameter: request.parameter, size: (request.to - from).abs(), period };
     let steady = match request.period {
         Some(period) => SteadyRequest { period: period(from), ..request.steady.clone() },
         None => request.steady.clone(),
@@ -130,8 +133,7 @@ pub fn steady_branch(
             return Ok(BranchEnd::MostPoints);
         }
         let bound = last.bound([from, request.to], length, &map);
-        let next = last.next(&map, length, bound);
-        let next = match next {
+        let next = match last.next(&map, length, bound) {
             Err(NoSteadyMotion::Interrupted { t }) => return Err(NoSteadyMotion::Interrupted { t }),
             Err(reason) if length < SHORTEST => return Ok(BranchEnd::Lost(reason)),
             Err(_) => {
@@ -145,7 +147,7 @@ pub fn steady_branch(
             Ok(next) => next,
         };
         for kind in last.passed(&next) {
-            if let Some(special) = locate(&map, &last, &next, kind)? {
+            if let Some(special) = special_point(&map, &last, &next, kind)? {
                 point(special);
             }
         }
@@ -264,23 +266,27 @@ impl Tangent {
     }
 }
 
-/// The special point between two points; `None` if it is of another kind than its test.
-fn locate(
+/// The special point between two points; `None` if it is of another kind than its test. Where equations are singular at
+/// it, it is not located: it is the first of the two points, and its error the distance of the other.
+fn special_point(
     map: &ReturnMap,
     from: &Tangent,
     to: &Tangent,
     kind: PointKind,
 ) -> Result<Option<BranchPoint>, NoSteadyMotion> {
     let place = KINDS.iter().position(|other| *other == kind).unwrap_or(0);
-    let Some(own) = zero(map, [from, to], place, false)? else { return Ok(None) };
-    if kind == PointKind::Torus && !is_on_circle(&values(map, &own.found.at)?) {
+    let own = zero(map, [from, to], place, false)?;
+    let other = if own.is_some() { zero(map, [from, to], place, true)? } else { None };
+    let nearest = own.as_ref().unwrap_or(from);
+    if kind == PointKind::Torus && !is_on_circle(&values(map, &nearest.found.at)?) {
         return Ok(None);
     }
-    let error = zero(map, [from, to], place, true)?
-        .map_or(f64::INFINITY, |other| (other.found.orbit.parameter - own.found.orbit.parameter).abs());
-    let point = own.point(map, kind)?;
-    let floor = f64::EPSILON * point.parameter.abs();
-    Ok(Some(BranchPoint { parameter_error: error.max(floor), ..point }))
+    let error = match (&own, &other) {
+        (Some(own), Some(other)) => (other.found.orbit.parameter - own.found.orbit.parameter).abs(),
+        _ => (&to.unknowns - &from.unknowns).norm() * map.unknown_sizes().last().copied().unwrap_or(1.0),
+    };
+    let point = nearest.point(map, kind)?;
+    Ok(Some(BranchPoint { parameter_error: error.max(f64::EPSILON * point.parameter.abs()), ..point }))
 }
 
 /// The point between two others at which a test is zero (by the Illinois method); `None` if it is not located.

@@ -1,5 +1,6 @@
 //! Means of outputs over a motion.
 
+use nalgebra::{DMatrix, DVector};
 use qrm_core::Mechanism;
 
 use crate::integrate::{Integrator, MethodSettings, StepError, quintic};
@@ -15,13 +16,15 @@ const RESOLVED: f64 = 1e-12;
 const MOST_PIECES: u32 = 20_000;
 const MOST_HALVINGS: u32 = 40;
 
-/// The number of parts of a step, between whose ends the motion is a polynomial of degree 5.
-const PARTS: u32 = 8;
+/// The number of parts of a step, between whose ends the motion is a polynomial of degree 5; and that of neighbouring
+/// parts whose nodes together tell whether an output is smooth.
+const PARTS: usize = 8;
+const GROUP: usize = 4;
 
 /// The means of all outputs over a motion from a state to a time, and their errors.
 ///
-/// Pieces within steps are integrated by Gauss's formula of order 6. Steps end at corners and jumps of loads; pieces are
-/// halved where outputs have others.
+/// Parts of steps are integrated by Gauss's formula of order 6. Steps end at corners and jumps of loads; parts are halved
+/// where outputs have others.
 ///
 /// # Errors
 /// The motion does not come to its end.
@@ -39,15 +42,19 @@ pub(super) fn output_means(
     let steps = integrator.steps().to_vec();
     let mut integrator = Integrator::new(mechanism, settings, first, end_time)?;
     to.clone_from(first);
+    let mut group: Vec<[State; 2]> = Vec::new();
     for [begin, end] in steps {
         // A step begins behind the corner or jump at the end of the last one.
         for part in 0..=PARTS {
-            let part = f64::from(part) / f64::from(PARTS);
-            let t = if part < 1.0 { begin + (end - begin) * part } else { end }.min(end_time);
+            let t = if part < PARTS { begin + (end - begin) * part as f64 / PARTS as f64 } else { end }.min(end_time);
             if t > to.t {
                 std::mem::swap(&mut from, &mut to);
                 integrator.advance(mechanism, &from, t, &mut to)?;
-                sums.add([&from, &to]);
+                group.push([from.clone(), to.clone()]);
+            }
+            if part % GROUP == 0 {
+                sums.add(&group);
+                group.clear();
             }
         }
     }
@@ -60,6 +67,8 @@ struct Sums<'m> {
     /// Completes states inside pieces.
     solver: Solver,
     nodes: [(f64, f64); NODES],
+    /// The weights of the nodes of a group.
+    weights: Vec<f64>,
     sums: Vec<Sum>,
     /// The pieces that may still be halved: outputs that are rounding errors need ever more.
     left: u32,
@@ -76,10 +85,12 @@ struct Sum {
 impl<'m> Sums<'m> {
     fn new(mechanism: &'m dyn Mechanism) -> Self {
         let count = mechanism.description().outputs.len();
+        let nodes = gauss_legendre::<NODES>();
         Self {
             mechanism,
             solver: Solver::new(mechanism),
-            nodes: gauss_legendre::<NODES>(),
+            weights: group_weights(&nodes),
+            nodes,
             sums: vec![Sum::default(); count],
             left: MOST_PIECES,
         }
@@ -90,8 +101,47 @@ impl<'m> Sums<'m> {
         self.sums.iter().map(mean).collect()
     }
 
+    /// Adds the motion over neighbouring parts of a step.
+    fn add(&mut self, parts: &[[State; 2]]) {
+        if parts.len() == GROUP && self.add_smooth(parts) {
+            return;
+        }
+        for [from, to] in parts {
+            self.add_part([from, to]);
+        }
+    }
+
+    /// Adds the motion over as many parts as a group has, if outputs are smooth there: their integral by one polynomial
+    /// through all nodes is that by Gauss's formula in each part.
+    fn add_smooth(&mut self, parts: &[[State; 2]]) -> bool {
+        let count = self.sums.len();
+        let length = parts[GROUP - 1][1].t - parts[0][0].t;
+        let (mut by_parts, mut by_group) = (vec![0.0; count], vec![0.0; count]);
+        let mut outputs = vec![0.0; count];
+        let weights = self.weights.clone();
+        for ([from, to], group_weights) in parts.iter().zip(weights.chunks(NODES)) {
+            for ((x, weight), group_weight) in self.nodes.into_iter().zip(group_weights) {
+                self.outputs([from, to], from.t + x * (to.t - from.t), &mut outputs);
+                for (i, output) in outputs.iter().enumerate() {
+                    by_parts[i] += weight * (to.t - from.t) * output;
+                    by_group[i] += group_weight * length * output;
+                }
+            }
+        }
+        let change = |i: usize| (by_parts[i] - by_group[i]).abs();
+        let is_smooth = |i: usize| change(i) <= RESOLVED * self.sums[i].size * length;
+        if !(0..count).all(is_smooth) {
+            return false;
+        }
+        for (i, sum) in self.sums.iter_mut().enumerate() {
+            sum.error += change(i);
+            sum.integral += by_parts[i];
+        }
+        true
+    }
+
     /// Adds the motion between two states of a step.
-    fn add(&mut self, ends: [&State; 2]) {
+    fn add_part(&mut self, ends: [&State; 2]) {
         let (from, to) = (ends[0].t, ends[1].t);
         // The pieces that wait, each with its integral and the number of its halvings.
         let mut waiting = vec![(from, to, self.piece(ends, from, to), 0)];
@@ -118,24 +168,53 @@ impl<'m> Sums<'m> {
     }
 
     /// The integrals of all outputs over a piece between two states.
-    fn piece(&mut self, [from, to]: [&State; 2], a: f64, b: f64) -> Vec<f64> {
+    fn piece(&mut self, ends: [&State; 2], a: f64, b: f64) -> Vec<f64> {
         let mut integrals = vec![0.0; self.sums.len()];
         let mut outputs = integrals.clone();
         for (x, weight) in self.nodes {
-            let mut at = quintic(from, to, a + x * (b - a));
-            match self.solver.complete(self.mechanism, &mut at) {
-                Ok(()) => {
-                    let State { t, q, qd, qdd, multipliers, .. } = &at;
-                    self.mechanism.outputs(*t, q, qd, qdd, multipliers, &mut outputs);
-                }
-                // The mean is not known.
-                Err(_) => outputs.fill(f64::NAN),
-            }
-            for ((integral, output), sum) in integrals.iter_mut().zip(&outputs).zip(&mut self.sums) {
+            self.outputs(ends, a + x * (b - a), &mut outputs);
+            for (integral, output) in integrals.iter_mut().zip(&outputs) {
                 *integral += weight * (b - a) * output;
-                sum.size = sum.size.max(output.abs());
             }
         }
         integrals
     }
+
+    /// The outputs at a time between two states.
+    fn outputs(&mut self, [from, to]: [&State; 2], t: f64, outputs: &mut [f64]) {
+        let mut at = quintic(from, to, t);
+        match self.solver.complete(self.mechanism, &mut at) {
+            Ok(()) => {
+                let State { t, q, qd, qdd, multipliers, .. } = &at;
+                self.mechanism.outputs(*t, q, qd, qdd, multipliers, outputs);
+            }
+            // The mean is not known.
+            Err(_) => outputs.fill(f64::NAN),
+        }
+        for (sum, output) in self.sums.iter_mut().zip(&*outputs) {
+            sum.size = sum.size.max(output.abs());
+        }
+    }
+}
+
+/// The weights of the nodes of a group of parts of equal length, for polynomials of one degree less than their number.
+fn group_weights(nodes: &[(f64, f64); NODES]) -> Vec<f64> {
+    const COUNT: usize = NODES * GROUP;
+    let places = (0..GROUP).flat_map(|part| nodes.iter().map(move |(x, _)| (part as f64 + x) / GROUP as f64));
+    let places: Vec<f64> = places.collect();
+    // Legendre polynomials at the nodes; the integral of all but the first is zero.
+    let values = DMatrix::from_fn(COUNT, COUNT, |degree, node| legendre(degree, 2.0 * places[node] - 1.0));
+    let mut integrals = DVector::zeros(COUNT);
+    integrals[0] = 1.0;
+    values.lu().solve(&integrals).map_or_else(|| vec![f64::NAN; COUNT], |weights| weights.as_slice().to_vec())
+}
+
+/// A Legendre polynomial.
+fn legendre(degree: usize, x: f64) -> f64 {
+    let (mut before, mut value) = (0.0, 1.0);
+    for k in 0..degree {
+        let k = k as f64;
+        (before, value) = (value, ((2.0 * k + 1.0) * x * value - k * before) / (k + 1.0));
+    }
+    value
 }

@@ -36,9 +36,12 @@ pub(super) struct Equations<'m, 'a> {
     pub(super) plane: Option<&'m Plane>,
 }
 
-/// The most iterations of Newton's method, and the most halvings of a step.
+/// The most iterations of Newton's method, and the most halvings of a step; and those on a plane, where the guess is
+/// near.
 const MOST_ITERATIONS: u32 = 25;
 const MOST_HALVINGS: u32 = 8;
+const MOST_ITERATIONS_NEARBY: u32 = 8;
+const MOST_HALVINGS_NEARBY: u32 = 2;
 /// Far more rotations than singular values of such matrices need.
 const MOST_ROTATIONS: usize = 10_000;
 /// A step below this part of the sizes is the last one, and so is one that does not become smaller below the other.
@@ -65,8 +68,9 @@ impl Equations<'_, '_> {
         let mut orbit = guess;
         let mut at = self.map.follow(&orbit, self.is_halved)?;
         let mut before = f64::INFINITY;
-        let family = FAMILY.max(LOOSER * self.map.settings().tolerance);
-        for iterations in 1..=MOST_ITERATIONS {
+        let family = FAMILY.max(LOOSER * self.map.settings(&orbit).tolerance);
+        let most = if self.plane.is_some() { MOST_ITERATIONS_NEARBY } else { MOST_ITERATIONS };
+        for iterations in 1..=most {
             let residuals = self.residuals(&orbit, &at);
             let residual = largest_of(residuals.as_slice());
             let linearized = self.linearized(&orbit, &at)?;
@@ -109,11 +113,12 @@ impl Equations<'_, '_> {
         linearized: &Linearized,
         parts: [f64; 2],
     ) -> Result<Option<(Orbit, EndByStart)>, NoSteadyMotion> {
+        let most = if self.plane.is_some() { MOST_HALVINGS_NEARBY } else { MOST_HALVINGS };
         for least in parts {
             let step = linearized.step(residuals, least);
             let size = largest_of(step.as_slice());
             let mut part = (LONGEST / size).min(1.0);
-            for _ in 0..MOST_HALVINGS {
+            for _ in 0..most {
                 if let Some(tried) = self.map.moved(orbit, &step, part) {
                     match self.map.follow(&tried, self.is_halved) {
                         Ok(at) => {

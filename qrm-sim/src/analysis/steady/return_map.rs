@@ -28,6 +28,8 @@ pub(super) struct ReturnMap<'a> {
     mechanism: &'a dyn Mechanism,
     tape: &'a Tape,
     settings: MethodSettings,
+    /// The least number of steps in a period.
+    least_steps: f64,
     keep_running: Option<&'a dyn Fn(f64, f64) -> bool>,
     /// The given coordinates, then the given rates.
     places: Vec<Place>,
@@ -64,6 +66,8 @@ impl Place {
 const REST: f64 = 0.01;
 /// The period stays within these multiples of that of the motion nearby: `P(x, 0) = x` for all `x`.
 const NEAR: [f64; 2] = [0.5, 1.8];
+/// The least number of steps in a period: where nothing moves, the method would choose none of its own.
+const STEPS: f64 = 32.0;
 /// The number of places in a period at which motions are looked at.
 const PLACES: u32 = 16;
 
@@ -97,6 +101,7 @@ impl<'a> ReturnMap<'a> {
             mechanism,
             tape,
             settings: request.settings,
+            least_steps: STEPS,
             keep_running: request.keep_running,
             sizes: Vec::new(),
             unknown_sizes: Vec::new(),
@@ -162,7 +167,7 @@ impl<'a> ReturnMap<'a> {
     pub(super) fn states_at(&self, orbit: &Orbit, first: &State, times: &[f64]) -> Result<Vec<State>, NoSteadyMotion> {
         let mechanism = self.mechanism(orbit);
         let failed = |error| NoSteadyMotion::Motion(SensitivityError::Step { t: first.t, error });
-        let mut integrator = Integrator::new(&*mechanism, self.settings, first, orbit.period).map_err(failed)?;
+        let mut integrator = Integrator::new(&*mechanism, self.settings(orbit), first, orbit.period).map_err(failed)?;
         let (mut from, mut to) = (first.clone(), first.clone());
         let mut states = Vec::new();
         for t in times {
@@ -179,14 +184,17 @@ impl<'a> ReturnMap<'a> {
         varied.map_or(OwnedOr::Borrowed(self.mechanism), |varied| varied.mechanism(self.mechanism, orbit.parameter))
     }
 
-    /// Bounds the length of steps.
-    pub(super) fn limit_steps(&mut self, longest: f64) {
-        let bounds = &mut self.settings.step_bounds;
-        bounds.longest = bounds.longest.min(longest);
+    /// Demands a number of steps in a period.
+    pub(super) fn demand_steps(&mut self, count: f64) {
+        self.least_steps = self.least_steps.max(count);
     }
 
-    pub(super) fn settings(&self) -> MethodSettings {
-        self.settings
+    /// The method, for a period of an orbit.
+    pub(super) fn settings(&self, orbit: &Orbit) -> MethodSettings {
+        let mut settings = self.settings;
+        let bounds = &mut settings.step_bounds;
+        bounds.longest = bounds.longest.min(orbit.period / self.least_steps);
+        settings
     }
 
     pub(super) fn turns(&self) -> &[f64] {
@@ -213,7 +221,7 @@ impl<'a> ReturnMap<'a> {
 
     pub(super) fn follow(&self, orbit: &Orbit, is_halved: bool) -> Result<EndByStart, NoSteadyMotion> {
         let motion = MotionByStart {
-            settings: self.settings,
+            settings: self.settings(orbit),
             start: &orbit.start,
             parameter: self.varied.as_ref().map(|varied| varied.parameter),
             end_time: orbit.period,

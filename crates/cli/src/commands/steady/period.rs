@@ -1,7 +1,12 @@
 //! The period of the loads and drives of a scene.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
+use qrm_core::{Description, Model};
+use qrm_scene::evaluate::parameter_values;
+use qrm_scene::scene::Scene;
 use qrm_scene::time_scales::{depends_on_time, turning_rates};
 use qrm_sim::solve::LoopConstraints;
 
@@ -36,11 +41,7 @@ pub(super) fn period(setup: &Setup, given: Option<f64>) -> Result<Option<f64>, E
     if given.is_some() {
         return Ok(given);
     }
-    let mut rates = turning_rates(&setup.scene, &setup.parameters());
-    rates.extend(drive_rates(setup));
-    rates.retain(|rate| *rate > 0.0);
-    rates.sort_by(f64::total_cmp);
-    rates.dedup();
+    let rates = Rates::new(setup).at(None);
     if rates.is_empty() {
         return Err(Error::usage(format!("the formulae of scene `{name}` depend on time, and tell no period"))
             .help("give it: `--period SECONDS`"));
@@ -55,9 +56,9 @@ pub(super) fn period(setup: &Setup, given: Option<f64>) -> Result<Option<f64>, E
     })
 }
 
-/// The shortest time in which each of some rates makes whole turns.
+/// The shortest time in which each of some rates makes whole turns, the slowest first.
 fn common_period(rates: &[f64]) -> Option<f64> {
-    let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
+    let slowest = *rates.first()?;
     let periods = (1..=MOST_TURNS).map(|turns| f64::from(turns) * TAU / slowest);
     periods.into_iter().find(|period| {
         rates.iter().all(|rate| {
@@ -67,18 +68,55 @@ fn common_period(rates: &[f64]) -> Option<f64> {
     })
 }
 
-/// The rates of the angles that drives turn evenly.
-fn drive_rates(setup: &Setup) -> Vec<f64> {
-    let mechanism = setup.mechanism();
-    let Ok([q, _]) = setup.first_state() else { return Vec::new() };
-    let at = TIMES.map(|t| LoopConstraints::at(&*mechanism, t, &q));
-    let rate = |drive: usize| {
-        let rates = at.each_ref().map(|constraints| constraints.constraint_rate[drive]);
-        let is_even = rates.iter().all(|rate| (rate - rates[0]).abs() <= WHOLE * rates[0].abs());
-        let unit = setup.description.constraints[drive].unit;
-        (is_even && unit == "rad").then_some(rates[0].abs())
-    };
-    setup.scene.drives().into_iter().filter_map(rate).collect()
+/// The rates at which loads and drives turn, at values of a parameter.
+pub(super) struct Rates {
+    model: &'static Model,
+    description: &'static Description,
+    scene: Arc<Scene>,
+    set: BTreeMap<String, f64>,
+    /// The position at which drives are looked at; `None` if there is none.
+    q: Option<Vec<f64>>,
+}
+
+impl Rates {
+    pub(super) fn new(setup: &Setup) -> Self {
+        let q = setup.first_state().ok().map(|[q, _]| q);
+        let Setup { model, description, scene, set, .. } = setup;
+        Self { model, description, scene: scene.clone(), set: set.clone(), q }
+    }
+
+    /// The common period at a value of a parameter; `None` if there is none.
+    pub(super) fn period(&self, name: &str, value: f64) -> Option<f64> {
+        common_period(&self.at(Some((name, value))))
+    }
+
+    /// The rates, the slowest first.
+    fn at(&self, varied: Option<(&str, f64)>) -> Vec<f64> {
+        let replace = |name: &str| match varied {
+            Some((other, value)) if other == name => Some(value),
+            _ => self.set.get(name).copied(),
+        };
+        let mut rates = turning_rates(&self.scene, &parameter_values(&self.scene, replace));
+        rates.extend(self.of_drives(&replace));
+        rates.retain(|rate| *rate > 0.0);
+        rates.sort_by(f64::total_cmp);
+        rates.dedup();
+        rates
+    }
+
+    /// The rates of the angles that drives turn evenly.
+    fn of_drives(&self, replace: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
+        let Some(q) = &self.q else { return Vec::new() };
+        let mechanism = self.model.mechanism(replace);
+        let at = TIMES.map(|t| LoopConstraints::at(&*mechanism, t, q));
+        let rate = |drive: usize| {
+            let rates = at.each_ref().map(|constraints| constraints.constraint_rate[drive]);
+            let is_even = rates.iter().all(|rate| (rate - rates[0]).abs() <= WHOLE * rates[0].abs());
+            let unit = self.description.constraints[drive].unit;
+            (is_even && unit == "rad").then_some(rates[0].abs())
+        };
+        self.scene.drives().into_iter().filter_map(rate).collect()
+    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use qrm_sim::analysis::{Stability, SteadyMotion};
+use qrm_sim::analysis::{Multiplier, Stability, SteadyMotion};
 use qrm_sim::position::Start;
 use serde::{Serialize, Serializer};
 
@@ -49,10 +49,10 @@ pub(super) struct SteadyReport {
 
 /// A Floquet multiplier.
 #[derive(Clone, Copy, Serialize)]
-struct MultiplierEntry {
+pub(super) struct MultiplierEntry {
     re: f64,
     im: f64,
-    size: f64,
+    pub(super) size: f64,
     error: f64,
 }
 
@@ -68,13 +68,7 @@ impl SteadyReport {
         let coordinates = description.coordinates;
         let errors =
             Start { q: found.start_errors[0].clone(), qd: found.start_errors[1].clone(), ..found.start.clone() };
-        let entry = |multiplier: &qrm_sim::analysis::Multiplier| MultiplierEntry {
-            re: multiplier.value.re,
-            im: multiplier.value.im,
-            size: multiplier.value.norm(),
-            error: multiplier.error,
-        };
-        let multipliers: Vec<MultiplierEntry> = found.multipliers.iter().map(entry).collect();
+        let multipliers: Vec<MultiplierEntry> = found.multipliers.iter().map(MultiplierEntry::from).collect();
         let angles = (0..coordinates.len()).filter(|&i| description.is_angle(i));
         Self {
             heading: heading(description),
@@ -201,8 +195,15 @@ impl SteadyReport {
     }
 }
 
+impl From<&Multiplier> for MultiplierEntry {
+    fn from(multiplier: &Multiplier) -> Self {
+        let Multiplier { value, error } = *multiplier;
+        Self { re: value.re, im: value.im, size: value.norm(), error }
+    }
+}
+
 impl MultiplierEntry {
-    fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         if self.im == 0.0 {
             return with_error(self.re, self.error);
         }

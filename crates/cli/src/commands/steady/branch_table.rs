@@ -1,0 +1,168 @@
+//! A branch as a table and a figure.
+
+use qrm_view::figure::{Abscissa, Curve, Figure, Panel, Scale};
+
+use super::branch::{Point, Vary};
+use super::branch_report::{BranchReport, kind_name};
+use super::report::stability_name;
+use crate::error::Error;
+use crate::format::full;
+use crate::options::unit_of_parameter;
+use crate::output::csv;
+use crate::setup::Setup;
+
+/// The points of a branch.
+pub(super) struct BranchTable<'a> {
+    pub(super) setup: &'a Setup,
+    pub(super) vary: &'a Vary,
+    pub(super) points: &'a [Point],
+    /// The coordinate that tells cycles.
+    pub(super) phase: Option<usize>,
+}
+
+impl BranchTable<'_> {
+    pub(super) fn unit(&self) -> &'static str {
+        unit_of_parameter(self.setup.description, &self.vary.name)
+    }
+
+    /// `branch.csv`; values that are not known are left empty.
+    pub(super) fn csv(&self) -> Result<Vec<u8>, Error> {
+        let description = self.setup.description;
+        let mut header: Vec<String> = vec!["kind".to_owned()];
+        let with_errors = |name: &str| [name.to_owned(), format!("{name}_error")];
+        header.extend(with_errors(&self.vary.name));
+        header.extend(with_errors("period"));
+        if let Some(first) = self.points.first() {
+            header.extend(
+                first
+                    .at
+                    .motion
+                    .start
+                    .given_values(description)
+                    .iter()
+                    .flat_map(|(name, _)| with_errors(&format!("start_{name}"))),
+            );
+        }
+        header.extend(["stability", "multiplier_re", "multiplier_im", "multiplier_error"].map(str::to_owned));
+        header
+            .extend(description.coordinates.iter().flat_map(|c| ["min", "max"].map(|end| format!("{}_{end}", c.name))));
+        if let Some(first) = self.points.first() {
+            for (name, column) in &first.columns.0.0 {
+                header.extend(["mean", "min", "max"].iter().flat_map(|part| with_errors(&format!("{name}_{part}"))));
+                header.extend(column.work.map(|_| with_errors(&format!("{name}_work"))).into_iter().flatten());
+                header.extend(
+                    column.fluctuation.map(|_| with_errors(&format!("{name}_fluctuation"))).into_iter().flatten(),
+                );
+            }
+        }
+        csv(header, self.points.iter().map(|point| self.record(point)))
+    }
+
+    fn record(&self, point: &Point) -> Vec<String> {
+        let description = self.setup.description;
+        let motion = &point.at.motion;
+        let errors = qrm_sim::position::Start {
+            q: motion.start_errors[0].clone(),
+            qd: motion.start_errors[1].clone(),
+            ..motion.start.clone()
+        };
+        let known = |value: f64| if value.is_finite() { full(value) } else { String::new() };
+        let mut record = vec![kind_name(point.at.kind).to_owned()];
+        record.extend([point.at.parameter, point.at.parameter_error, motion.period, motion.period_error].map(known));
+        for ((_, value), (_, error)) in
+            motion.start.given_values(description).iter().zip(errors.given_values(description))
+        {
+            record.extend([*value, error].map(known));
+        }
+        record.push(stability_name(motion.stability).to_owned());
+        let largest = motion.multipliers.first();
+        record.extend(
+            largest.map_or([String::new(), String::new(), String::new()], |m| {
+                [m.value.re, m.value.im, m.error].map(known)
+            }),
+        );
+        record.extend(point.ranges.iter().flatten().map(|value| known(*value)));
+        for (name, column) in &self.points[0].columns.0.0 {
+            let own = point.columns.0.0.iter().find(|(other, _)| other == name).map(|(_, column)| column);
+            let nan = f64::NAN;
+            let value = |f: &dyn Fn(&super::columns::ColumnEntry) -> [Option<f64>; 2]| {
+                own.map_or([nan; 2], |column| f(column).map(|value| value.unwrap_or(nan)))
+            };
+            let mut pairs = vec![
+                value(&|c| [Some(c.mean), Some(c.mean_error)]),
+                value(&|c| [Some(c.min), c.min_error]),
+                value(&|c| [Some(c.max), c.max_error]),
+            ];
+            pairs.extend(column.work.map(|_| value(&|c| [c.work, c.work_error])));
+            pairs.extend(column.fluctuation.map(|_| value(&|c| [c.fluctuation, c.fluctuation_error])));
+            record.extend(pairs.into_iter().flatten().map(known));
+        }
+        record
+    }
+
+    /// The largest and the smallest value of the coordinate and its rate, and the largest multiplier, over the parameter.
+    pub(super) fn figure(&self, report: &BranchReport) -> Figure {
+        let description = self.setup.description;
+        let given = self.points.first().map(|point| &point.at.motion.start.given);
+        let first = given.and_then(|given| given.iter().position(|given| *given));
+        let mut panels = Vec::new();
+        if let Some(i) = self.phase.or(first) {
+            let coordinate = &description.coordinates[i];
+            let turns = self.points.iter().any(|point| point.at.motion.turns[i] != 0.0);
+            if !turns {
+                let [low, high] = [0, 1].map(|end| move |point: &Point| Some(point.ranges[i][end]));
+                panels.push(self.panel(coordinate.name, coordinate.unit, &[("largest", &high), ("smallest", &low)]));
+            }
+            let name = format!("{}_dot", coordinate.name);
+            let column = |point: &Point| point.columns.0.0.iter().position(|(other, _)| *other == name);
+            let high = |point: &Point| column(point).map(|i| point.columns.0.0[i].1.max);
+            let low = |point: &Point| column(point).map(|i| point.columns.0.0[i].1.min);
+            let mean = |point: &Point| column(point).map(|i| point.columns.0.0[i].1.mean);
+            let unit = if coordinate.unit == "rad" { "rad/s" } else { "m/s" };
+            let curves: [(&str, &dyn Fn(&Point) -> Option<f64>); 3] =
+                [("largest", &high), ("smallest", &low), ("mean", &mean)];
+            panels.push(self.panel(&name, unit, if turns { &curves } else { &curves[..2] }));
+        }
+        let size = |point: &Point| point.at.motion.multipliers.first().map(|m| m.value.norm());
+        panels.push(self.panel("largest multiplier", "", &[("size", &size)]));
+        let title = match report.special.len() {
+            0 => format!("{}: steady motion over {}", description.name, self.vary.name),
+            count => format!("{}: steady motion over {}, {count} special points", description.name, self.vary.name),
+        };
+        Figure {
+            title,
+            abscissa: Abscissa {
+                quantity: self.vary.name.clone(),
+                unit: self.unit().to_owned(),
+                scale: Scale::Linear,
+                is_isometric: false,
+                has_origin: false,
+            },
+            panels: panels.into_iter().filter(|panel| !panel.curves.is_empty()).collect(),
+        }
+    }
+
+    /// A panel of some curves, with dots where the motion repels its neighbours and at special points.
+    fn panel(&self, quantity: &str, unit: &str, curves: &[(&str, &dyn Fn(&Point) -> Option<f64>)]) -> Panel {
+        let points = |value: &dyn Fn(&Point) -> Option<f64>, is_shown: &dyn Fn(&Point) -> bool| -> Vec<(f64, f64)> {
+            let shown = self.points.iter().filter(|point| is_shown(point));
+            let pairs = shown.filter_map(|point| Some((point.at.parameter, value(point)?)));
+            pairs.filter(|(_, value)| value.is_finite()).collect()
+        };
+        let curve = |name: &str, points: Vec<(f64, f64)>, has_dots: bool| Curve {
+            name: name.to_owned(),
+            doc: String::new(),
+            points,
+            extremes: None,
+            has_dots,
+        };
+        let all: Vec<Curve> = curves.iter().map(|(name, value)| curve(name, points(value, &|_| true), false)).collect();
+        Panel {
+            quantity: quantity.to_owned(),
+            unit: unit.to_owned(),
+            scale: Scale::Linear,
+            curves: all.into_iter().filter(|curve| !curve.points.is_empty()).collect(),
+            floor: None,
+        }
+    }
+}
