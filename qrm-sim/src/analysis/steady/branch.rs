@@ -147,7 +147,7 @@ pub fn steady_branch(
             Ok(next) => next,
         };
         for kind in last.passed(&next) {
-            if let Some(special) = special_point(&map, &last, &next, kind)? {
+            if let Some(special) = special_point(&map, [&last, &next], kind)? {
                 point(special);
             }
         }
@@ -170,6 +170,7 @@ pub fn steady_branch(
 }
 
 /// A point with the direction of the branch there.
+#[derive(Clone)]
 struct Tangent {
     found: Found,
     unknowns: DVector<f64>,
@@ -266,64 +267,68 @@ impl Tangent {
     }
 }
 
-/// The special point between two points; `None` if it is of another kind than its test. Where equations are singular at
-/// it, it is not located: it is the first of the two points, and its error the distance of the other.
-fn special_point(
-    map: &ReturnMap,
-    from: &Tangent,
-    to: &Tangent,
-    kind: PointKind,
-) -> Result<Option<BranchPoint>, NoSteadyMotion> {
+/// The special point between two points; `None` if it is of another kind than its test.
+fn special_point(map: &ReturnMap, ends: [&Tangent; 2], kind: PointKind) -> Result<Option<BranchPoint>, NoSteadyMotion> {
     let place = KINDS.iter().position(|other| *other == kind).unwrap_or(0);
-    let own = zero(map, [from, to], place, false)?;
-    let other = if own.is_some() { zero(map, [from, to], place, true)? } else { None };
-    let nearest = own.as_ref().unwrap_or(from);
-    if kind == PointKind::Torus && !is_on_circle(&values(map, &nearest.found.at)?) {
+    let (own, width) = zero(map, ends, place, false)?;
+    if kind == PointKind::Torus && !is_on_circle(&values(map, &own.found.at)?) {
         return Ok(None);
     }
-    let error = match (&own, &other) {
-        (Some(own), Some(other)) => (other.found.orbit.parameter - own.found.orbit.parameter).abs(),
-        _ => (&to.unknowns - &from.unknowns).norm() * map.unknown_sizes().last().copied().unwrap_or(1.0),
-    };
-    let point = nearest.point(map, kind)?;
+    let (other, other_width) = zero(map, ends, place, true)?;
+    let error = (other.found.orbit.parameter - own.found.orbit.parameter).abs().max(width).max(other_width);
+    let point = own.point(map, kind)?;
     Ok(Some(BranchPoint { parameter_error: error.max(f64::EPSILON * point.parameter.abs()), ..point }))
 }
 
-/// The point between two others at which a test is zero (by the Illinois method); `None` if it is not located.
-fn zero(
-    map: &ReturnMap,
-    [from, to]: [&Tangent; 2],
-    place: usize,
-    is_halved: bool,
-) -> Result<Option<Tangent>, NoSteadyMotion> {
-    let across = &to.unknowns - &from.unknowns;
-    let whole = from.direction.dot(&across);
-    let [mut low, mut high] = [(0.0, from.tests[place]), (1.0, to.tests[place])];
+/// The point between two others at which a test is zero (by the Illinois method), and the error of the parameter there.
+/// Another branch may be near: the search ends at the last point on this one.
+fn zero(map: &ReturnMap, ends: [&Tangent; 2], place: usize, is_halved: bool) -> Result<(Tangent, f64), NoSteadyMotion> {
+    let [from, to] = ends;
+    let whole = from.direction.dot(&(&to.unknowns - &from.unknowns));
+    let mut low = End { part: 0.0, test: from.tests[place], at: from.clone() };
+    let mut high = End { part: 1.0, test: to.tests[place], at: to.clone() };
     for _ in 0..MOST_ITERATIONS {
-        let part = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-        let part = if part > 0.0 && part < 1.0 { part } else { 0.5 * (low.0 + high.0) };
-        let Some(guess) = map.moved(&from.found.orbit, &across, part) else { return Ok(None) };
+        let part = (low.part * high.test - high.part * low.test) / (high.test - low.test);
+        let is_inside = low.part.min(high.part) < part && part < low.part.max(high.part);
+        let part = if is_inside { part } else { 0.5 * (low.part + high.part) };
+        let across = &high.at.unknowns - &low.at.unknowns;
+        let between = (part - low.part) / (high.part - low.part);
+        let Some(guess) = map.moved(&low.at.found.orbit, &across, between) else { break };
         let found = match from.solve(map, guess, part * whole, is_halved) {
             Err(NoSteadyMotion::Interrupted { t }) => return Err(NoSteadyMotion::Interrupted { t }),
-            Err(_) => return Ok(None),
+            Err(_) => break,
             Ok(found) => found,
         };
         let at = Tangent::new(map, found, Some(&from.direction), 1.0)?;
+        if at.direction.dot(&from.direction) < BENT {
+            break;
+        }
+        let last = if high.at.tests[place].abs() < low.at.tests[place].abs() { high.part } else { low.part };
         let test = at.tests[place];
-        let before = low.0;
-        if test * high.1 <= 0.0 {
-            (low, high) = (high, (part, test));
+        if test == 0.0 || (part - last).abs() <= LOCATED {
+            return Ok((at, 0.0));
+        }
+        if test * high.test <= 0.0 {
+            low = std::mem::replace(&mut high, End { part, test, at });
         } else {
             // The end that stays counts half.
-            low.1 *= 0.5;
-            high = (part, test);
-        }
-        let moved = (high.0 - low.0).abs().min((part - before).abs());
-        if test == 0.0 || moved <= LOCATED {
-            return Ok(Some(at));
+            low.test *= 0.5;
+            high = End { part, test, at };
         }
     }
-    Ok(None)
+    let size = map.unknown_sizes().last().copied().unwrap_or(1.0);
+    let width = (&high.at.unknowns - &low.at.unknowns).norm() * size;
+    let nearest = if high.at.tests[place].abs() < low.at.tests[place].abs() { high } else { low };
+    Ok((nearest.at, width))
+}
+
+/// An end of the interval in which a test changes its sign.
+struct End {
+    /// The distance along the first direction, in parts of the step.
+    part: f64,
+    /// The value of the test, or a part of it.
+    test: f64,
+    at: Tangent,
 }
 
 /// `det(M + I)`.

@@ -129,7 +129,7 @@ pub(super) fn run(
     save_json(&json_path, &report)?;
     let mut files = vec![json_path, table_path];
     let mut problems: Vec<Error> = interrupted.into_iter().chain(problem).collect();
-    match table.figure(&report).svg() {
+    match table.figure().svg() {
         Ok(drawn) => match save(&figure_path, drawn.as_bytes()) {
             Ok(()) => files.push(figure_path),
             Err(error) => problems.push(error),

@@ -27,16 +27,16 @@ pub(super) struct BranchReport {
     end_value: f64,
     #[serde(skip)]
     end_text: String,
-    pub(super) special: Vec<SpecialPoint>,
+    special: Vec<SpecialPoint>,
     /// The parts of the branch between folds and changes of stability, in their order.
     parts: Vec<Part>,
 }
 
 /// A point at which something happens.
 #[derive(Serialize)]
-pub(super) struct SpecialPoint {
-    pub(super) kind: &'static str,
-    pub(super) value: f64,
+struct SpecialPoint {
+    kind: &'static str,
+    value: f64,
     error: f64,
     period: f64,
     period_error: f64,

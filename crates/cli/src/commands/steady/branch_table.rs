@@ -1,15 +1,19 @@
 //! A branch as a table and a figure.
 
+use qrm_sim::analysis::PointKind;
 use qrm_view::figure::{Abscissa, Curve, Figure, Panel, Scale};
 
 use super::branch::{Point, Vary};
-use super::branch_report::{BranchReport, kind_name};
+use super::branch_report::kind_name;
 use super::report::stability_name;
 use crate::error::Error;
-use crate::format::full;
+use crate::format::{full, number};
 use crate::options::unit_of_parameter;
 use crate::output::csv;
 use crate::setup::Setup;
+
+/// The most special points that a figure marks.
+const MOST_MARKED: usize = 4;
 
 /// The points of a branch.
 pub(super) struct BranchTable<'a> {
@@ -101,7 +105,7 @@ impl BranchTable<'_> {
     }
 
     /// The largest and the smallest value of the coordinate and its rate, and the largest multiplier, over the parameter.
-    pub(super) fn figure(&self, report: &BranchReport) -> Figure {
+    pub(super) fn figure(&self) -> Figure {
         let description = self.setup.description;
         let given = self.points.first().map(|point| &point.at.motion.start.given);
         let first = given.and_then(|given| given.iter().position(|given| *given));
@@ -125,12 +129,8 @@ impl BranchTable<'_> {
         }
         let size = |point: &Point| point.at.motion.multipliers.first().map(|m| m.value.norm());
         panels.push(self.panel("largest multiplier", "", &[("size", &size)]));
-        let title = match report.special.len() {
-            0 => format!("{}: steady motion over {}", description.name, self.vary.name),
-            count => format!("{}: steady motion over {}, {count} special points", description.name, self.vary.name),
-        };
         Figure {
-            title,
+            title: format!("{}: steady motion over {}", description.name, self.vary.name),
             abscissa: Abscissa {
                 quantity: self.vary.name.clone(),
                 unit: self.unit().to_owned(),
@@ -142,21 +142,30 @@ impl BranchTable<'_> {
         }
     }
 
-    /// A panel of some curves, with dots where the motion repels its neighbours and at special points.
+    /// A panel of some curves, with the first special points as dots on the first of them.
     fn panel(&self, quantity: &str, unit: &str, curves: &[(&str, &dyn Fn(&Point) -> Option<f64>)]) -> Panel {
         let points = |value: &dyn Fn(&Point) -> Option<f64>, is_shown: &dyn Fn(&Point) -> bool| -> Vec<(f64, f64)> {
             let shown = self.points.iter().filter(|point| is_shown(point));
             let pairs = shown.filter_map(|point| Some((point.at.parameter, value(point)?)));
             pairs.filter(|(_, value)| value.is_finite()).collect()
         };
-        let curve = |name: &str, points: Vec<(f64, f64)>, has_dots: bool| Curve {
-            name: name.to_owned(),
+        let curve = |name: String, points: Vec<(f64, f64)>, has_dots: bool| Curve {
+            name,
             doc: String::new(),
             points,
             extremes: None,
             has_dots,
         };
-        let all: Vec<Curve> = curves.iter().map(|(name, value)| curve(name, points(value, &|_| true), false)).collect();
+        let mut all: Vec<Curve> =
+            curves.iter().map(|(name, value)| curve((*name).to_owned(), points(value, &|_| true), false)).collect();
+        if let Some((_, value)) = curves.first() {
+            let special = self.points.iter().filter(|point| point.at.kind != PointKind::Regular);
+            all.extend(special.take(MOST_MARKED).map(|point| {
+                let kind = kind_name(point.at.kind).replace('_', " ");
+                let name = format!("{kind} at {}", number(point.at.parameter));
+                curve(name, points(value, &|other| std::ptr::eq(other, point)), true)
+            }));
+        }
         Panel {
             quantity: quantity.to_owned(),
             unit: unit.to_owned(),
