@@ -130,6 +130,72 @@ fn where_a_period_doubles_two_cycles_are_attracting() {
     assert!((product / (-0.5 * period).exp() - 1.0).abs() < 1e-6, "{product}");
 }
 
+/// A branch: `branch.json`, and the rows of `branch.csv`.
+fn branch(arguments: &[&str]) -> (Value, Vec<Vec<String>>) {
+    let (folder, output) = output(arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let table = std::fs::read_to_string(folder.path().join("branch.csv")).expect("a table");
+    assert!(folder.path().join("branch.svg").exists());
+    let rows = table.lines().map(|line| line.split(',').map(str::to_owned).collect());
+    (json(&folder.path().join("branch.json")), rows.collect())
+}
+
+/// The value of a column in a row of `branch.csv`.
+fn cell(rows: &[Vec<String>], row: usize, name: &str) -> f64 {
+    let column = rows[0].iter().position(|other| other == name).expect("a column");
+    rows[row][column].parse().expect("a number")
+}
+
+/// The folds come from the harmonic balance with 16 odd harmonics, the period doubling from Newton's method on the
+/// motion, its derivatives and `det(M + I) = 0`, all with 15 digits.
+#[test]
+#[ignore = "full tier: engine"]
+fn a_branch_goes_around_folds() {
+    let (found, rows) = branch(&["tests/steady/duffing-slider.toml", "--vary", "w=0.4:2.5"]);
+    let special = found["special"].as_array().expect("special points");
+    assert_eq!((special.len(), &found["end"]), (2, &Value::from("reached")));
+    for (fold, [w, x]) in
+        special.iter().zip([[1.383_856_531_999_59, -0.162_695_765_25], [1.303_045_969_455_67, -0.519_404_453_94]])
+    {
+        assert_eq!(fold["kind"], "fold");
+        within(&fold["value"], &fold["error"], w, 1e-11);
+        assert!((number(&fold["start"]["x"]) - x).abs() < 1e-9, "{fold}");
+        within(&fold["multipliers"][0]["re"], &fold["multipliers"][0]["error"], 1.0, 1e-10);
+    }
+    let parts = found["parts"].as_array().expect("parts");
+    let stabilities: Vec<&Value> = parts.iter().map(|part| &part["stability"]).collect();
+    assert_eq!(stabilities, ["attracting", "repelling", "attracting"]);
+    // The last row is the motion at the end of the range.
+    let last = rows.len() - 1;
+    assert!(cell(&rows, last, "w") == 2.5 && last > 20);
+    let motion = steady(&["tests/steady/duffing-slider.toml", "--set", "w=2.5"]);
+    assert!((cell(&rows, last, "start_x") - number(&motion["start"]["x"])).abs() < 1e-11);
+    let works = (cell(&rows, last, "P_drive_work"), number(&motion["columns"]["P_drive"]["work"]));
+    assert!((works.0 - works.1).abs() < 1e-10, "{works:?}");
+
+    let (found, _) = branch(&["tests/steady/driven-pendulum.toml", "--vary", "T=1.07:1.05"]);
+    let doubling = &found["special"][0];
+    assert_eq!(doubling["kind"], "period_doubling");
+    within(&doubling["value"], &doubling["error"], 1.066_372_862_455_207, 1e-10);
+    within(&doubling["multipliers"][0]["re"], &doubling["multipliers"][0]["error"], -1.0, 1e-9);
+}
+
+/// The period of van der Pol's equation and the speed of a machine over a parameter, at their ends.
+#[test]
+fn a_branch_ends_where_a_search_would() {
+    let (found, rows) = branch(&["shaper", "--vary", "J2=30:60"]);
+    assert_eq!((&found["end"], &found["special"]), (&Value::from("reached"), &serde_json::json!([])));
+    for (row, value) in [(1, "J2=30"), (rows.len() - 1, "J2=60")] {
+        let motion = steady(&["shaper", "--set", value]);
+        assert!((cell(&rows, row, "period") - number(&motion["period"])).abs() < 1e-10);
+        let fluctuation = number(&motion["columns"]["phi2_dot"]["fluctuation"]);
+        assert!((cell(&rows, row, "phi2_dot_fluctuation") - fluctuation).abs() < 1e-9);
+    }
+    // Nothing chooses its speed.
+    let failed = error(&["quick-return", "--vary", "J2=10:20"]);
+    assert!(failed.contains("is one of many at one value of the parameter"), "{failed}");
+}
+
 /// The rate of the crank after 2000 turns from elsewhere, and the multiplier by differences of one turn.
 #[test]
 fn a_motor_settles_where_it_is_found_at_once() {
@@ -216,6 +282,11 @@ fn where_there_is_no_steady_motion_it_is_said() {
         (&["quick-return", "--phase", "phi4"], "gives no coordinate `phi4` at its start"),
         (&["quick-return", "--method", "rk4"], "`--method rk4` has fixed steps"),
         (&["quick-return-driven", "--period", "0"], "must be above zero"),
+        (&["shaper", "--vary", "J2"], "`--vary J2` has no `=`"),
+        (&["shaper", "--vary", "J2=1"], "`--vary J2=1` has no `:`"),
+        (&["shaper", "--vary", "J2=1:1"], "varies nothing"),
+        (&["shaper", "--vary", "J3=1:2"], "has no parameter `J3`"),
+        (&["shaper", "--vary", "J2=1:2", "--set", "J2=1"], "`--set` and `--vary` both give `J2`"),
         (&["quick-return-driven", "--period", "0.3"], "on another branch"),
     ] {
         let error = error(arguments);
