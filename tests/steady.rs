@@ -196,6 +196,41 @@ fn a_branch_ends_where_a_search_would() {
     assert!(failed.contains("is one of many at one value of the parameter"), "{failed}");
 }
 
+/// The condition of a linear oscillator has a closed form: the velocity is `F w / sqrt((k - m w^2)^2 + (c w)^2)`.
+#[test]
+#[ignore = "full tier: engine"]
+fn a_parameter_is_solved_for() {
+    let scene = "tests/steady/duffing-slider.toml";
+    let motion = steady(&[scene, "--set", "k3=0", "--set", "w=2", "--solve", "c", "--for", "max(x_dot) = 0.15"]);
+    let expected = ((0.3 * 2.0 / 0.15_f64).powi(2) - 9.0).sqrt() / 2.0;
+    within(&motion["solved"]["value"], &motion["solved"]["error"], expected, 1e-9);
+    assert!((number(&motion["columns"]["x_dot"]["max"]) - 0.15).abs() < 1e-11);
+    // Without friction and loss the speed is at most 0.2.
+    let failed = error(&[scene, "--set", "k3=0", "--set", "w=2", "--solve", "c", "--for", "max(x_dot) = 0.25"]);
+    assert!(failed.contains("no value of `c` was found with max(x_dot) = 0.25. Nearest is c = "), "{failed}");
+}
+
+#[test]
+fn a_flywheel_is_solved_for() {
+    let motion = steady(&["shaper", "--solve", "J2", "--for", "fluctuation(phi2_dot) = 0.1"]);
+    let value = number(&motion["solved"]["value"]);
+    let again = steady(&["shaper", "--set", &format!("J2={value}")]);
+    let fluctuation = number(&again["columns"]["phi2_dot"]["fluctuation"]);
+    assert!((fluctuation - 0.1).abs() < 1e-10 && value > 100.0, "{value}: {fluctuation}");
+    for (condition, words) in [
+        ("fluct(phi2_dot) = 0.02", "there is no quantity `fluct`"),
+        ("fluctuation(phi2) = 0.02", "there is no rate or output `phi2`"),
+        ("fluctuation(phi2_dot)", "there is no `=`"),
+        ("phi2_dot = 3", "left of `=` stands no `QUANTITY(NAME)`"),
+        ("work(x6) = 1", "`x6` has no work that is known"),
+        ("mean(phi2_dot) = 1 kg", "--for"),
+        ("work(P_cutting) = -1200", "work(P_cutting) does not depend on `J2`"),
+    ] {
+        let error = error(&["shaper", "--solve", "J2", "--for", condition]);
+        assert!(error.contains(words), "{condition}: {error}");
+    }
+}
+
 /// The rate of the crank after 2000 turns from elsewhere, and the multiplier by differences of one turn.
 #[test]
 fn a_motor_settles_where_it_is_found_at_once() {

@@ -4,9 +4,11 @@ mod branch;
 mod branch_report;
 mod branch_table;
 mod columns;
+mod condition;
 mod failure;
 mod period;
 mod report;
+mod solve;
 
 use std::path::Path;
 
@@ -25,6 +27,7 @@ use crate::run_files::{FinishedRun, RunFiles};
 use crate::setup::Setup;
 use branch::Vary;
 use report::SteadyReport;
+use solve::Solved;
 
 #[derive(Args)]
 pub(crate) struct Options {
@@ -57,6 +60,12 @@ pub(crate) struct Options {
     #[arg(long, value_name = "N", default_value_t = 1000, requires = "vary")]
     #[arg(value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     points: u32,
+    /// Find the value of a parameter with which the motion meets the condition of `--for`
+    #[arg(long, value_name = "NAME", requires = "condition", conflicts_with = "vary")]
+    solve: Option<String>,
+    /// Condition on a rate or an output, such as `fluctuation(phi_dot) = 0.02`; others are mean, min, max and work
+    #[arg(long = "for", value_name = "CONDITION", requires = "solve")]
+    condition: Option<String>,
     /// Number of rows in the period
     #[arg(long, value_name = "N", default_value_t = 720, value_parser = clap::value_parser!(u32).range(4..=1_000_000))]
     rows: u32,
@@ -131,14 +140,25 @@ fn one(mut setup: Setup, options: &Options, request: &SteadyRequest, folder: &Pa
     check_target(&path)?;
     // Mistakes in plots are found before the search.
     Plots::new(&setup, &options.plots)?;
-    let found = steady_motion(&*setup.mechanism(), setup.model.tape(), request);
+    let mut request = request.clone();
+    let solved = match options.solve.as_ref().zip(options.condition.as_ref()) {
+        Some((name, condition)) => {
+            let (solved, start) = Solved::new(&mut setup, &request, name, condition)?;
+            (request.start, request.settle) = (Some(start), 0);
+            request.period = period::period(&setup, optional_positive("--period", options.period.as_ref(), "s")?)?;
+            Some(solved)
+        }
+        None => None,
+    };
+    let found = steady_motion(&*setup.mechanism(), setup.model.tape(), &request);
     let found = found.map_err(|reason| failure::error(&setup, options.cycles, reason))?;
     let step = found.period / f64::from(options.rows);
     let starts = [found.start.clone(), found.other_start.clone()];
     setup.run_over(starts, found.period, step);
     let plots = Plots::new(&setup, &options.plots)?;
     let finished = files.run(&setup, true, plots)?;
-    let report = SteadyReport::new(&setup, &found, request.phase, [options.cycles, options.settle], &finished);
+    let report =
+        SteadyReport::new(&setup, &found, (request.phase, solved), [options.cycles, options.settle], &finished);
     let FinishedRun { report: of_run, mut problems, .. } = finished;
     let saved = [save_json(&folder.join("summary.json"), &of_run), save_json(&path, &report)];
     print(&report.text(&of_run, folder));

@@ -7,6 +7,7 @@ use qrm_sim::position::Start;
 use serde::{Serialize, Serializer};
 
 use super::columns::{Columns, columns};
+use super::solve::Solved;
 
 use crate::format::{counted, heading, number, with_error};
 use crate::output::{Named, written};
@@ -20,6 +21,9 @@ pub(super) struct SteadyReport {
     #[serde(skip)]
     heading: String,
     scene: &'static str,
+    /// The parameter that was solved for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    solved: Option<Solved>,
     period: f64,
     period_error: f64,
     /// Whether the period is that of the motion itself.
@@ -60,7 +64,7 @@ impl SteadyReport {
     pub(super) fn new(
         setup: &Setup,
         found: &SteadyMotion,
-        phase: Option<usize>,
+        (phase, solved): (Option<usize>, Option<Solved>),
         [cycles, settled]: [u32; 2],
         finished: &FinishedRun,
     ) -> Self {
@@ -73,6 +77,7 @@ impl SteadyReport {
         Self {
             heading: heading(description),
             scene: description.name,
+            solved,
             period: found.period,
             period_error: found.period_error,
             has_own_period: phase.is_some(),
@@ -97,6 +102,9 @@ impl SteadyReport {
     pub(super) fn text(&self, run: &RunReport, folder: &Path) -> String {
         let mut text = format!("{}\n\n", self.heading);
         let mut line = |topic: &str, line: &str| text += &format!("  {topic:11} {line}\n");
+        if let Some(solved) = &self.solved {
+            line("solved", &solved.text());
+        }
         line("period", &self.period_line());
         line("start", &self.start_line());
         line(
