@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use qrm_cli::api::{self, LoadedScene};
+use qrm_cli::api::{self, LoadedScene, Run, SteadyOptions};
 use qrm_core::{Description, QuantityDescription};
 use qrm_model::MODELS;
 use qrm_sim::columns::columns;
@@ -108,24 +108,50 @@ impl Scene {
     }
 
     /// A run: its rows, the text of its summary, its warnings, and the exception for its problem.
-    #[expect(clippy::type_complexity, reason = "a tuple of Python")]
     fn run<'py>(
         &self,
         py: Python<'py>,
         asked: &Bound<'py, PyDict>,
         every: &Bound<'py, PyAny>,
         estimate_error: bool,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, String, Vec<String>, Option<Bound<'py, PyAny>>)> {
+    ) -> PyResult<RunOfPython<'py>> {
         let asked = options(asked)?;
         let every = whole("every", every, 1..=u32::MAX.into())?;
         let run = detached(py, || self.loaded.run(&asked, every.into(), estimate_error))?;
-        let run = run.map_err(|error| exception(py, &error))?;
-        let width = run.columns.len();
-        let values = PyArray1::from_vec(py, run.values);
-        let rows = values.len()? / width;
-        let problem = run.problem.as_ref().map(|error| made(py, error)).transpose()?;
-        Ok((values.reshape([rows, width])?, run.summary, run.warnings, problem))
+        run_of(py, run.map_err(|error| exception(py, &error))?)
     }
+
+    /// A steady motion: the text of `steady.json`, and a run over its period.
+    fn steady<'py>(
+        &self,
+        py: Python<'py>,
+        asked: &Bound<'py, PyDict>,
+        period: Option<String>,
+        phase: Option<String>,
+        counts: [Bound<'py, PyAny>; 3],
+        solve: Option<(String, String)>,
+    ) -> PyResult<(String, RunOfPython<'py>)> {
+        let run = options(asked)?;
+        let [cycles, settle, rows] = &counts;
+        let cycles = whole("cycles", cycles, 1..=1000)?;
+        let settle = whole("settle", settle, 0..=1_000_000)?;
+        let rows = whole("rows", rows, 4..=1_000_000)?;
+        let asked = SteadyOptions { run, period, phase, cycles, settle, rows, solve };
+        let (steady, run) =
+            detached(py, || self.loaded.steady(&asked))?.map_err(|error| exception(py, &error))?;
+        Ok((steady, run_of(py, run)?))
+    }
+}
+
+/// Rows, the text of a summary, warnings, and the exception for a problem.
+type RunOfPython<'py> = (Bound<'py, PyArray2<f64>>, String, Vec<String>, Option<Bound<'py, PyAny>>);
+
+fn run_of(py: Python, run: Run) -> PyResult<RunOfPython> {
+    let width = run.columns.len();
+    let values = PyArray1::from_vec(py, run.values);
+    let rows = values.len()? / width;
+    let problem = run.problem.as_ref().map(|error| made(py, error)).transpose()?;
+    Ok((values.reshape([rows, width])?, run.summary, run.warnings, problem))
 }
 
 impl Scene {

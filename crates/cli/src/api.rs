@@ -10,6 +10,7 @@ mod page;
 mod run;
 mod scene;
 mod sensitivity;
+mod steady;
 mod sweep;
 
 pub use crate::commands::sweep::THREADS;
@@ -21,6 +22,7 @@ pub use options::RunOptions;
 pub use run::Run;
 pub use scene::LoadedScene;
 pub use sensitivity::{Derivatives, SensitivityOptions};
+pub use steady::SteadyOptions;
 pub use sweep::{Sweep, SweepOptions, Values};
 
 use std::path::PathBuf;

@@ -18,6 +18,7 @@ from .quantity import Quantity
 from .result import Result
 from .scenes import load, methods, scenes
 from .sensitivity import MotionQuantity, Objectives, Sensitivity
+from .steady import Steady
 from .sweep import SweepTable
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "RunWarning",
     "SceneError",
     "Sensitivity",
+    "Steady",
     "SweepTable",
     "load",
     "methods",

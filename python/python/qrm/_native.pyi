@@ -30,6 +30,14 @@ class Scene:
     def run(
         self, asked: dict[str, Any], every: int, estimate_error: bool
     ) -> tuple[NDArray[np.float64], str, list[str], Exception | None]: ...
+    def steady(
+        self,
+        asked: dict[str, Any],
+        period: str | None,
+        phase: str | None,
+        counts: list[int],
+        solve: tuple[str, str] | None,
+    ) -> tuple[str, tuple[NDArray[np.float64], str, list[str], Exception | None]]: ...
     def sweep(
         self,
         asked: dict[str, Any],

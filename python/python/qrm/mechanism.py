@@ -18,6 +18,7 @@ from .page import Page
 from .quantity import Quantity
 from .result import Result
 from .sensitivity import Objectives, Sensitivity
+from .steady import Steady
 from .sweep import SweepTable, sweep
 
 if TYPE_CHECKING:
@@ -162,15 +163,55 @@ class Mechanism:
         )
         return self._run(options, every, estimate_error)
 
+    def steady(
+        self,
+        *,
+        period: Number | None = None,
+        phase: str | None = None,
+        cycles: int = 1,
+        settle: int = 30,
+        rows: int = 720,
+        solve: tuple[str, str] | None = None,
+        **options: Any,
+    ) -> Steady:
+        """The periodic motion that the mechanism settles into, with its Floquet multipliers, as `qrm steady` finds it.
+
+        >>> motion = qrm.load("shaper").steady(solve=("J2", "fluctuation(phi2_dot) = 0.1"))
+        >>> motion.solved["value"], motion.multipliers, motion.columns["P_motor"]["work"]
+
+        Parameters
+        ----------
+        period : the period of loads and drives in s; that of the sines in their formulae by default.
+        phase : the coordinate whose turns or oscillations are the cycles of a motion with a period of its own.
+        cycles : the number of cycles in a period.
+        settle : the number of periods of the ordinary motion before the search; with 0 it begins at the start.
+        rows : the number of rows of the run over a period.
+        solve : a parameter, and a condition for which its value is sought, such as `"mean(phi_dot) = 8 rad/s"`.
+        **options : parameters, and `start`, `max_step` and the options of the method as in `run`; the method is `"auto"`
+            and the tolerance 1e-12 by default.
+
+        Raises
+        ------
+        OptionError, SceneError : an option is wrong.
+        RunError : there is no such motion, or it is not found.
+        """
+        period = None if period is None else str(period)
+        text, run = self._scene.steady(split(options), period, phase, [cycles, settle, rows], solve)
+        return Steady(text, self._result(*run))
+
     def _run(self, options: dict[str, Any], every: int = 1, estimate_error: bool = True) -> Result:
-        values, summary, notes, problem = self._scene.run(options, every, estimate_error)
+        return self._result(*self._scene.run(options, every, estimate_error))
+
+    def _result(
+        self, values: NDArray[np.float64], summary: str, notes: list[str], problem: Exception | None
+    ) -> Result:
         result = Result(self.columns, values, summary, notes)
         if problem is not None:
             if isinstance(problem, RunError):
                 problem.result = result
             raise problem
         for note in notes:
-            warnings.warn(note, RunWarning, stacklevel=3)
+            warnings.warn(note, RunWarning, stacklevel=4)
         return result
 
     def sweep(

@@ -41,10 +41,15 @@ impl LoadedScene {
         let mut observer = (Table::new(every), recording(setup.description));
         let outcome = setup.simulate(estimate_error, &mut observer)?;
         let (table, recording) = observer;
-        let columns = columns(setup.description);
-        let mut report = RunReport::new(&setup, &outcome, &recording);
+        Run::new(columns(setup.description), table, RunReport::new(&setup, &outcome, &recording))
+    }
+}
+
+impl Run {
+    /// The run whose rows are kept in a table.
+    pub(super) fn new(columns: Vec<Column>, table: Table, mut report: RunReport) -> Result<Self, Error> {
         report.rows = (table.values.len() / columns.len()) as u64;
-        Ok(Run {
+        Ok(Self {
             columns,
             values: table.values,
             summary: serde_json::to_string(&report)?,
@@ -58,7 +63,7 @@ impl LoadedScene {
 const ROWS: usize = 2048;
 
 /// An observer that keeps rows.
-struct Table {
+pub(super) struct Table {
     values: Vec<f64>,
     every: u64,
     /// Whether the last row was not kept.
@@ -66,7 +71,7 @@ struct Table {
 }
 
 impl Table {
-    fn new(every: u64) -> Self {
+    pub(super) fn new(every: u64) -> Self {
         Self { values: Vec::new(), every: every.max(1), is_behind: false }
     }
 

@@ -2,22 +2,24 @@
 
 use std::path::Path;
 
-use qrm_sim::analysis::{Multiplier, Stability, SteadyMotion};
+use qrm_pictures::Recording;
+use qrm_sim::analysis::{Multiplier, Stability};
 use qrm_sim::position::Start;
+use qrm_sim::run::Outcome;
 use serde::{Serialize, Serializer};
 
+use super::FoundMotion;
 use super::columns::{Columns, columns};
 use super::solve::Solved;
 
 use crate::format::{counted, heading, number, with_error};
 use crate::output::{Named, written};
-use crate::run_files::FinishedRun;
 use crate::run_report::RunReport;
 use crate::setup::Setup;
 
 /// A steady motion, in the order of `steady.json`.
 #[derive(Serialize)]
-pub(super) struct SteadyReport {
+pub(crate) struct SteadyReport {
     #[serde(skip)]
     heading: String,
     scene: &'static str,
@@ -61,13 +63,9 @@ pub(super) struct MultiplierEntry {
 }
 
 impl SteadyReport {
-    pub(super) fn new(
-        setup: &Setup,
-        found: &SteadyMotion,
-        (phase, solved): (Option<usize>, Option<Solved>),
-        [cycles, settled]: [u32; 2],
-        finished: &FinishedRun,
-    ) -> Self {
+    /// The report of a motion by a run over its period.
+    pub(crate) fn new(setup: &Setup, found: FoundMotion, recording: &Recording, outcome: &Outcome) -> Self {
+        let FoundMotion { motion: found, phase, cycles, settled, solved } = found;
         let description = setup.description;
         let coordinates = description.coordinates;
         let errors =
@@ -94,7 +92,7 @@ impl SteadyReport {
             iterations: found.iterations,
             residual: found.residual,
             steps: found.steps,
-            columns: columns(found, phase, &finished.recording, &finished.outcome),
+            columns: columns(&found, phase, recording, outcome),
         }
     }
 
