@@ -187,8 +187,8 @@ class Mechanism:
         settle : the number of periods of the ordinary motion before the search; with 0 it begins at the start.
         rows : the number of rows of the run over a period.
         solve : a parameter, and a condition for which its value is sought, such as `"mean(phi_dot) = 8 rad/s"`.
-        **options : parameters, and `start`, `max_step` and the options of the method as in `run`; the method is `"auto"`
-            and the tolerance 1e-12 by default.
+        **options : parameters, and `start`, `max_step` and the options of the method as in `run`; by default the method is
+            `"auto"` and the tolerance 1e-12.
 
         Raises
         ------
@@ -202,9 +202,7 @@ class Mechanism:
     def _run(self, options: dict[str, Any], every: int = 1, estimate_error: bool = True) -> Result:
         return self._result(*self._scene.run(options, every, estimate_error))
 
-    def _result(
-        self, values: NDArray[np.float64], summary: str, notes: list[str], problem: Exception | None
-    ) -> Result:
+    def _result(self, values: NDArray[np.float64], summary: str, notes: list[str], problem: Exception | None) -> Result:
         result = Result(self.columns, values, summary, notes)
         if problem is not None:
             if isinstance(problem, RunError):
