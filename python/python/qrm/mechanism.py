@@ -187,8 +187,8 @@ class Mechanism:
         settle : the number of periods of the ordinary motion before the search; with 0 it begins at the start.
         rows : the number of rows of the run over a period.
         solve : a parameter, and a condition for which its value is sought, such as `"mean(phi_dot) = 8 rad/s"`.
-        **options : parameters, and `start`, `max_step` and the options of the method as in `run`; by default the method is
-            `"auto"` and the tolerance 1e-12.
+        **options : parameters, and `start`, `max_step` and the options of the method as in `run`; `method="auto"` and
+            `tolerance=1e-12` by default.
 
         Raises
         ------
