@@ -45,6 +45,9 @@ commands! {
     /// Find the periodic motion that a scene settles into, and its Floquet multipliers: one period as files of a run,
     /// and steady.json
     Steady: steady,
+    /// Find the equilibria of a scene, its natural frequencies and mode shapes, and their derivatives by parameters:
+    /// modes.json, modes.csv
+    Modes: modes,
     /// Derivatives of the end of a motion, and of its outputs, by parameters: sensitivity.csv
     Sensitivity: sensitivity,
     /// Forces and torques needed for a prescribed motion: inverse.csv, inverse.json, inverse.svg
