@@ -16,7 +16,6 @@ pub use damped::DampedMode;
 pub use error::NoModes;
 pub use undamped::{Mode, ModeKind};
 
-pub(super) use null_space::NullSpace;
 pub(super) use rest::{RestEquations, RestState, constants, seeded};
 use undamped::ReducedEquations;
 

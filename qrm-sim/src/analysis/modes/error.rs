@@ -49,4 +49,9 @@ pub enum NoModes {
         /// Whether it changes the constraints; masses if not.
         changes_constraints: bool,
     },
+    /// An output has no derivatives at the equilibrium, such as the size of a force that is zero there.
+    OutputNotSmooth {
+        /// The output.
+        output: usize,
+    },
 }

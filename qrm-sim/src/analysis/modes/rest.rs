@@ -7,7 +7,7 @@ use qrm_core::{Mechanism, Scalar, Tape, TapeEvaluator};
 use super::error::NoModes;
 use super::null_space::NullSpace;
 use crate::differentiated::{Differentiated, PARTS, derivative, differentiated};
-use crate::solve::{Dynamics, LoopConstraints};
+use crate::solve::Dynamics;
 
 /// A number with derivatives.
 type First = Differentiated<f64>;
@@ -226,11 +226,6 @@ impl<'m> RestEquations<'m> {
             }
         }
         gradient
-    }
-
-    /// The residuals of the constraints at a position.
-    pub(in crate::analysis) fn residuals(&self, q: &[f64]) -> Vec<f64> {
-        LoopConstraints::at(self.mechanism, 0.0, q).residuals
     }
 
     /// The evaluator on numbers with derivatives by the parameters from this one on, or by none of them.

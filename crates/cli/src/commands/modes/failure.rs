@@ -55,6 +55,11 @@ pub(in crate::commands) fn error(setup: &Setup, reason: NoModes) -> Error {
             .help("begin nearer to one with --at; `qrm check --static` gives the forces that hold a position")
         }
         NoModes::NoEigenvalues => Error::run("the linear equations have no finite eigenvalues"),
+        NoModes::OutputNotSmooth { output } => {
+            let name = description.outputs[output].name;
+            Error::usage(format!("`--output {name}`: `{name}` has no finite derivatives at the equilibrium"))
+                .help("the size of a force that is zero there has none; choose a component")
+        }
         NoModes::NotALoad { parameter, changes_constraints } => {
             let name = description.parameters[parameter].name;
             let what = if changes_constraints { "constraints" } else { "masses" };
