@@ -40,7 +40,8 @@ pub fn equilibrium(mechanism: &dyn Mechanism, tape: &Tape, start: Option<Start>)
 
 /// Finds the equilibria of a mechanism by Newton's method from many positions, in the order of their distance from the
 /// start. The given coordinates of these positions fill a turn of angles, and lengths around the start, evenly; the
-/// mechanism moves to them without being taken apart.
+/// mechanism moves to them without being taken apart. With more than eight degrees of freedom the equilibrium near the
+/// start is the only one that is sought.
 ///
 /// # Errors
 /// None is found: see [`NoModes`].

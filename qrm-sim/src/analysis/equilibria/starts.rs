@@ -12,8 +12,11 @@ use crate::position::LoopSolver;
 /// The number of positions of a mechanism with one degree of freedom, and of others.
 const ONE: u32 = 24;
 const MANY: u32 = 64;
+/// With more degrees of freedom, so few positions say nothing about all equilibria.
+pub(super) const MOST_FREEDOM: usize = 8;
 
-/// Closed positions whose given coordinates are spread evenly, as far as the mechanism moves there.
+/// Closed positions whose given coordinates are spread evenly, as far as the mechanism moves there; none with
+/// more than eight degrees of freedom.
 ///
 /// # Errors
 /// The start is singular, or gives more or fewer coordinates than degrees of freedom.
@@ -24,7 +27,11 @@ pub(super) fn positions(mechanism: &dyn Mechanism, search: &Search) -> Result<Ve
     let drive = LoopSolver::new(mechanism, search.preferred.clone()).ok_or_else(singular)?;
     let start = closed(mechanism, search.preferred.clone(), from.clone()).ok_or_else(singular)?;
     let length = drive.size(&start);
-    let count = if given.len() == 1 { ONE } else { MANY };
+    let count = match given.len() {
+        1 => ONE,
+        2..=MOST_FREEDOM => MANY,
+        _ => 0,
+    };
     let position = |k: u32| {
         let mut to = from.clone();
         for (&i, fraction) in given.iter().zip(fractions(given.len(), k)) {

@@ -39,7 +39,7 @@ pub(super) fn modes(
     q_errors: &[f64],
 ) -> Result<Vec<DampedMode>, NoModes> {
     let mut found = if reduced.damping.iter().all(|entry| *entry == 0.0) {
-        without_damping(undamped, complex_squares)
+        without_damping(reduced, undamped, complex_squares)
     } else {
         let moved = q_errors.iter().zip(&at.null_space.sizes).map(|(error, size)| error / size).fold(0.0, f64::max);
         with_damping(reduced, undamped, moved)?
@@ -50,7 +50,11 @@ pub(super) fn modes(
 }
 
 /// Square roots of minus the squares of frequencies.
-fn without_damping(undamped: &[Mode], complex_squares: &[Complex<f64>]) -> Vec<DampedMode> {
+fn without_damping(
+    reduced: &ReducedEquations,
+    undamped: &[Mode],
+    complex_squares: &[Complex<f64>],
+) -> Vec<DampedMode> {
     let mut found = Vec::new();
     for mode in undamped {
         let (rate, error) = mode.rate();
@@ -60,11 +64,12 @@ fn without_damping(undamped: &[Mode], complex_squares: &[Complex<f64>]) -> Vec<D
             found.extend([-rate, rate].map(|rate| DampedMode { value: Complex::new(rate + 0.0, 0.0), error }));
         }
     }
-    let largest = undamped.iter().map(|mode| mode.square_error).fold(0.0, f64::max);
+    let rounding = ROUNDING * reduced.stiffness_terms.amax();
+    let largest = undamped.iter().map(|mode| mode.square_error).fold(rounding, f64::max);
     for square in complex_squares {
         let root = (-square).sqrt();
         let root = if root.im < 0.0 { -root } else { root };
-        let error = largest.max(ROUNDING * square.norm()) / root.norm();
+        let error = largest / root.norm();
         found.extend([root, -root.conj()].map(|value| DampedMode { value, error }));
     }
     found
@@ -105,7 +110,9 @@ fn improved(
         let product = |matrix: &DMatrix<Complex<f64>>| left.dotc(&(matrix * &right));
         let [sizes_left, sizes_right] = [&left, &right].map(|vector| vector.map(|entry| entry.norm()));
         let sizes = |matrix: &DMatrix<f64>| sizes_left.dot(&(matrix.abs() * &sizes_right));
-        let of_terms = sizes(&reduced.stiffness_terms)
+        // The errors of the squares of undamped frequencies contain those of the stiffness, where all of them are known.
+        let of_stiffness = if reduced.is_symmetric { 0.0 } else { sizes(&reduced.stiffness_terms) };
+        let of_terms = of_stiffness
             + value.norm() * sizes(&reduced.damping_terms)
             + value.norm_sqr() * sizes_left.dot(&sizes_right);
         let residual = ROUNDING * of_terms

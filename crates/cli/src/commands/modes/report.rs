@@ -84,6 +84,10 @@ struct EigenvalueEntry {
 const ROUNDING: f64 = 1e-15;
 /// The largest difference from half a turn, in rad.
 const HALF_TURN: f64 = 1e-9;
+/// The most entries of a shape that are printed.
+const ENTRIES: usize = 8;
+/// The most degrees of freedom with which other equilibria are sought.
+const MOST_FREEDOM: usize = 8;
 /// The most derivatives that are printed for a mode.
 const PRINTED: usize = 12;
 
@@ -97,6 +101,9 @@ impl ModesReport {
         let description = setup.description;
         let entries: Vec<EquilibriumEntry> = found.iter().map(|(at, modes)| entry(setup, at, modes)).collect();
         let mut notes = Vec::new();
+        if description.coordinates.len() - description.constraints.len() > MOST_FREEDOM {
+            notes.push(format!("other equilibria are sought with up to {MOST_FREEDOM} degrees of freedom"));
+        }
         if depends_on_time(&setup.scene) {
             notes.push("loads that depend on time are those at t = 0".to_owned());
         }
@@ -166,7 +173,10 @@ impl ModesReport {
     }
 
     fn modes_text(&self) -> String {
-        let mut text = format!("  {:4} {:>22} {:>22}  shape\n", "mode", "frequency, Hz", "rad/s");
+        let mut text = String::new();
+        if !self.modes.is_empty() {
+            text += &format!("  {:4} {:>22} {:>22}  shape\n", "mode", "frequency, Hz", "rad/s");
+        }
         for (place, mode) in self.modes.iter().enumerate() {
             let [hertz, rate] = match mode.kind {
                 "oscillation" => [
@@ -176,8 +186,11 @@ impl ModesReport {
                 "free" => ["0".to_owned(), "0".to_owned()],
                 _ => ["none".to_owned(), with_error(mode.rate, mode.rate_error) + " i"],
             };
-            let shape = mode.shape.0.iter().map(|(name, value)| format!("{name} {}", four_decimals(*value))).collect::<Vec<_>>();
-            text += &format!("  {:4} {hertz:>22} {rate:>22}  {}\n", place + 1, shape.join(", "));
+            let entries = mode.shape.0.iter().take(ENTRIES);
+            let shape: Vec<String> = entries.map(|(name, value)| format!("{name} {}", four_decimals(*value))).collect();
+            let left_out = mode.shape.0.len().saturating_sub(ENTRIES);
+            let more = if left_out > 0 { format!(", and {left_out} more") } else { String::new() };
+            text += &format!("  {:4} {hertz:>22} {rate:>22}  {}{more}\n", place + 1, shape.join(", "));
         }
         for [re, im] in &self.complex_squares {
             text += &format!("  an oscillation grows by loads without a potential: w^2 = {re:.7e} + {im:.7e} i 1/s^2\n");
