@@ -137,7 +137,9 @@ fn a_damped_oscillator_has_the_eigenvalues_of_its_closed_form() {
     let value = &found["eigenvalues"][0];
     within(&value["re"], &value["error"], -0.75, 1e-13);
     within(&value["im"], &value["error"], (25.0_f64 - 0.75 * 0.75).sqrt(), 1e-13);
-    assert!((number(&value["damping_ratio"]) - 0.15).abs() < 1e-14 && (number(&value["time"]) - 4.0 / 3.0).abs() < 1e-13);
+    assert!(
+        (number(&value["damping_ratio"]) - 0.15).abs() < 1e-14 && (number(&value["time"]) - 4.0 / 3.0).abs() < 1e-13
+    );
     // Critical damping: both eigenvalues are -5, and have half of the digits.
     let critical = modes(&[scene, "--set", "c=20"]);
     for value in critical["eigenvalues"].as_array().expect("eigenvalues") {
@@ -361,11 +363,34 @@ fn a_frequency_response_is_that_of_its_closed_form() {
     assert!(numbers.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12), "{printed}");
 }
 
+/// The start of the toggle clamp leads to a position where the force is smallest. Near one it is an error, with the force
+/// there.
+#[test]
+#[ignore = "full tier: engine"]
+fn what_is_near_is_found_or_said() {
+    let scene = "scenes/linkages/toggle-clamp.toml";
+    let found = modes(&[scene]);
+    assert_eq!(
+        (&found["is_from_start"], &found["equilibrium"]["stability"]),
+        (&false.into(), &"asymptotically_stable".into())
+    );
+    let model = file(&["linearize", scene, "--input", "F", "--output", "clamping"], "linear.json");
+    assert_eq!(model["equilibrium"], found["equilibrium"]["coordinates"]);
+    let error = error(&["modes", scene, "--at", "phi_link=80deg"]);
+    assert!(error.contains("no equilibrium was found. Nearest is phi_link ="), "{error}");
+    assert!(error.contains("on `phi_link` is not balanced"), "{error}");
+    let repeated = self::error(&["modes", "tests/functions/redundant.toml"]);
+    assert!(repeated.contains("C_q has rank 1 with 3 constraints"), "{repeated}");
+}
+
 #[test]
 fn where_there_are_no_modes_it_is_said() {
     for (arguments, words) in [
         (&["modes", "quick-return-driven"][..], "the mechanism has no degree of freedom"),
-        (&["modes", "thrown-stick"], "no equilibrium was found. Nearest is x = 0.0000000 m, y = 0.0000000 m, a = 0.0000 deg, where a force of 7.8480e0 N on `y`"),
+        (
+            &["modes", "thrown-stick"],
+            "no equilibrium was found. Nearest is x = 0.0000000 m, y = 0.0000000 m, a = 0.0000 deg, where a force of 7.8480e0 N on `y`",
+        ),
         (&["modes", "shaper"], "no equilibrium was found. Nearest is phi2 ="),
         (&["modes", "pendulum", "--at", "z=1"], "`--at z=1`: scene `pendulum` has no coordinate `z`"),
         (&["modes", "four-bar", "--at", "q2=1"], "scene `four-bar` does not give `q2` at its start"),

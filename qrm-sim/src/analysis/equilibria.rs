@@ -21,6 +21,8 @@ pub struct Equilibrium {
     pub residual: f64,
     /// The number of iterations of Newton's method.
     pub iterations: u32,
+    /// Whether they began at the start.
+    pub is_from_start: bool,
     /// The coordinates that the start gives: the independent ones where they are a good choice.
     pub(super) preferred: Vec<bool>,
 }
@@ -54,7 +56,7 @@ pub fn equilibria(mechanism: &dyn Mechanism, tape: &Tape, start: Option<Start>) 
         if let Ok(other) = search.newton(&position)
             && !found.iter().any(|known| search.is_same(known, &other))
         {
-            found.push(other);
+            found.push(Equilibrium { is_from_start: false, ..other });
         }
     }
     if found.is_empty() {
@@ -72,11 +74,7 @@ pub fn equilibria(mechanism: &dyn Mechanism, tape: &Tape, start: Option<Start>) 
 }
 
 /// The search from the assembled start.
-fn prepared<'m>(
-    mechanism: &'m dyn Mechanism,
-    tape: &'m Tape,
-    start: Option<Start>,
-) -> Result<Search<'m>, NoModes> {
+fn prepared<'m>(mechanism: &'m dyn Mechanism, tape: &'m Tape, start: Option<Start>) -> Result<Search<'m>, NoModes> {
     let [n, m] = [mechanism.description().coordinates.len(), mechanism.description().constraints.len()];
     let mut start = start.unwrap_or_else(|| Start::new(mechanism));
     if mechanism.is_driven() {

@@ -108,8 +108,8 @@ fn q_errors(at: &RestState, reduced: &ReducedEquations, rounding: &Rounding) -> 
         let mut unit = DVector::zeros(rounding.constraints.len());
         unit[k] = *residual;
         let particular = null_space.particular(&unit);
-        let follows = &null_space.basis
-            * (&reduced.compliance * (null_space.basis.transpose() * (&at.stiffness * &particular)));
+        let follows =
+            &null_space.basis * (&reduced.compliance * (null_space.basis.transpose() * (&at.stiffness * &particular)));
         moved += (particular - follows).abs();
     }
     own.iter().zip(moved.iter()).zip(&at.q).map(|((own, moved), q)| own + moved + ROUNDING * q.abs()).collect()

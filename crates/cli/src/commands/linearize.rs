@@ -8,7 +8,7 @@ mod response;
 
 use clap::Args;
 use qrm_core::Model;
-use qrm_sim::analysis::{NoModes, equilibrium, linear_model, modes};
+use qrm_sim::analysis::{NoModes, linear_model, modes};
 
 use super::modes::{failure, setup, start};
 use crate::error::Error;
@@ -62,7 +62,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     paths.iter().try_for_each(|path| check_target(path))?;
     let (mechanism, tape) = (setup.mechanism(), setup.model.tape());
     let no_model = |reason: NoModes| failure::error(&setup, reason);
-    let at = equilibrium(&*mechanism, tape, Some(start)).map_err(no_model)?;
+    let at = start::nearest(&setup, &*mechanism, &start, !options.at.is_empty()).map_err(no_model)?;
     let modes = modes(&*mechanism, tape, &at).map_err(no_model)?;
     let model = linear_model(&*mechanism, tape, (&at, &modes), &inputs, &outputs).map_err(no_model)?;
     let report = LinearReport::new(&setup, (&at, &modes), &model, (&inputs, &outputs));

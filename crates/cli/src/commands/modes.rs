@@ -7,7 +7,7 @@ mod table;
 
 use clap::Args;
 use qrm_core::Model;
-use qrm_sim::analysis::{NoModes, equilibria, equilibrium, modes};
+use qrm_sim::analysis::{NoModes, equilibria, modes};
 
 use crate::error::Error;
 use crate::options::{MethodOptions, OutFolder, SceneName, SceneOptions};
@@ -43,11 +43,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     check_target(&csv)?;
     let (mechanism, tape) = (setup.mechanism(), setup.model.tape());
     let no_modes = |reason: NoModes| failure::error(&setup, reason);
-    let found = if options.no_others {
-        vec![equilibrium(&*mechanism, tape, Some(start)).map_err(no_modes)?]
-    } else {
-        equilibria(&*mechanism, tape, Some(start)).map_err(no_modes)?
-    };
+    let nearest = start::nearest(&setup, &*mechanism, &start, !options.at.is_empty()).map_err(no_modes)?;
+    let found =
+        if options.no_others { vec![nearest] } else { equilibria(&*mechanism, tape, Some(start)).map_err(no_modes)? };
     let mut all = Vec::new();
     for (place, equilibrium) in found.into_iter().enumerate() {
         match modes(&*mechanism, tape, &equilibrium) {

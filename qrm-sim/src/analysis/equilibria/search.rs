@@ -88,6 +88,7 @@ impl<'m> Search<'m> {
             multipliers: at.multipliers.iter().copied().collect(),
             q: at.q,
             iterations,
+            is_from_start: true,
             preferred: self.preferred.clone(),
         }
     }

@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use qrm_core::Mechanism;
 
-use super::search::Search;
 use super::closed;
+use super::search::Search;
 use crate::analysis::modes::NoModes;
 use crate::position::LoopSolver;
 

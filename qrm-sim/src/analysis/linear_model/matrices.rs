@@ -62,14 +62,16 @@ impl OutputDerivatives {
             (LinearOutput::Output(o), _) => columns[block * n + place][o],
             _ => 0.0,
         };
-        let by = [(0, n), (1, n), (2, n), (3, m)]
-            .map(|(block, size)| DMatrix::from_fn(outputs.len(), size, |row, place| entry(&outputs[row], block, place)));
+        let by = [(0, n), (1, n), (2, n), (3, m)].map(|(block, size)| {
+            DMatrix::from_fn(outputs.len(), size, |row, place| entry(&outputs[row], block, place))
+        });
         let by_inputs = DMatrix::from_fn(outputs.len(), inputs.len(), |row, input| match outputs[row] {
             LinearOutput::Output(o) => of_inputs[input][o],
             _ => 0.0,
         });
         for (row, output) in outputs.iter().enumerate() {
-            let mut entries = by.iter().chain([&by_inputs]).flat_map(|matrix| matrix.row(row).iter().copied().collect::<Vec<_>>());
+            let mut entries =
+                by.iter().chain([&by_inputs]).flat_map(|matrix| matrix.row(row).iter().copied().collect::<Vec<_>>());
             if let LinearOutput::Output(output) = *output
                 && !entries.all(f64::is_finite)
             {
@@ -115,8 +117,8 @@ impl<'a> Matrices<'a> {
         of_inputs: DMatrix<f64>,
         outputs: &'a OutputDerivatives,
     ) -> Result<Self, NoModes> {
-        let factors = Cholesky::new(at.null_space.reduced(&at.mass))
-            .ok_or_else(|| NoModes::Massless { q: at.q.clone() })?;
+        let factors =
+            Cholesky::new(at.null_space.reduced(&at.mass)).ok_or_else(|| NoModes::Massless { q: at.q.clone() })?;
         let (n, m) = (at.q.len(), at.multipliers.len());
         let mut multipliers = DMatrix::zeros(m, n);
         for (i, mut column) in multipliers.column_iter_mut().enumerate() {
@@ -189,9 +191,8 @@ impl<'a> Matrices<'a> {
             states[(i, f + i)] = if sign < 0.0 { 1.0 } else { 0.0 };
         }
         states.rows_mut(f, f).copy_from(&accelerations);
-        let split = |matrix: &DMatrix<f64>| {
-            [matrix.columns(0, 2 * f).into_owned(), matrix.columns(2 * f, inputs).into_owned()]
-        };
+        let split =
+            |matrix: &DMatrix<f64>| [matrix.columns(0, 2 * f).into_owned(), matrix.columns(2 * f, inputs).into_owned()];
         let ([a, b], [c, d]) = (split(&states), split(&outputs));
         [a, b, c, d]
     }

@@ -50,11 +50,7 @@ pub(super) fn modes(
 }
 
 /// Square roots of minus the squares of frequencies.
-fn without_damping(
-    reduced: &ReducedEquations,
-    undamped: &[Mode],
-    complex_squares: &[Complex<f64>],
-) -> Vec<DampedMode> {
+fn without_damping(reduced: &ReducedEquations, undamped: &[Mode], complex_squares: &[Complex<f64>]) -> Vec<DampedMode> {
     let mut found = Vec::new();
     for mode in undamped {
         let (rate, error) = mode.rate();

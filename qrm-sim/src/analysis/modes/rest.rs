@@ -180,11 +180,8 @@ impl<'m> RestEquations<'m> {
     ) -> Gradient {
         let [n, m] = self.sizes();
         let count = self.parameters().len();
-        let mut gradient = Gradient {
-            q: DVector::zeros(n),
-            multipliers: DVector::zeros(m),
-            parameters: DVector::zeros(count),
-        };
+        let mut gradient =
+            Gradient { q: DVector::zeros(n), multipliers: DVector::zeros(m), parameters: DVector::zeros(count) };
         let qd = vec![Second::zero(); n];
         let mut results = vec![Second::zero(); self.tape.dynamics_length()];
         for from in (0..n + count).step_by(PARTS) {

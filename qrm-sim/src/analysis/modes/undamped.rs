@@ -130,8 +130,8 @@ impl ReducedEquations {
         let mut squares = Vec::new();
         if self.is_symmetric {
             let symmetric = 0.5 * (&self.stiffness + self.stiffness.transpose());
-            let eigen = SymmetricEigen::try_new(symmetric, f64::EPSILON, MOST_ITERATIONS)
-                .ok_or(NoModes::NoEigenvalues)?;
+            let eigen =
+                SymmetricEigen::try_new(symmetric, f64::EPSILON, MOST_ITERATIONS).ok_or(NoModes::NoEigenvalues)?;
             for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
                 squares.push((*value, [vector.into_owned(), vector.into_owned()]));
             }
@@ -139,7 +139,8 @@ impl ReducedEquations {
         }
         let all = eigenvalues(self.stiffness.clone()).ok_or(NoModes::NoEigenvalues)?;
         for square in all.iter().filter(|square| square.im == 0.0) {
-            let shifted = &self.stiffness - DMatrix::identity(self.stiffness.nrows(), self.stiffness.nrows()) * square.re;
+            let shifted =
+                &self.stiffness - DMatrix::identity(self.stiffness.nrows(), self.stiffness.nrows()) * square.re;
             let svd = shifted.try_svd(true, true, f64::EPSILON, MOST_ITERATIONS).ok_or(NoModes::NoEigenvalues)?;
             let (u, v_t) = svd.u.zip(svd.v_t).ok_or(NoModes::NoEigenvalues)?;
             let last = svd.singular_values.imin();
@@ -167,9 +168,8 @@ pub(super) fn modes(
         // Rayleigh's quotient has the square of the error of the vectors.
         let square = left.dot(&(&at.stiffness * &right)) / inertia;
         let square = if square.is_finite() { square } else { approximate };
-        let multipliers = |matrix: &DMatrix<f64>, v: &DVector<f64>| {
-            at.null_space.multipliers(&(&at.mass * v * square - matrix * v))
-        };
+        let multipliers =
+            |matrix: &DMatrix<f64>, v: &DVector<f64>| at.null_space.multipliers(&(&at.mass * v * square - matrix * v));
         let vectors = [
             PencilVector { mu: multipliers(&at.stiffness, &right), v: right },
             PencilVector { mu: multipliers(&at.stiffness.transpose(), &left), v: left },
@@ -179,7 +179,8 @@ pub(super) fn modes(
         let [right, left] = &vectors;
         let sizes = |matrix: &DMatrix<f64>| left.v.abs().dot(&(matrix.abs() * right.v.abs()));
         let links = |one: &PencilVector, other: &PencilVector| one.mu.abs().dot(&(at.jacobian.abs() * other.v.abs()));
-        let terms = sizes(&at.stiffness_terms) + square.abs() * sizes(&at.mass) + links(right, left) + links(left, right);
+        let terms =
+            sizes(&at.stiffness_terms) + square.abs() * sizes(&at.mass) + links(right, left) + links(left, right);
         let terms = terms + total.abs().dot(&parameters.abs());
         let square_error = (ROUNDING * terms + of_equilibrium) / inertia.abs();
         modes.push(Mode {
@@ -235,7 +236,9 @@ fn with_equilibrium(
 /// A mode shape whose largest entry is one.
 fn shape(motion: &DVector<f64>, sizes: &[f64]) -> Vec<f64> {
     let entry = |i: usize| motion[i] / sizes[i];
-    let largest = (0..sizes.len()).map(entry).fold(0.0, |most: f64, entry| if entry.abs() > most.abs() * (1.0 + 1e-9) { entry } else { most });
+    let largest = (0..sizes.len())
+        .map(entry)
+        .fold(0.0, |most: f64, entry| if entry.abs() > most.abs() * (1.0 + 1e-9) { entry } else { most });
     let largest = if largest == 0.0 { 1.0 } else { largest };
     // A mechanism of lengths alone has its largest length in place of a radian.
     let unit = if sizes.iter().all(|size| *size == sizes[0]) { sizes[0] } else { 1.0 };

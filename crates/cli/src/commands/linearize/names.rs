@@ -35,7 +35,9 @@ fn output(setup: &Setup, name: &str) -> Result<LinearOutput, Error> {
     found.ok_or_else(|| {
         let coordinates = description.coordinates.iter().map(|coordinate| coordinate.name);
         let names: Vec<&str> = coordinates.chain(description.outputs.iter().map(|output| output.name)).collect();
-        let list = || format!("coordinates and outputs: {}; NAME_dot and NAME_ddot are rates and accelerations", names.join(", "));
+        let list = || {
+            format!("coordinates and outputs: {}; NAME_dot and NAME_ddot are rates and accelerations", names.join(", "))
+        };
         let scene = description.name;
         Error::usage(format!("`--output {name}`: scene `{scene}` has no coordinate or output `{name}`"))
             .help(suggestion(name, names.iter().copied(), list))

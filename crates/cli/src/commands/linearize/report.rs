@@ -101,7 +101,11 @@ impl LinearReport {
             c,
             d,
             errors: Named(errors.collect()),
-            notes: if depends_on_time(&setup.scene) { vec!["loads that depend on time are those at t = 0"] } else { Vec::new() },
+            notes: if depends_on_time(&setup.scene) {
+                vec!["loads that depend on time are those at t = 0"]
+            } else {
+                Vec::new()
+            },
             coordinate_units: coordinates.iter().map(|coordinate| coordinate.unit).collect(),
         }
     }
@@ -138,7 +142,14 @@ impl LinearReport {
         for note in &self.notes {
             text += &format!("\nnote: {note}\n");
         }
-        format!("{text}\n{}", written(files).replacen("frequency_response.csv", &format!("frequency_response.csv ({})", counted(response.len() as u64, "row")), 1))
+        format!(
+            "{text}\n{}",
+            written(files).replacen(
+                "frequency_response.csv",
+                &format!("frequency_response.csv ({})", counted(response.len() as u64, "row")),
+                1
+            )
+        )
     }
 }
 

@@ -56,14 +56,12 @@ impl FrequencyResponse {
         }
         let rates: Vec<f64> = frequencies.iter().map(|frequency| TAU * frequency).collect();
         let responses = model.frequency_response(&rates);
-        let (outputs, inputs) = responses.first().map_or((0, 0), |first| (first.len(), first.first().map_or(0, Vec::len)));
+        let (outputs, inputs) =
+            responses.first().map_or((0, 0), |first| (first.len(), first.first().map_or(0, Vec::len)));
         let curve = |output: usize, input: usize| {
-            let parts: Vec<[f64; 2]> = responses.iter().map(|at| [at[output][input].re, at[output][input].im]).collect();
-            ResponseCurve {
-                gains: parts.iter().map(|[re, im]| re.hypot(*im)).collect(),
-                phases: phases(&parts),
-                parts,
-            }
+            let parts: Vec<[f64; 2]> =
+                responses.iter().map(|at| [at[output][input].re, at[output][input].im]).collect();
+            ResponseCurve { gains: parts.iter().map(|[re, im]| re.hypot(*im)).collect(), phases: phases(&parts), parts }
         };
         let curves = (0..outputs).flat_map(|output| (0..inputs).map(move |input| (output, input)));
         Ok(Self { curves: curves.map(|(output, input)| curve(output, input)).collect(), frequencies, inputs })

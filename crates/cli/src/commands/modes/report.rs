@@ -21,6 +21,8 @@ pub(super) struct ModesReport {
     scene: &'static str,
     pub(super) equilibrium: EquilibriumEntry,
     iterations: u32,
+    /// Whether the search from the start leads to the equilibrium.
+    is_from_start: bool,
     /// The modes without damping.
     pub(super) modes: Vec<ModeEntry>,
     /// Squares of frequencies that are not real.
@@ -127,6 +129,7 @@ impl ModesReport {
             scene: description.name,
             equilibrium,
             iterations: at.iterations,
+            is_from_start: at.is_from_start,
             modes: modes.undamped.iter().map(|mode| mode_entry(setup, mode)).collect(),
             complex_squares: modes.complex_squares.iter().map(|square| [square.re, square.im]).collect(),
             eigenvalues: modes.damped.iter().map(eigenvalue_entry).collect(),
@@ -155,8 +158,9 @@ impl ModesReport {
         line(
             "found",
             &format!(
-                "by {} from the start; forces balance within {:.1e} {unit}",
+                "by {} from {}; forces balance within {:.1e} {unit}",
                 counted(u64::from(self.iterations), "iteration"),
+                if self.is_from_start { "the start" } else { "another position: the start leads to none" },
                 self.equilibrium.residual
             ),
         );
@@ -179,10 +183,9 @@ impl ModesReport {
         }
         for (place, mode) in self.modes.iter().enumerate() {
             let [hertz, rate] = match mode.kind {
-                "oscillation" => [
-                    with_error(mode.frequency, mode.frequency_error),
-                    with_error(mode.rate, mode.rate_error),
-                ],
+                "oscillation" => {
+                    [with_error(mode.frequency, mode.frequency_error), with_error(mode.rate, mode.rate_error)]
+                }
                 "free" => ["0".to_owned(), "0".to_owned()],
                 _ => ["none".to_owned(), with_error(mode.rate, mode.rate_error) + " i"],
             };
@@ -193,7 +196,8 @@ impl ModesReport {
             text += &format!("  {:4} {hertz:>22} {rate:>22}  {}{more}\n", place + 1, shape.join(", "));
         }
         for [re, im] in &self.complex_squares {
-            text += &format!("  an oscillation grows by loads without a potential: w^2 = {re:.7e} + {im:.7e} i 1/s^2\n");
+            text +=
+                &format!("  an oscillation grows by loads without a potential: w^2 = {re:.7e} + {im:.7e} i 1/s^2\n");
         }
         text
     }
@@ -225,7 +229,10 @@ impl ModesReport {
         for (place, mode) in self.modes.iter().enumerate() {
             let Some(by) = &mode.by else {
                 if mode.kind != "free" {
-                    text += &format!("\n  mode {}: one of several with the same frequency, which has no derivatives", place + 1);
+                    text += &format!(
+                        "\n  mode {}: one of several with the same frequency, which has no derivatives",
+                        place + 1
+                    );
                 }
                 continue;
             };
@@ -238,11 +245,8 @@ impl ModesReport {
             if values.is_empty() {
                 continue;
             }
-            let first = format!(
-                "mode {}, derivatives of its rad/s by parameters: {}{more}",
-                place + 1,
-                values.join(", ")
-            );
+            let first =
+                format!("mode {}, derivatives of its rad/s by parameters: {}{more}", place + 1, values.join(", "));
             text += &format!("\n  {}", wrapped(&first, 110).replace('\n', "\n    "));
         }
         if text.is_empty() { text } else { text + "\n" }
@@ -255,8 +259,9 @@ impl ModesReport {
         let mut text = "\n  other equilibria\n".to_owned();
         for other in &self.others {
             let values = other.coordinates.0.iter().zip(&self.units);
-            let place: Vec<String> =
-                values.map(|((name, value), unit)| format!("{name} = {}", quantity(turned(*value, unit), unit))).collect();
+            let place: Vec<String> = values
+                .map(|((name, value), unit)| format!("{name} = {}", quantity(turned(*value, unit), unit)))
+                .collect();
             let lowest = other.lowest_frequency.map_or(String::new(), |hertz| format!(", lowest {} Hz", number(hertz)));
             text += &format!("  {}: {}{lowest}\n", place.join(", "), stability_text(other.stability, other.growth));
         }

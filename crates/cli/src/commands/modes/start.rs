@@ -1,6 +1,8 @@
 //! Where the search for an equilibrium begins.
 
+use qrm_core::Mechanism;
 use qrm_scene::names::suggestion;
+use qrm_sim::analysis::{Equilibrium, NoModes, equilibria, equilibrium};
 use qrm_sim::position::Start;
 
 use crate::error::Error;
@@ -43,4 +45,24 @@ pub(in crate::commands) fn start(setup: &Setup, texts: &[String]) -> Result<Star
         }
     }
     Ok(start)
+}
+
+/// The equilibrium near a start. Where the search from there ends without one, it is the nearest of those from other
+/// positions, unless the start `is_asked` for.
+///
+/// # Errors
+/// There is none.
+pub(in crate::commands) fn nearest(
+    setup: &Setup,
+    mechanism: &dyn Mechanism,
+    start: &Start,
+    is_asked: bool,
+) -> Result<Equilibrium, NoModes> {
+    let tape = setup.model.tape();
+    match equilibrium(mechanism, tape, Some(start.clone())) {
+        Err(reason @ NoModes::NotFound { .. }) if !is_asked => {
+            equilibria(mechanism, tape, Some(start.clone()))?.into_iter().next().ok_or(reason)
+        }
+        found => found,
+    }
 }
