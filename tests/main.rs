@@ -37,6 +37,7 @@ mod live_drawing;
 mod live_page;
 mod loads;
 mod mechanisms;
+mod modes;
 mod page;
 mod quick_return;
 mod random_conditions;

@@ -45,6 +45,12 @@ commands! {
     /// Find the periodic motion that a scene settles into, and its Floquet multipliers: one period as files of a run,
     /// and steady.json
     Steady: steady,
+    /// Find the equilibria of a scene, its natural frequencies and mode shapes, and their derivatives by parameters:
+    /// modes.json, modes.csv
+    Modes: modes,
+    /// Write a linear model about an equilibrium, from parameters of loads to outputs, and its frequency response:
+    /// linear.json, linear.m, frequency_response.csv, frequency_response.svg
+    Linearize: linearize,
     /// Derivatives of the end of a motion, and of its outputs, by parameters: sensitivity.csv
     Sensitivity: sensitivity,
     /// Forces and torques needed for a prescribed motion: inverse.csv, inverse.json, inverse.svg

@@ -25,7 +25,7 @@ use varied::Varied;
 
 pub use branch::{BranchEnd, BranchPoint, BranchRequest, PointKind, steady_branch};
 pub use error::NoSteadyMotion;
-pub use multipliers::{Multiplier, Stability};
+pub use multipliers::{MotionStability, Multiplier};
 
 /// Steps are halved until the errors of multipliers are below the first of these, or below the second times the
 /// tolerance; or until that does not make them smaller.
@@ -74,7 +74,7 @@ pub struct SteadyMotion {
     /// The multipliers of small deviations in a period, the largest first; without that of a shift in time.
     pub multipliers: Vec<Multiplier>,
     /// What becomes of small deviations.
-    pub stability: Stability,
+    pub stability: MotionStability,
     /// The number of times that the motion repeats within the period; one if the period is the shortest.
     pub repetitions: u32,
     /// The number of iterations of Newton's method.
@@ -197,7 +197,7 @@ fn motion(
         other_start: accurate.orbit.start.clone(),
         turns: map.turns_of(&found.at),
         multipliers: multipliers.clone(),
-        stability: Stability::new(multipliers, found.is_singular),
+        stability: MotionStability::new(multipliers, found.is_singular),
         repetitions,
         iterations,
         residual: found.residual,

@@ -24,7 +24,7 @@ pub struct Multiplier {
 
 /// What becomes of small deviations from a periodic motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stability {
+pub enum MotionStability {
     /// There are none: the drives leave no degree of freedom.
     NoDeviation,
     /// All become smaller.
@@ -37,7 +37,7 @@ pub enum Stability {
     OneOfMany,
 }
 
-impl Stability {
+impl MotionStability {
     /// The stability by the multipliers, the largest first; `is_singular` says whether other motions are near.
     pub(super) fn new(multipliers: &[Multiplier], is_singular: bool) -> Self {
         let Some(largest) = multipliers.first() else { return Self::NoDeviation };

@@ -1,6 +1,6 @@
 //! A branch in words and numbers.
 
-use qrm_sim::analysis::{BranchEnd, PointKind, Stability};
+use qrm_sim::analysis::{BranchEnd, MotionStability, PointKind};
 use qrm_sim::position::Start;
 use serde::Serialize;
 
@@ -142,7 +142,7 @@ impl BranchReport {
 
 /// The parts of a branch between folds and changes of stability.
 fn parts(points: &[Point]) -> Vec<Part> {
-    let mut parts: Vec<(Stability, Part)> = Vec::new();
+    let mut parts: Vec<(MotionStability, Part)> = Vec::new();
     let mut has_turned = false;
     for point in points.iter().map(|point| &point.at) {
         let stability = point.motion.stability;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use qrm_pictures::Recording;
-use qrm_sim::analysis::{Multiplier, Stability};
+use qrm_sim::analysis::{MotionStability, Multiplier};
 use qrm_sim::position::Start;
 use qrm_sim::run::Outcome;
 use serde::{Serialize, Serializer};
@@ -43,7 +43,7 @@ pub(crate) struct SteadyReport {
     start_errors: Named<f64>,
     multipliers: Vec<MultiplierEntry>,
     #[serde(serialize_with = "as_name")]
-    stability: Stability,
+    stability: MotionStability,
     cycles: u32,
     /// The number of times that the motion repeats within the period.
     repetitions: u32,
@@ -171,10 +171,10 @@ impl SteadyReport {
         let largest = self.multipliers.first();
         let doubled = largest.is_some_and(|m| m.re < 0.0 && m.im == 0.0 && m.size > 1.0);
         match (self.stability, largest) {
-            (Stability::NoDeviation, _) | (_, None) => {
+            (MotionStability::NoDeviation, _) | (_, None) => {
                 "the drives prescribe the motion: nothing can deviate from it".to_owned()
             }
-            (Stability::Attracting, Some(m)) => {
+            (MotionStability::Attracting, Some(m)) => {
                 let periods = 0.1_f64.ln() / (m.size + m.error).ln();
                 if periods <= 1.0 {
                     "attracting: less than a tenth of a deviation is left after a period".to_owned()
@@ -182,18 +182,20 @@ impl SteadyReport {
                     format!("attracting: deviations fall to a tenth within {} s", three_digits(periods * self.period))
                 }
             }
-            (Stability::Repelling, Some(_)) if doubled => {
+            (MotionStability::Repelling, Some(_)) if doubled => {
                 format!(
                     "repelling, and deviations change their sign: seek a motion of twice the period with --cycles {}",
                     2 * self.cycles / self.repetitions
                 )
             }
-            (Stability::Repelling, Some(m)) => {
+            (MotionStability::Repelling, Some(m)) => {
                 let e = self.period / m.size.ln();
                 format!("repelling: deviations grow to e times their size in {} s", three_digits(e))
             }
-            (Stability::Undecided, Some(_)) => "not known: the largest multiplier is one within its error".to_owned(),
-            (Stability::OneOfMany, Some(_)) => {
+            (MotionStability::Undecided, Some(_)) => {
+                "not known: the largest multiplier is one within its error".to_owned()
+            }
+            (MotionStability::OneOfMany, Some(_)) => {
                 "one of many periodic motions: losses or motors that would choose a speed or an amplitude are absent"
                     .to_owned()
             }
@@ -219,18 +221,18 @@ impl MultiplierEntry {
     }
 }
 
-fn as_name<S: Serializer>(stability: &Stability, serializer: S) -> Result<S::Ok, S::Error> {
+fn as_name<S: Serializer>(stability: &MotionStability, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(stability_name(*stability))
 }
 
 /// The name of a stability in files.
-pub(super) fn stability_name(stability: Stability) -> &'static str {
+pub(super) fn stability_name(stability: MotionStability) -> &'static str {
     match stability {
-        Stability::NoDeviation => "no_deviation",
-        Stability::Attracting => "attracting",
-        Stability::Repelling => "repelling",
-        Stability::Undecided => "undecided",
-        Stability::OneOfMany => "one_of_many",
+        MotionStability::NoDeviation => "no_deviation",
+        MotionStability::Attracting => "attracting",
+        MotionStability::Repelling => "repelling",
+        MotionStability::Undecided => "undecided",
+        MotionStability::OneOfMany => "one_of_many",
     }
 }
 
