@@ -83,6 +83,9 @@ const NO_STIFFNESS: f64 = 1e-14;
 const REPEATED: f64 = 1e-9;
 const MOST_ITERATIONS: usize = 10_000;
 
+/// The square of a frequency, with its right and left solution.
+type RealSolution = (f64, [DVector<f64>; 2]);
+
 impl ReducedEquations {
     /// # Errors
     /// A motion has no inertia.
@@ -126,7 +129,7 @@ impl ReducedEquations {
     }
 
     /// The squares of frequencies with right and left solutions, and those that are not real.
-    fn solutions(&self) -> Result<(Vec<(f64, [DVector<f64>; 2])>, Vec<Complex<f64>>), NoModes> {
+    fn solutions(&self) -> Result<(Vec<RealSolution>, Vec<Complex<f64>>), NoModes> {
         let mut squares = Vec::new();
         if self.is_symmetric {
             let symmetric = 0.5 * (&self.stiffness + self.stiffness.transpose());

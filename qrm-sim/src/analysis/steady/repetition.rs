@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::error::NoSteadyMotion;
 use super::newton::Found;
-use super::return_map::{ReturnMap, largest_of};
+use super::return_map::{Place, ReturnMap, largest_of};
 use crate::analysis::revolution::wrap_angle;
 use crate::analysis::sensitivity::EndByStart;
 use crate::solve::{Matrix, Solver};
@@ -95,10 +95,10 @@ fn check_loads(map: &ReturnMap, found: &Found, periods: f64) -> Result<(), NoSte
 /// The motion cannot be followed.
 pub(super) fn repetitions(map: &ReturnMap, found: &Found, cycles: u32) -> Result<u32, NoSteadyMotion> {
     let first = &found.at.first;
-    let divisors = (2..=cycles).rev().filter(|parts| cycles % parts == 0);
+    let divisors = (2..=cycles).rev().filter(|parts| cycles.is_multiple_of(*parts));
     for parts in divisors {
         let at = &map.states_at(&found.orbit, first, &[found.orbit.period / f64::from(parts)])?[0];
-        let returns = |(row, place): (usize, &super::return_map::Place)| {
+        let returns = |(row, place): (usize, &Place)| {
             let turns = if place.is_rate { 0.0 } else { TAU * map.turns()[place.coordinate] / f64::from(parts) };
             let change = place.of([&at.q, &at.qd]) - place.of([&first.q, &first.qd]);
             (change - turns).abs() <= SAME * map.sizes()[row]

@@ -15,6 +15,9 @@ use crate::setup::Setup;
 /// The most special points that a figure marks.
 const MOST_MARKED: usize = 4;
 
+/// A number of a point with its name in the legend; `None` where there is none.
+type Named<'a> = (&'a str, &'a dyn Fn(&Point) -> Option<f64>);
+
 /// The points of a branch.
 pub(super) struct BranchTable<'a> {
     pub(super) setup: &'a Setup,
@@ -123,8 +126,7 @@ impl BranchTable<'_> {
             let low = |point: &Point| column(point).map(|i| point.columns.0.0[i].1.min);
             let mean = |point: &Point| column(point).map(|i| point.columns.0.0[i].1.mean);
             let unit = if coordinate.unit == "rad" { "rad/s" } else { "m/s" };
-            let curves: [(&str, &dyn Fn(&Point) -> Option<f64>); 3] =
-                [("largest", &high), ("smallest", &low), ("mean", &mean)];
+            let curves: [Named; 3] = [("largest", &high), ("smallest", &low), ("mean", &mean)];
             panels.push(self.panel(&name, unit, if turns { &curves } else { &curves[..2] }));
         }
         let size = |point: &Point| point.at.motion.multipliers.first().map(|m| m.value.norm());
@@ -143,7 +145,7 @@ impl BranchTable<'_> {
     }
 
     /// A panel of some curves, with the first special points as dots on the first of them.
-    fn panel(&self, quantity: &str, unit: &str, curves: &[(&str, &dyn Fn(&Point) -> Option<f64>)]) -> Panel {
+    fn panel(&self, quantity: &str, unit: &str, curves: &[Named]) -> Panel {
         let points = |value: &dyn Fn(&Point) -> Option<f64>, is_shown: &dyn Fn(&Point) -> bool| -> Vec<(f64, f64)> {
             let shown = self.points.iter().filter(|point| is_shown(point));
             let pairs = shown.filter_map(|point| Some((point.at.parameter, value(point)?)));
