@@ -1,6 +1,7 @@
 //! `qrm modes`
 
 pub(super) mod failure;
+mod pictures;
 mod report;
 pub(super) mod start;
 mod table;
@@ -29,6 +30,9 @@ pub(crate) struct Options {
     /// Seek no other equilibria
     #[arg(long)]
     no_others: bool,
+    /// Draw no mode shapes
+    #[arg(long)]
+    no_figures: bool,
     #[command(flatten)]
     out: OutFolder,
 }
@@ -54,9 +58,28 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
             Err(reason) => all.push((equilibrium, Err(failure::error(&setup, reason)))),
         }
     }
+    let drawn = match all.first() {
+        Some((at, Ok(modes))) if !options.no_figures => {
+            let first = modes.undamped.iter().take(pictures::MOST).enumerate();
+            first.map(|(i, mode)| pictures::picture(&setup, &*mechanism, at, (i + 1, mode))).collect()
+        }
+        _ => Vec::new(),
+    };
     let report = ModesReport::new(&setup, &*mechanism, all)?;
-    let saved = [save_json(&json, &report), save(&csv, &table::csv(&report)?)];
-    print(&report.text(&[json, csv]));
+    let mut saved = vec![save_json(&json, &report), save(&csv, &table::csv(&report)?)];
+    let mut files = vec![json, csv];
+    let mut warnings = String::new();
+    for (place, picture) in drawn.into_iter().enumerate() {
+        let path = folder.join(format!("mode-{}.gif", place + 1));
+        match picture {
+            Ok(picture) => {
+                saved.push(save(&path, &picture));
+                files.push(path);
+            }
+            Err(reason) => warnings += &format!("\n\nwarning: {reason}"),
+        }
+    }
+    print(&(report.text(&files) + &warnings));
     Error::all(saved.into_iter().filter_map(Result::err).collect())
 }
 
