@@ -31,7 +31,7 @@ fn file(arguments: &[&str], name: &str) -> Value {
 
 /// The contents of `modes.json`.
 fn modes(arguments: &[&str]) -> Value {
-    file(&[&["modes"], arguments].concat(), "modes.json")
+    file(&[&["modes", "--no-figures"], arguments].concat(), "modes.json")
 }
 
 /// The error of a command that fails.
@@ -84,6 +84,23 @@ fn a_double_pendulum_has_the_frequencies_of_its_closed_form() {
     let growth = ((2.0 + 2.0_f64.sqrt()) * 9.81).sqrt();
     assert_eq!(standing["stability"], "unstable");
     assert!((number(&standing["growth"]) - growth).abs() < 1e-13 * growth, "{standing}");
+}
+
+#[test]
+fn a_mode_is_drawn_and_is_a_row_of_a_table() {
+    let (folder, output) = output(&["modes", "double-pendulum", "--at", "a=10deg,b=3deg"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("stable: deviations oscillate") && text.contains("mode-2.gif"), "{text}");
+    for name in ["mode-1.gif", "mode-2.gif"] {
+        assert!(std::fs::read(folder.path().join(name)).is_ok_and(|bytes| bytes.starts_with(b"GIF89a")), "{name}");
+    }
+    assert!(!folder.path().join("mode-3.gif").exists());
+    let table = crate::common::Table::read(&folder.path().join("modes.csv"));
+    let header =
+        "mode kind frequency frequency_error rate rate_error square square_error shape_a shape_b by_l by_m by_g by_a0";
+    assert_eq!(table.columns.join(" "), header);
+    assert_eq!(table.rows.len(), 2);
 }
 
 /// Equilibrium, frequency and derivatives come from the reduced potential and mass of the loop with 50 digits.
@@ -391,6 +408,8 @@ fn where_there_are_no_modes_it_is_said() {
             &["modes", "thrown-stick"],
             "no equilibrium was found. Nearest is x = 0.0000000 m, y = 0.0000000 m, a = 0.0000 deg, where a force of 7.8480e0 N on `y`",
         ),
+        (&["modes", "slider-crank", "--set", "a=1", "--at", "q=90deg"], "the position is singular"),
+        (&["modes", "slider-crank", "--set", "J1=0", "--set", "J2=0", "--set", "m2=0"], "has no inertia at q = "),
         (&["modes", "shaper"], "no equilibrium was found. Nearest is phi2 ="),
         (&["modes", "pendulum", "--at", "z=1"], "`--at z=1`: scene `pendulum` has no coordinate `z`"),
         (&["modes", "four-bar", "--at", "q2=1"], "scene `four-bar` does not give `q2` at its start"),

@@ -42,6 +42,25 @@ impl Scene {
         Ok(result)
     }
 
+    /// Equilibria and modes, in JSON.
+    fn modes(&self, py: Python, asked: &Bound<PyDict>, at: Vec<String>, others: bool) -> PyResult<String> {
+        let asked = options(asked)?;
+        detached(py, || self.loaded.modes(&asked, &at, others))?.map_err(|error| exception(py, &error))
+    }
+
+    /// A linear model about an equilibrium, in JSON.
+    fn linearize(
+        &self,
+        py: Python,
+        asked: &Bound<PyDict>,
+        at: Vec<String>,
+        inputs: Vec<String>,
+        outputs: Vec<String>,
+    ) -> PyResult<String> {
+        let asked = options(asked)?;
+        detached(py, || self.loaded.linearize(&asked, &at, &inputs, &outputs))?.map_err(|error| exception(py, &error))
+    }
+
     /// The equations of motion at a state.
     fn equations<'py>(
         &self,

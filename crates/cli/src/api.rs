@@ -5,6 +5,7 @@
 
 mod accuracy;
 mod equations;
+mod modes;
 mod options;
 mod page;
 mod run;

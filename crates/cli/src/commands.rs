@@ -46,7 +46,7 @@ commands! {
     /// and steady.json
     Steady: steady,
     /// Find the equilibria of a scene, its natural frequencies and mode shapes, and their derivatives by parameters:
-    /// modes.json, modes.csv
+    /// modes.json, modes.csv, mode-1.gif
     Modes: modes,
     /// Write a linear model about an equilibrium, from parameters of loads to outputs, and its frequency response:
     /// linear.json, linear.m, frequency_response.csv, frequency_response.svg

@@ -13,6 +13,7 @@ from .accuracy import Accuracy
 from .equations import Equations
 from .errors import Error, Finding, OptionError, RunError, RunWarning, SceneError
 from .mechanism import Mechanism
+from .modes import LinearModel, Modes
 from .page import Page
 from .quantity import Quantity
 from .result import Result
@@ -26,7 +27,9 @@ __all__ = [
     "Equations",
     "Error",
     "Finding",
+    "LinearModel",
     "Mechanism",
+    "Modes",
     "MotionQuantity",
     "Objectives",
     "OptionError",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 from functools import cached_property
 from os import PathLike, fsdecode
@@ -13,6 +14,7 @@ from . import _native
 from .accuracy import Accuracy
 from .equations import Equations
 from .errors import OptionError, RunError, RunWarning
+from .modes import At, LinearModel, Modes, positions
 from .options import only_parameters, split
 from .page import Page
 from .quantity import Quantity
@@ -291,6 +293,42 @@ class Mechanism:
         >>> scipy.optimize.minimize(peak.fun, peak.x0, jac=peak.jac)
         """
         return Objectives(self, by, of, options)
+
+    def modes(
+        self, *, at: At | None = None, others: bool = True, set: Mapping[str, Number] | None = None, **parameters: Number
+    ) -> Modes:
+        """The equilibria, and the natural frequencies and mode shapes about the one near the start or near `at`.
+
+        `at` has values of coordinates that the scene gives at its start, such as `{"phi": 0.5}` or `"phi=30deg"`.
+        Without `others` no other equilibria are sought. All other arguments are parameters; `set` has those that are
+        called `at` or `others`.
+
+        Raises
+        ------
+        OptionError : an option is wrong, or the mechanism has no degree of freedom.
+        RunError : there is no equilibrium near.
+        """
+        return Modes(json.loads(self._scene.modes(only_parameters(parameters, set), positions(at), others)))
+
+    def linearize(
+        self,
+        *,
+        input: str | Sequence[str],
+        output: str | Sequence[str],
+        at: At | None = None,
+        set: Mapping[str, Number] | None = None,
+        **parameters: Number,
+    ) -> LinearModel:
+        """A linear model about the equilibrium near the start or near `at`, from parameters of loads to outputs.
+
+        >>> model = m.linearize(input="T", output="x6")
+        >>> scipy.signal.StateSpace(*model.state_space)
+
+        An output is a coordinate, its rate `NAME_dot`, its acceleration `NAME_ddot`, or an output of the scene.
+        """
+        inputs, outputs = ([names] if isinstance(names, str) else list(names) for names in (input, output))
+        found = self._scene.linearize(only_parameters(parameters, set), positions(at), inputs, outputs)
+        return LinearModel(json.loads(found))
 
     def start(self, **options: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The coordinates and rates at the start, which meet the constraints: two arrays of shape `(n,)`."""

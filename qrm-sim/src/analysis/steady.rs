@@ -31,6 +31,8 @@ pub use multipliers::{MotionStability, Multiplier};
 /// tolerance; or until that does not make them smaller.
 const RESOLVED: f64 = 1e-11;
 const LOOSER: f64 = 100.0;
+/// The most periods after which loads are compared.
+const MOST_COMPARED: u32 = 1000;
 /// The most times that steps are halved.
 const MOST_REFINEMENTS: u32 = 6;
 
@@ -173,7 +175,22 @@ fn search<'a>(
 
 /// The numbers of periods after which loads are compared.
 fn periods_to_compare(request: &SteadyRequest) -> [u32; 2] {
-    [1, request.settle.max(2)]
+    // Rounding errors of longer times are differences too.
+    [1, request.settle.clamp(2, MOST_COMPARED)]
+}
+
+impl SteadyMotion {
+    /// Adds the differences of two orbits to the errors of period and start.
+    fn move_by(&mut self, own: &Orbit, other: &Orbit) {
+        self.period_error = self.period_error.max((own.period - other.period).abs());
+        let pairs = [[&own.start.q, &other.start.q], [&own.start.qd, &other.start.qd]];
+        let given = [&own.start.given, &own.start.given_rates];
+        for ((errors, [own, other]), given) in self.start_errors.iter_mut().zip(pairs).zip(given) {
+            for (i, error) in errors.iter_mut().enumerate().filter(|(i, _)| given[*i]) {
+                *error = error.max((own[i] - other[i]).abs());
+            }
+        }
+    }
 }
 
 /// The motion of a solution.

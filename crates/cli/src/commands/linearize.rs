@@ -8,12 +8,14 @@ mod response;
 
 use clap::Args;
 use qrm_core::Model;
-use qrm_sim::analysis::{NoModes, linear_model, modes};
+use qrm_sim::analysis::{LinearModel, LinearOutput, Modes, NoModes, linear_model, modes};
+use qrm_sim::position::Start;
 
 use super::modes::{failure, setup, start};
 use crate::error::Error;
 use crate::options::{OutFolder, SceneName, optional_positive};
 use crate::output::{check_target, print, save, save_json};
+use crate::setup::Setup;
 use report::LinearReport;
 use response::FrequencyResponse;
 
@@ -60,12 +62,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let names = ["linear.json", "linear.m", "frequency_response.csv", "frequency_response.svg"];
     let paths = names.map(|file| folder.join(file));
     paths.iter().try_for_each(|path| check_target(path))?;
-    let (mechanism, tape) = (setup.mechanism(), setup.model.tape());
-    let no_model = |reason: NoModes| failure::error(&setup, reason);
-    let at = start::nearest(&setup, &*mechanism, &start, !options.at.is_empty()).map_err(no_model)?;
-    let modes = modes(&*mechanism, tape, &at).map_err(no_model)?;
-    let model = linear_model(&*mechanism, tape, (&at, &modes), &inputs, &outputs).map_err(no_model)?;
-    let report = LinearReport::new(&setup, (&at, &modes), &model, (&inputs, &outputs));
+    let (report, model, modes) = linearized(&setup, &start, !options.at.is_empty(), (&inputs, &outputs))?;
     let response = FrequencyResponse::new(&model, &modes, [from, to], options.points)?;
     let mut saved = vec![
         save_json(&paths[0], &report),
@@ -83,4 +80,27 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     }
     print(&(report.text(&response, &files) + &warning));
     Error::all(saved.into_iter().filter_map(Result::err).collect())
+}
+
+/// The contents of `linear.json`.
+pub(crate) fn json(setup: &Setup, at: &[String], inputs: &[String], outputs: &[String]) -> Result<String, Error> {
+    let start = start::start(setup, at)?;
+    let (inputs, outputs) = (names::inputs(setup, inputs)?, names::outputs(setup, outputs)?);
+    let (report, ..) = linearized(setup, &start, !at.is_empty(), (&inputs, &outputs))?;
+    Ok(serde_json::to_string(&report)?)
+}
+
+/// The linear model about the equilibrium near a start; `is_asked` as in [`start::nearest`].
+fn linearized(
+    setup: &Setup,
+    start: &Start,
+    is_asked: bool,
+    (inputs, outputs): (&[usize], &[LinearOutput]),
+) -> Result<(LinearReport, LinearModel, Modes), Error> {
+    let (mechanism, tape) = (setup.mechanism(), setup.model.tape());
+    let no_model = |reason: NoModes| failure::error(setup, reason);
+    let at = start::nearest(setup, &*mechanism, start, is_asked).map_err(no_model)?;
+    let modes = modes(&*mechanism, tape, &at).map_err(no_model)?;
+    let model = linear_model(&*mechanism, tape, (&at, &modes), inputs, outputs).map_err(no_model)?;
+    Ok((LinearReport::new(setup, (&at, &modes), &model, (inputs, outputs)), model, modes))
 }

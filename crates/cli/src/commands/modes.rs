@@ -1,13 +1,15 @@
 //! `qrm modes`
 
 pub(super) mod failure;
+mod pictures;
 mod report;
 pub(super) mod start;
 mod table;
 
 use clap::Args;
-use qrm_core::Model;
-use qrm_sim::analysis::{NoModes, equilibria, modes};
+use qrm_core::{Mechanism, Model};
+use qrm_sim::analysis::{Equilibrium, Modes, NoModes, equilibria, modes};
+use qrm_sim::position::Start;
 
 use crate::error::Error;
 use crate::options::{MethodOptions, OutFolder, SceneName, SceneOptions};
@@ -29,6 +31,9 @@ pub(crate) struct Options {
     /// Seek no other equilibria
     #[arg(long)]
     no_others: bool,
+    /// Draw no mode shapes
+    #[arg(long)]
+    no_figures: bool,
     #[command(flatten)]
     out: OutFolder,
 }
@@ -41,23 +46,61 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let [json, csv] = ["modes.json", "modes.csv"].map(|file| folder.join(file));
     check_target(&json)?;
     check_target(&csv)?;
-    let (mechanism, tape) = (setup.mechanism(), setup.model.tape());
-    let no_modes = |reason: NoModes| failure::error(&setup, reason);
-    let nearest = start::nearest(&setup, &*mechanism, &start, !options.at.is_empty()).map_err(no_modes)?;
-    let found =
-        if options.no_others { vec![nearest] } else { equilibria(&*mechanism, tape, Some(start)).map_err(no_modes)? };
-    let mut all = Vec::new();
-    for (place, equilibrium) in found.into_iter().enumerate() {
-        match modes(&*mechanism, tape, &equilibrium) {
-            Ok(modes) => all.push((equilibrium, Ok(modes))),
-            Err(reason) if place == 0 => return Err(no_modes(reason)),
-            Err(reason) => all.push((equilibrium, Err(failure::error(&setup, reason)))),
+    let mechanism = setup.mechanism();
+    let all = found(&setup, &*mechanism, start, !options.at.is_empty(), !options.no_others)?;
+    let drawn = match all.first() {
+        Some((at, Ok(modes))) if !options.no_figures => {
+            let first = modes.undamped.iter().take(pictures::MOST).enumerate();
+            first.map(|(i, mode)| pictures::picture(&setup, &*mechanism, at, (i + 1, mode))).collect()
+        }
+        _ => Vec::new(),
+    };
+    let report = ModesReport::new(&setup, &*mechanism, all)?;
+    let mut saved = vec![save_json(&json, &report), save(&csv, &table::csv(&report)?)];
+    let mut files = vec![json, csv];
+    let mut warnings = String::new();
+    for (place, picture) in drawn.into_iter().enumerate() {
+        let path = folder.join(format!("mode-{}.gif", place + 1));
+        match picture {
+            Ok(picture) => {
+                saved.push(save(&path, &picture));
+                files.push(path);
+            }
+            Err(reason) => warnings += &format!("\n\nwarning: {reason}"),
         }
     }
-    let report = ModesReport::new(&setup, &*mechanism, all)?;
-    let saved = [save_json(&json, &report), save(&csv, &table::csv(&report)?)];
-    print(&report.text(&[json, csv]));
+    print(&(report.text(&files) + &warnings));
     Error::all(saved.into_iter().filter_map(Result::err).collect())
+}
+
+/// The contents of `modes.json`, with other equilibria where they are wanted.
+pub(crate) fn json(setup: &Setup, at: &[String], others: bool) -> Result<String, Error> {
+    let mechanism = setup.mechanism();
+    let all = found(setup, &*mechanism, start::start(setup, at)?, !at.is_empty(), others)?;
+    Ok(serde_json::to_string(&ModesReport::new(setup, &*mechanism, all)?)?)
+}
+
+/// Equilibria with their modes, that near the start first; `is_asked` as in [`start::nearest`].
+fn found(
+    setup: &Setup,
+    mechanism: &dyn Mechanism,
+    start: Start,
+    is_asked: bool,
+    others: bool,
+) -> Result<Vec<(Equilibrium, Result<Modes, Error>)>, Error> {
+    let tape = setup.model.tape();
+    let no_modes = |reason: NoModes| failure::error(setup, reason);
+    let nearest = start::nearest(setup, mechanism, &start, is_asked).map_err(no_modes)?;
+    let found = if others { equilibria(mechanism, tape, Some(start)).map_err(no_modes)? } else { vec![nearest] };
+    let mut all = Vec::new();
+    for (place, equilibrium) in found.into_iter().enumerate() {
+        let modes = modes(mechanism, tape, &equilibrium).map_err(no_modes);
+        if place == 0 && modes.is_err() {
+            return modes.map(|_| all);
+        }
+        all.push((equilibrium, modes));
+    }
+    Ok(all)
 }
 
 /// The scene with its parameters.

@@ -20,25 +20,35 @@ pub(in crate::analysis) struct NullSpace {
     factors: Option<[LU<f64, Dyn, Dyn>; 2]>,
 }
 
-/// The smallest pivot of constraints that are independent, with rows and columns of size one.
-const INDEPENDENT: f64 = 1e-9;
+/// The smallest pivot of constraints that are independent, with rows and columns of size one: next to a singular
+/// position coordinates have half of their digits.
+const INDEPENDENT: f64 = 1e-6;
 /// The smallest pivot for which the preferred coordinates are a good choice.
 const GOOD: f64 = 1e-2;
 
 impl NullSpace {
     /// Chooses the preferred coordinates as the independent ones where they determine the others well, else those that
-    /// do best. `None` at a singular position.
+    /// do best. `None` at a singular position. `curvature` has the derivatives of the Jacobian by each coordinate.
     pub(in crate::analysis) fn new(
         description: &Description,
         q: &[f64],
-        jacobian: &DMatrix<f64>,
+        (jacobian, curvature): (&DMatrix<f64>, &[DMatrix<f64>]),
         preferred: &[bool],
     ) -> Option<Self> {
         let (m, n) = jacobian.shape();
         let sizes = sizes(description, q, jacobian);
         let mut scaled = DMatrix::from_fn(m, n, |k, i| jacobian[(k, i)] * sizes[i]);
-        for mut row in scaled.row_iter_mut() {
-            let largest = row.amax();
+        for (k, mut row) in scaled.row_iter_mut().enumerate() {
+            // A gradient is small if it is so against its change in a radian.
+            let changes = curvature.iter().zip(&sizes).flat_map(|(curvature, size)| {
+                curvature
+                    .row(k)
+                    .iter()
+                    .zip(&sizes)
+                    .map(move |(entry, own)| (entry * size * own).abs())
+                    .collect::<Vec<_>>()
+            });
+            let largest = changes.fold(row.amax(), f64::max);
             if !(largest > 0.0 && largest.is_finite()) {
                 return None;
             }

@@ -100,10 +100,9 @@ impl<'m> RestEquations<'m> {
         if !jacobian.iter().chain(mass.iter()).chain(forces.iter()).all(|entry| entry.is_finite()) {
             return Err(not_finite());
         }
-        let null_space = NullSpace::new(self.mechanism.description(), q, &jacobian, preferred)
-            .ok_or_else(|| NoModes::Singular { q: q.to_vec() })?;
-        let multipliers = null_space.multipliers(&forces);
-        let [mut stiffness, mut damping, mut stiffness_terms] = [(); 3].map(|()| DMatrix::zeros(n, n));
+        let [mut stiffness, mut damping] = [(); 2].map(|()| DMatrix::zeros(n, n));
+        // The derivatives of `C_q`, for each coordinate a matrix.
+        let mut curvature = vec![DMatrix::<f64>::zeros(m, n); n];
         let mut results = vec![First::zero(); self.tape.dynamics_length()];
         for from in (0..2 * n).step_by(PARTS) {
             let [q, qd] = [(q, 0), (&vec![0.0; n], n)].map(|(values, first)| seeded(values, first, from));
@@ -113,16 +112,28 @@ impl<'m> RestEquations<'m> {
                 let seed = from + part;
                 for i in 0..n {
                     let by = -derivative(&forces[i], part);
-                    if seed >= n {
-                        damping[(i, seed - n)] = by;
-                        continue;
+                    match seed.checked_sub(n) {
+                        None => stiffness[(i, seed)] = by,
+                        Some(rate) => damping[(i, rate)] = by,
                     }
-                    let (mut sum, mut terms) = (by, by.abs());
-                    for k in 0..m {
-                        let term = multipliers[k] * derivative(&jacobian[k * n + i], part);
-                        (sum, terms) = (sum + term, terms + term.abs());
+                }
+                if let Some(curvature) = curvature.get_mut(seed) {
+                    for (place, entry) in jacobian.iter().enumerate() {
+                        curvature[(place / n, place % n)] = derivative(entry, part);
                     }
-                    (stiffness[(i, seed)], stiffness_terms[(i, seed)]) = (sum, terms);
+                }
+            }
+        }
+        let null_space = NullSpace::new(self.mechanism.description(), q, (&jacobian, &curvature), preferred)
+            .ok_or_else(|| NoModes::Singular { q: q.to_vec() })?;
+        let multipliers = null_space.multipliers(&forces);
+        let mut stiffness_terms = stiffness.abs();
+        for (j, curvature) in curvature.iter().enumerate() {
+            for i in 0..n {
+                for k in 0..m {
+                    let term = multipliers[k] * curvature[(k, i)];
+                    stiffness[(i, j)] += term;
+                    stiffness_terms[(i, j)] += term.abs();
                 }
             }
         }

@@ -75,6 +75,9 @@ pub(super) struct ReducedEquations {
     pub(super) dissipates: bool,
 }
 
+/// The square of a frequency, with its right and left solutions.
+type Solution = (f64, [DVector<f64>; 2]);
+
 /// Differences of entries that are rounding errors, in parts of their terms.
 const SYMMETRIC: f64 = 1e-11;
 /// Stiffnesses that are rounding errors, likewise.
@@ -82,9 +85,6 @@ const NO_STIFFNESS: f64 = 1e-14;
 /// Squares of frequencies that count as the same, in parts of them.
 const REPEATED: f64 = 1e-9;
 const MOST_ITERATIONS: usize = 10_000;
-
-/// The square of a frequency, with its right and left solution.
-type RealSolution = (f64, [DVector<f64>; 2]);
 
 impl ReducedEquations {
     /// # Errors
@@ -129,7 +129,7 @@ impl ReducedEquations {
     }
 
     /// The squares of frequencies with right and left solutions, and those that are not real.
-    fn solutions(&self) -> Result<(Vec<RealSolution>, Vec<Complex<f64>>), NoModes> {
+    fn solutions(&self) -> Result<(Vec<Solution>, Vec<Complex<f64>>), NoModes> {
         let mut squares = Vec::new();
         if self.is_symmetric {
             let symmetric = 0.5 * (&self.stiffness + self.stiffness.transpose());

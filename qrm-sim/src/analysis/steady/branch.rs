@@ -7,7 +7,7 @@ use qrm_core::{Mechanism, Tape};
 use super::error::NoSteadyMotion;
 use super::multipliers::values;
 use super::newton::{Equations, Found, Plane, bordered};
-use super::repetition::{check_position, check_repetition};
+use super::repetition::check_repetition;
 use super::return_map::{Orbit, ReturnMap};
 use super::solution::Solution;
 use super::varied::Varied;
@@ -61,8 +61,6 @@ pub enum PointKind {
 pub enum BranchEnd {
     /// It comes to an end of the range.
     Reached,
-    /// It comes back to its first point.
-    Closed,
     /// It has the most points that are wanted.
     MostPoints,
     /// No motion was found behind its last point.
@@ -76,6 +74,8 @@ const SHORTEST: f64 = 1e-6;
 /// The least cosine of the angle between the directions at neighbouring points, and one that allows longer steps.
 const BENT: f64 = 0.95;
 const STRAIGHT: f64 = 0.995;
+/// The largest distance between neighbouring points, in steps: a farther one lies on another branch.
+const FARTHER: f64 = 1.2;
 /// The most iterations of Newton's method that allow longer steps.
 const FEW: u32 = 4;
 /// Near a fold the cosine between the branch and the axis of the parameter is less: errors are given along the branch.
@@ -100,6 +100,9 @@ const ON_CIRCLE: f64 = 1e-3;
 ///
 /// # Errors
 /// The first motion is not found, or the search is interrupted: see [`NoSteadyMotion`].
+///
+/// # Panics
+/// There is no such parameter.
 pub fn steady_branch(
     mechanism: &dyn Mechanism,
     tape: &Tape,
@@ -107,6 +110,9 @@ pub fn steady_branch(
     point: &mut dyn FnMut(BranchPoint),
 ) -> Result<BranchEnd, NoSteadyMotion> {
     let from = mechanism.parameters()[request.parameter];
+    if from == request.to {
+        return Err(NoSteadyMotion::NoRange);
+    }
     if mechanism.with_parameters(mechanism.parameters().to_vec()).is_none() {
         return Err(NoSteadyMotion::NotGenerated);
     }
@@ -125,17 +131,25 @@ pub fn steady_branch(
         return Err(NoSteadyMotion::OneOfMany);
     }
     let mut last = Tangent::new(&map, found, None, (request.to - from).signum())?;
-    let first = last.unknowns.clone();
     point(last.point(&map, PointKind::Regular)?);
     let (mut length, mut count) = (FIRST, 1);
     loop {
         if count >= request.most_points {
             return Ok(BranchEnd::MostPoints);
         }
-        let bound = last.bound([from, request.to], length, &map);
-        let next = match last.next(&map, length, bound) {
-            Err(NoSteadyMotion::Interrupted { t }) => return Err(NoSteadyMotion::Interrupted { t }),
-            Err(reason) if length < SHORTEST => return Ok(BranchEnd::Lost(reason)),
+        let mut bound = last.bound([from, request.to], length, &map);
+        let mut next = last.next(&map, length, bound);
+        // The point behind the tangent may lie beyond an end of the range.
+        if let (Ok(found), None) = (&next, bound) {
+            bound = last.passed_end([from, request.to], found);
+            if bound.is_some() {
+                next = last.next(&map, length, bound);
+            }
+        }
+        let next = match next {
+            Err(reason) if length < SHORTEST || matches!(reason, NoSteadyMotion::Interrupted { .. }) => {
+                return lost(reason);
+            }
             Err(_) => {
                 length *= 0.5;
                 continue;
@@ -146,26 +160,37 @@ pub fn steady_branch(
             }
             Ok(next) => next,
         };
+        let mut special = Vec::new();
         for kind in last.passed(&next) {
-            if let Some(special) = special_point(&map, [&last, &next], kind)? {
-                point(special);
-            }
+            special.extend(special_point(&map, [&last, &next], kind)?);
         }
+        special.sort_by(|a, b| a.0.total_cmp(&b.0));
+        special.into_iter().for_each(|(_, special)| point(special));
         let is_straight = last.direction.dot(&next.direction) > STRAIGHT && next.found.iterations <= FEW;
         map.move_to(&next.found.orbit, &next.found.at);
-        point(next.point(&map, PointKind::Regular)?);
+        match next.point(&map, PointKind::Regular) {
+            Ok(next) => point(next),
+            Err(reason) => return lost(reason),
+        }
         count += 1;
-        let has_come_back = count > 3 && (&next.unknowns - &first).norm() < length;
         last = next;
         if bound.is_some() {
             return Ok(BranchEnd::Reached);
         }
-        if has_come_back {
-            return Ok(BranchEnd::Closed);
-        }
         if is_straight {
             length = LONGEST.min(1.5 * length);
         }
+    }
+}
+
+/// The end of a branch behind which no motion was found.
+///
+/// # Errors
+/// The caller wanted no more.
+fn lost(reason: NoSteadyMotion) -> Result<BranchEnd, NoSteadyMotion> {
+    match reason {
+        NoSteadyMotion::Interrupted { .. } => Err(reason),
+        reason => Ok(BranchEnd::Lost(reason)),
     }
 }
 
@@ -213,6 +238,19 @@ impl Tangent {
         range.into_iter().find(passes)
     }
 
+    /// The end of the range behind which another point lies.
+    fn passed_end(&self, range: [f64; 2], next: &Self) -> Option<f64> {
+        let reached = next.found.orbit.parameter;
+        let (low, high) = (range[0].min(range[1]), range[0].max(range[1]));
+        if reached < low {
+            Some(low)
+        } else if reached > high {
+            Some(high)
+        } else {
+            None
+        }
+    }
+
     /// The point at a distance along the branch, or at a value of the parameter.
     fn next(&self, map: &ReturnMap, length: f64, bound: Option<f64>) -> Result<Self, NoSteadyMotion> {
         let count = self.direction.len();
@@ -231,15 +269,16 @@ impl Tangent {
         let mut guess = map.moved(&self.found.orbit, &self.direction, length).ok_or_else(lost)?;
         let found = match bound {
             Some(bound) => {
-                guess.parameter = bound;
+                guess = map.with_parameter(guess, bound).ok_or_else(lost)?;
                 Equations { map, is_halved: false, plane: None }.solve(guess)?
             }
             None => self.solve(map, guess, length, false)?,
         };
-        check_position(map, &found)?;
+        map.check_phase(&found.at)?;
+        check_repetition(map, &found, &[1])?;
         let next = Self::new(map, found, Some(&self.direction), 1.0)?;
         let distance = (&next.unknowns - &self.unknowns).norm();
-        if distance <= 2.0 * length.abs().max(SHORTEST) { Ok(next) } else { Err(lost()) }
+        if distance <= FARTHER * length.abs().max(SHORTEST) { Ok(next) } else { Err(lost()) }
     }
 
     /// The solution on the plane across the branch at a distance.
@@ -250,7 +289,9 @@ impl Tangent {
 
     /// The kinds of special points between two points.
     fn passed(&self, next: &Self) -> Vec<PointKind> {
-        let passed = |(kind, (a, b)): (PointKind, (&f64, &f64))| (a * b < 0.0).then_some(kind);
+        let passed = |(kind, (a, b)): (PointKind, (&f64, &f64))| {
+            (a.is_finite() && b.is_finite() && (*a < 0.0) != (*b < 0.0)).then_some(kind)
+        };
         KINDS.into_iter().zip(self.tests.iter().zip(&next.tests)).filter_map(passed).collect()
     }
 
@@ -258,7 +299,7 @@ impl Tangent {
     fn point(&self, map: &ReturnMap, kind: PointKind) -> Result<BranchPoint, NoSteadyMotion> {
         let count = self.direction.len();
         let plane = Plane { normal: self.direction.clone(), point: self.unknowns.clone() };
-        let is_steep = self.direction[count - 1].abs() < STEEP;
+        let is_steep = self.direction[count - 1].abs() < STEEP || kind != PointKind::Regular;
         let plane = is_steep.then_some(&plane);
         let solution = Solution::refine(map, self.found.clone(), plane)?;
         let parameter_error = if is_steep { solution.errors(map)[count - 1] } else { 0.0 };
@@ -267,17 +308,30 @@ impl Tangent {
     }
 }
 
-/// The special point between two points; `None` if it is of another kind than its test.
-fn special_point(map: &ReturnMap, ends: [&Tangent; 2], kind: PointKind) -> Result<Option<BranchPoint>, NoSteadyMotion> {
+/// The special point between two points, and its distance from the first along its direction; `None` if it is of another
+/// kind than its test.
+fn special_point(
+    map: &ReturnMap,
+    ends: [&Tangent; 2],
+    kind: PointKind,
+) -> Result<Option<(f64, BranchPoint)>, NoSteadyMotion> {
     let place = KINDS.iter().position(|other| *other == kind).unwrap_or(0);
     let (own, width) = zero(map, ends, place, false)?;
     if kind == PointKind::Torus && !is_on_circle(&values(map, &own.found.at)?) {
         return Ok(None);
     }
     let (other, other_width) = zero(map, ends, place, true)?;
-    let error = (other.found.orbit.parameter - own.found.orbit.parameter).abs().max(width).max(other_width);
-    let point = own.point(map, kind)?;
-    Ok(Some(BranchPoint { parameter_error: error.max(f64::EPSILON * point.parameter.abs()), ..point }))
+    let mut point = match own.point(map, kind) {
+        Err(NoSteadyMotion::Interrupted { t }) => return Err(NoSteadyMotion::Interrupted { t }),
+        // The equations are singular there. The point before it is known.
+        Err(_) => ends[0].point(map, kind)?,
+        Ok(point) => point,
+    };
+    let between = (other.found.orbit.parameter - own.found.orbit.parameter).abs().max(width).max(other_width);
+    point.parameter_error = between.max(point.parameter_error).max(f64::EPSILON * point.parameter.abs());
+    point.motion.move_by(&own.found.orbit, &other.found.orbit);
+    let place = ends[0].direction.dot(&(&own.unknowns - &ends[0].unknowns));
+    Ok(Some((place, point)))
 }
 
 /// The point between two others at which a test is zero (by the Illinois method), and the error of the parameter there.

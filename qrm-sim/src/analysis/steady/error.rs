@@ -67,6 +67,13 @@ pub enum NoSteadyMotion {
     },
     /// The motion is one of many at one value of a parameter, and no branch of single motions.
     OneOfMany,
+    /// On a branch, the coordinate of the phase turns back at its start.
+    PhaseTurnsBack {
+        /// The coordinate.
+        coordinate: usize,
+    },
+    /// A branch begins and ends at the same value of its parameter.
+    NoRange,
     /// The mechanism cannot have other parameters: it is not generated.
     NotGenerated,
     /// The eigenvalues of the return map cannot be computed.

@@ -16,6 +16,10 @@ const RESOLVED: f64 = 1e-12;
 const MOST_PIECES: u32 = 20_000;
 const MOST_HALVINGS: u32 = 40;
 
+/// A difference at an end of a part that is a corner or a jump, in parts of the output's size; and the part of a group in
+/// which it may lie without another sign.
+const CORNER: f64 = 1e-9;
+const BLIND: f64 = 0.03;
 /// The number of parts of a step, between whose ends the motion is a polynomial of degree 5; and that of neighbouring
 /// parts whose nodes together tell whether an output is smooth.
 const PARTS: usize = 8;
@@ -67,8 +71,8 @@ struct Sums<'m> {
     /// Completes states inside pieces.
     solver: Solver,
     nodes: [(f64, f64); NODES],
-    /// The weights of the nodes of a group.
-    weights: Vec<f64>,
+    /// The polynomial through the nodes of a group.
+    group: Group,
     sums: Vec<Sum>,
     /// The pieces that may still be halved: outputs that are rounding errors need ever more.
     left: u32,
@@ -89,7 +93,7 @@ impl<'m> Sums<'m> {
         Self {
             mechanism,
             solver: Solver::new(mechanism),
-            weights: group_weights(&nodes),
+            group: Group::new(&nodes),
             nodes,
             sums: vec![Sum::default(); count],
             left: MOST_PIECES,
@@ -118,18 +122,34 @@ impl<'m> Sums<'m> {
         let length = parts[GROUP - 1][1].t - parts[0][0].t;
         let (mut by_parts, mut by_group) = (vec![0.0; count], vec![0.0; count]);
         let mut outputs = vec![0.0; count];
-        let weights = self.weights.clone();
-        for ([from, to], group_weights) in parts.iter().zip(weights.chunks(NODES)) {
-            for ((x, weight), group_weight) in self.nodes.into_iter().zip(group_weights) {
+        let mut at_ends = vec![[0.0; GROUP + 1]; count];
+        let Group { weights, ends } = self.group.clone();
+        for (part, [from, to]) in parts.iter().enumerate() {
+            for (place, (x, weight)) in self.nodes.into_iter().enumerate() {
+                let node = NODES * part + place;
+                let group_weight = weights[node];
                 self.outputs([from, to], from.t + x * (to.t - from.t), &mut outputs);
                 for (i, output) in outputs.iter().enumerate() {
                     by_parts[i] += weight * (to.t - from.t) * output;
                     by_group[i] += group_weight * length * output;
+                    at_ends[i].iter_mut().zip(&ends).for_each(|(at, weights)| *at += weights[node] * output);
                 }
             }
         }
-        let change = |i: usize| (by_parts[i] - by_group[i]).abs();
-        let is_smooth = |i: usize| change(i) <= RESOLVED * self.sums[i].size * length;
+        // A jump or a corner where the formulae agree by chance shows at the ends of parts.
+        let mut missed = vec![0.0_f64; count];
+        for (end, state) in parts.iter().map(|[from, _]| from).chain([&parts[GROUP - 1][1]]).enumerate() {
+            let State { t, q, qd, qdd, multipliers, .. } = state;
+            self.mechanism.outputs(*t, q, qd, qdd, multipliers, &mut outputs);
+            for (i, output) in outputs.iter().enumerate() {
+                missed[i] = missed[i].max((at_ends[i][end] - output).abs());
+            }
+        }
+        if (0..count).any(|i| missed[i] > CORNER * self.sums[i].size) {
+            return false;
+        }
+        let change = |i: usize| (by_parts[i] - by_group[i]).abs().max(BLIND * missed[i] * length);
+        let is_smooth = |i: usize| (by_parts[i] - by_group[i]).abs() <= RESOLVED * self.sums[i].size * length;
         if !(0..count).all(is_smooth) {
             return false;
         }
@@ -197,16 +217,31 @@ impl<'m> Sums<'m> {
     }
 }
 
-/// The weights of the nodes of a group of parts of equal length, for polynomials of one degree less than their number.
-fn group_weights(nodes: &[(f64, f64); NODES]) -> Vec<f64> {
-    const COUNT: usize = NODES * GROUP;
-    let places = (0..GROUP).flat_map(|part| nodes.iter().map(move |(x, _)| (part as f64 + x) / GROUP as f64));
-    let places: Vec<f64> = places.collect();
-    // Legendre polynomials at the nodes; the integral of all but the first is zero.
-    let values = DMatrix::from_fn(COUNT, COUNT, |degree, node| legendre(degree, 2.0 * places[node] - 1.0));
-    let mut integrals = DVector::zeros(COUNT);
-    integrals[0] = 1.0;
-    values.lu().solve(&integrals).map_or_else(|| vec![f64::NAN; COUNT], |weights| weights.as_slice().to_vec())
+/// The polynomial through the nodes of a group of parts of equal length.
+#[derive(Clone)]
+struct Group {
+    /// The weights of the nodes in its mean.
+    weights: Vec<f64>,
+    /// The weights of the nodes in its values at the ends of parts.
+    ends: Vec<Vec<f64>>,
+}
+
+impl Group {
+    fn new(nodes: &[(f64, f64); NODES]) -> Self {
+        const COUNT: usize = NODES * GROUP;
+        let places = (0..GROUP).flat_map(|part| nodes.iter().map(move |(x, _)| (part as f64 + x) / GROUP as f64));
+        let places: Vec<f64> = places.collect();
+        let values = DMatrix::from_fn(COUNT, COUNT, |degree, node| legendre(degree, 2.0 * places[node] - 1.0));
+        let factors = values.lu();
+        let solve = |right: DVector<f64>| {
+            factors.solve(&right).map_or_else(|| vec![f64::NAN; COUNT], |weights| weights.as_slice().to_vec())
+        };
+        // The means of Legendre polynomials are zero, but for the first.
+        let mean = DVector::from_fn(COUNT, |degree, _| f64::from(u8::from(degree == 0)));
+        let end =
+            |end: usize| DVector::from_fn(COUNT, |degree, _| legendre(degree, 2.0 * end as f64 / GROUP as f64 - 1.0));
+        Self { weights: solve(mean), ends: (0..=GROUP).map(|place| solve(end(place))).collect() }
+    }
 }
 
 /// A Legendre polynomial.
@@ -217,4 +252,25 @@ fn legendre(degree: usize, x: f64) -> f64 {
         (before, value) = (value, ((2.0 * k + 1.0) * x * value - k * before) / (k + 1.0));
     }
     value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_polynomial_of_a_group_is_exact_for_its_degree() {
+        let nodes = gauss_legendre::<NODES>();
+        let group = Group::new(&nodes);
+        let places: Vec<f64> =
+            (0..GROUP).flat_map(|part| nodes.iter().map(move |(x, _)| (part as f64 + x) / GROUP as f64)).collect();
+        for degree in 0..12 {
+            let sum = |weights: &[f64]| -> f64 { weights.iter().zip(&places).map(|(w, x)| w * x.powi(degree)).sum() };
+            assert!((sum(&group.weights) - 1.0 / f64::from(degree + 1)).abs() < 1e-13, "{degree}");
+            for (place, weights) in group.ends.iter().enumerate() {
+                let expected = (place as f64 / GROUP as f64).powi(degree);
+                assert!((sum(weights) - expected).abs() < 1e-11, "{degree} {place}: {}", sum(weights) - expected);
+            }
+        }
+    }
 }

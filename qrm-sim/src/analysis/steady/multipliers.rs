@@ -40,18 +40,20 @@ pub enum MotionStability {
 impl MotionStability {
     /// The stability by the multipliers, the largest first; `is_singular` says whether other motions are near.
     pub(super) fn new(multipliers: &[Multiplier], is_singular: bool) -> Self {
-        let Some(largest) = multipliers.first() else { return Self::NoDeviation };
-        let [size, error] = [largest.value.norm(), MARGIN * largest.error];
+        if multipliers.is_empty() {
+            return Self::NoDeviation;
+        }
         // A shift of speed or amplitude neither grows nor decays.
         let is_one = |m: &Multiplier| (m.value - 1.0).norm() <= (MARGIN * m.error).max(MARGIN * ROUNDING.sqrt());
         let grows = |m: &Multiplier| m.value.norm() - MARGIN * m.error > 1.0;
+        let decays = |m: &Multiplier| m.value.norm() + MARGIN * m.error < 1.0;
         if is_singular && multipliers.iter().any(is_one) {
             let other = multipliers.iter().filter(|m| !is_one(m)).any(grows);
             return if other { Self::Repelling } else { Self::OneOfMany };
         }
-        if size + error < 1.0 {
+        if multipliers.iter().all(decays) {
             Self::Attracting
-        } else if size - error > 1.0 {
+        } else if multipliers.iter().any(grows) {
             Self::Repelling
         } else {
             Self::Undecided
@@ -72,7 +74,7 @@ pub(super) fn multipliers(map: &ReturnMap, found: &Found, accurate: &Found) -> R
         let nearest =
             (0..others.len()).min_by(|&a, &b| (others[a] - value).norm().total_cmp(&(others[b] - value).norm()));
         let difference = nearest.map_or(f64::INFINITY, |place| (others.swap_remove(place) - value).norm());
-        // Rounding errors part equal multipliers by their root.
+        // Rounding errors separate equal multipliers by about the square root of their size.
         let near = own.iter().enumerate().filter(|(other, _)| *other != i).map(|(_, other)| (other - value).norm());
         let apart = near.filter(|distance| *distance <= MARGIN * floor.sqrt()).fold(0.0, f64::max);
         Multiplier { value: *value, error: difference.max(floor).max(apart) }

@@ -4,7 +4,9 @@ use std::f64::consts::TAU;
 
 use super::error::NoSteadyMotion;
 use super::newton::Found;
-use super::return_map::{Place, ReturnMap, largest_of};
+use super::return_map::{ReturnMap, largest_of};
+use qrm_core::Mechanism;
+
 use crate::analysis::revolution::wrap_angle;
 use crate::analysis::sensitivity::EndByStart;
 use crate::solve::{Matrix, Solver};
@@ -31,11 +33,8 @@ pub(super) fn check_position(map: &ReturnMap, found: &Found) -> Result<(), NoSte
     let mechanism = map.mechanism(&found.orbit);
     let description = mechanism.description();
     let size = size_of_lengths(map, found);
-    for (coordinate, turns) in map.turns_of(&found.at).into_iter().enumerate() {
-        let is_given = found.orbit.start.given[coordinate];
-        let turns = if is_given { map.turns()[coordinate] } else { turns };
-        let change = end.q[coordinate] - first.q[coordinate] - TAU * turns;
-        let difference = wrap_angle(change, description.coordinates[coordinate].unit);
+    for (coordinate, quantity) in description.coordinates.iter().enumerate() {
+        let difference = wrap_angle(end.q[coordinate] - first.q[coordinate], quantity.unit);
         if difference.abs() > SAME * if description.is_angle(coordinate) { 1.0 } else { size } {
             return Err(NoSteadyMotion::OtherBranch { coordinate, difference });
         }
@@ -78,7 +77,8 @@ fn check_loads(map: &ReturnMap, found: &Found, periods: f64) -> Result<(), NoSte
             pairs.push((place, i, values));
         }
     }
-    let differs = |(_, i, (a, b)): &&(usize, usize, (f64, f64))| (a - b).abs() > SAME * largest[usize::from(*i >= n)];
+    let differs =
+        |(_, i, (a, b)): &&(usize, usize, (f64, f64))| !((a - b).abs() <= SAME * largest[usize::from(*i >= n)]);
     let mut different = pairs.iter().filter(differs);
     match different.next().filter(|(place, ..)| different.any(|(other, ..)| other != place)) {
         None => Ok(()),
@@ -95,17 +95,33 @@ fn check_loads(map: &ReturnMap, found: &Found, periods: f64) -> Result<(), NoSte
 /// The motion cannot be followed.
 pub(super) fn repetitions(map: &ReturnMap, found: &Found, cycles: u32) -> Result<u32, NoSteadyMotion> {
     let first = &found.at.first;
+    let mechanism = map.mechanism(&found.orbit);
+    let description = mechanism.description();
+    let turns = map.turns_of(&found.at);
+    let travel = found.orbit.period / TAU;
+    let size = size_of_lengths(map, found);
     let divisors = (2..=cycles).rev().filter(|parts| cycles.is_multiple_of(*parts));
     for parts in divisors {
-        let at = &map.states_at(&found.orbit, first, &[found.orbit.period / f64::from(parts)])?[0];
-        let returns = |(row, place): (usize, &Place)| {
-            let turns = if place.is_rate { 0.0 } else { TAU * map.turns()[place.coordinate] / f64::from(parts) };
-            let change = place.of([&at.q, &at.qd]) - place.of([&first.q, &first.qd]);
-            (change - turns).abs() <= SAME * map.sizes()[row]
+        let time = found.orbit.period / f64::from(parts);
+        let at = &map.states_at(&found.orbit, first, &[time])?[0];
+        let returns = |i: usize| {
+            let part = turns[i] / f64::from(parts);
+            let size = if description.is_angle(i) { 1.0 } else { size };
+            let [q, qd] = [at.q[i] - first.q[i] - TAU * part, at.qd[i] - first.qd[i]];
+            part.fract() == 0.0 && q.abs() <= SAME * size && qd.abs() * travel <= SAME * size.max(1.0)
         };
-        if map.places().iter().enumerate().all(returns) {
+        if (0..turns.len()).all(returns) && has_same_loads(&*mechanism, [first, at])? {
             return Ok(parts);
         }
     }
     Ok(1)
+}
+
+/// Whether accelerations are the same at two states.
+fn has_same_loads(mechanism: &dyn Mechanism, [first, at]: [&State; 2]) -> Result<bool, NoSteadyMotion> {
+    let mut same = State { t: at.t, ..first.clone() };
+    let failed = |error| NoSteadyMotion::Settling { t: at.t, error };
+    Solver::new(mechanism).complete(mechanism, &mut same).map_err(failed)?;
+    let largest = largest_of(&first.qdd).max(largest_of(&same.qdd));
+    Ok(first.qdd.iter().zip(&same.qdd).all(|(a, b)| (a - b).abs() <= SAME * largest))
 }

@@ -64,6 +64,8 @@ impl Place {
 
 /// A motion slower than this part of the motion nearby has been led to rest.
 const REST: f64 = 0.01;
+/// A rate below this part of the size of its coordinate in the time of a radian of the cycle tells no phase.
+const HARDLY: f64 = 1e-2;
 /// The period stays within these multiples of that of the motion nearby: `P(x, 0) = x` for all `x`.
 const NEAR: [f64; 2] = [0.5, 1.8];
 /// The least number of steps in a period: where nothing moves, the method would choose none of its own.
@@ -197,10 +199,6 @@ impl<'a> ReturnMap<'a> {
         settings
     }
 
-    pub(super) fn turns(&self) -> &[f64] {
-        &self.turns
-    }
-
     pub(super) fn places(&self) -> &[Place] {
         &self.places
     }
@@ -299,13 +297,21 @@ impl<'a> ReturnMap<'a> {
                 Some(place) => moved.start.q[place.coordinate] += change,
             }
         }
-        if let Some(period) = self.varied.as_ref().and_then(|varied| varied.period) {
-            moved.period = period(moved.parameter)?;
-        }
-        moved.start = closed(&*self.mechanism(&moved), moved.start)?;
+        let parameter = moved.parameter;
+        let moved = self.with_parameter(moved, parameter)?;
         let [least, most] = NEAR.map(|part| part * self.period_nearby);
         let is_near = self.phase.is_none() || least < moved.period && moved.period < most;
         is_near.then_some(moved)
+    }
+
+    /// An orbit with another value of the parameter, with its period and closed loops; `None` if there is none.
+    pub(super) fn with_parameter(&self, mut orbit: Orbit, parameter: f64) -> Option<Orbit> {
+        orbit.parameter = parameter;
+        if let Some(period) = self.varied.as_ref().and_then(|varied| varied.period) {
+            orbit.period = period(parameter)?;
+        }
+        orbit.start = closed(&*self.mechanism(&orbit), orbit.start)?;
+        Some(orbit)
     }
 
     /// The fastest given rate at both ends of a motion.
@@ -320,6 +326,14 @@ impl<'a> ReturnMap<'a> {
         (self.period_nearby, self.rate_nearby) = (orbit.period, self.fastest(at));
     }
 
+    /// Returns an error if the coordinate of the phase hardly moves at the start: it tells no phase.
+    pub(super) fn check_phase(&self, at: &EndByStart) -> Result<(), NoSteadyMotion> {
+        let Some(phase) = self.phase else { return Ok(()) };
+        let coordinate = self.places[phase].coordinate;
+        let way = at.end.qd[coordinate].abs() * self.period_nearby / TAU;
+        if way < HARDLY * self.sizes[phase] { Err(NoSteadyMotion::PhaseTurnsBack { coordinate }) } else { Ok(()) }
+    }
+
     /// Returns an error if a motion with a period of its own has become much slower than the motion nearby.
     pub(super) fn check_moves(&self, at: &EndByStart) -> Result<(), NoSteadyMotion> {
         let is_at_rest = self.phase.is_some() && self.fastest(at) < REST * self.rate_nearby;
@@ -327,7 +341,10 @@ impl<'a> ReturnMap<'a> {
     }
 }
 
-/// The size of the largest of some numbers.
+/// The size of the largest of some numbers; not a number if one is none.
 pub(super) fn largest_of(numbers: &[f64]) -> f64 {
+    if numbers.iter().any(|number| number.is_nan()) {
+        return f64::NAN;
+    }
     numbers.iter().fold(0.0, |most, number| most.max(number.abs()))
 }

@@ -1,6 +1,6 @@
 //! A branch in words and numbers.
 
-use qrm_sim::analysis::{BranchEnd, MotionStability, PointKind};
+use qrm_sim::analysis::{BranchEnd, MotionStability, NoSteadyMotion, PointKind};
 use qrm_sim::position::Start;
 use serde::Serialize;
 
@@ -74,8 +74,8 @@ impl BranchReport {
             BranchEnd::Reached => {
                 ("turned_back", ": it turned back, and has come to the other end of the range".into())
             }
-            BranchEnd::Closed => ("closed", ": it has come back to its first point".into()),
             BranchEnd::MostPoints => ("most_points", ": it has as many points as --points allows".into()),
+            BranchEnd::Lost(NoSteadyMotion::Interrupted { .. }) => ("interrupted", ": interrupted".into()),
             BranchEnd::Lost(reason) => {
                 ("lost", format!(": {}", failure::error(setup, cycles, reason.clone()).message()))
             }

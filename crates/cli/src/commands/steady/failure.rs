@@ -47,6 +47,11 @@ pub(super) fn error(setup: &Setup, cycles: u32, reason: NoSteadyMotion) -> Error
                 .help("choose the coordinate of a cycle by --phase, or begin elsewhere with --start")
         }
         NoSteadyMotion::Motion(reason) => no_sensitivity(setup, &reason),
+        NoSteadyMotion::NotFound { residual, start, .. } if residual.is_nan() => Error::run(format!(
+            "no motion was found behind {}: it jumps to another, or the mechanism cannot be assembled, or loads have no \
+             common period there",
+            start_values(setup, &start)
+        )),
         NoSteadyMotion::NotFound { residual, start, period } => {
             let others = if cycles == 1 { "; a motion may also repeat after more cycles: --cycles 2" } else { "" };
             Error::run(format!(
@@ -96,9 +101,17 @@ pub(super) fn error(setup: &Setup, cycles: u32, reason: NoSteadyMotion) -> Error
             ))
         }
         NoSteadyMotion::OneOfMany => Error::usage(format!(
-            "the motion of scene `{scene}` is one of many at one value of the parameter: they are no branch"
+            "the motion of scene `{scene}` is one of a family of motions at this value of the parameter; a branch needs \
+             single motions"
         ))
         .help("add what chooses one of them: a loss, a motor"),
+        NoSteadyMotion::PhaseTurnsBack { coordinate } => {
+            let name = name(coordinate);
+            Error::run(format!("`{name}` turns back where the cycle begins, and tells no phase there"))
+                .help("begin the branch there, or choose another coordinate by --phase")
+        }
+        NoSteadyMotion::NoRange => Error::usage("a branch begins and ends at the same value of its parameter")
+            .help("give another end of the range"),
         NoSteadyMotion::NotGenerated => Error::run("the parameters of this mechanism cannot be changed"),
         NoSteadyMotion::NoEigenvalues => Error::run("the linear equations of the search have no finite solution")
             .help("begin elsewhere with --start: the motion may be near a singular position"),
