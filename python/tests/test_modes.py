@@ -20,11 +20,13 @@ def test_a_double_pendulum_has_the_frequencies_of_its_closed_form():
 
 
 def test_a_linear_model_is_a_state_space_of_scipy():
-    m = qrm.load("slider-crank")
-    model = m.linearize(input="F", output=["q", "q_ddot"], at="q=170deg")
-    assert model.states == ["q", "q_dot"] and model.A.shape == (2, 2) and model.D.shape == (2, 1)
+    model = qrm.load("andrews").linearize(input="mom", output="beta")
+    assert model.states == ["beta", "beta_dot"] and model.A.shape == (2, 2) and model.D.shape == (1, 1)
     system = signal.StateSpace(*model.state_space)
-    assert sorted(system.poles) == pytest.approx(sorted([-0.25, 0.25]), rel=1e-12)
+    rate = np.sqrt(model.A[1, 0])
+    assert sorted(np.linalg.eigvals(system.A)) == pytest.approx([-rate, rate], rel=1e-9)
+    # The gain at rest: a torque against the stiffness.
+    assert system.freqresp([0.0])[1][0] == pytest.approx(-model.B[1, 0] / model.A[1, 0], rel=1e-9)
 
 
 def test_mistakes_are_named():

@@ -295,7 +295,12 @@ class Mechanism:
         return Objectives(self, by, of, options)
 
     def modes(
-        self, *, at: At | None = None, others: bool = True, set: Mapping[str, Number] | None = None, **parameters: Number
+        self,
+        *,
+        at: At | None = None,
+        others: bool = True,
+        set: Mapping[str, Number] | None = None,
+        **parameters: Number,
     ) -> Modes:
         """The equilibria, and the natural frequencies and mode shapes about the one near the start or near `at`.
 

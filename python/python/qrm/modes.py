@@ -52,7 +52,8 @@ class Modes:
         self.frequency_errors = np.array([mode["frequency_error"] for mode in modes], dtype=float)
         shapes = [list(mode["shape"].values()) for mode in modes]
         self.shapes = np.array(shapes, dtype=float).reshape(len(modes), len(self.equilibrium))
-        self.eigenvalues = np.array([complex(value["re"], value["im"]) for value in report["eigenvalues"]], dtype=complex)
+        eigenvalues = [complex(value["re"], value["im"]) for value in report["eigenvalues"]]
+        self.eigenvalues = np.array(eigenvalues, dtype=complex)
         self.others = [other["coordinates"] for other in report["others"]]
 
     def __repr__(self) -> str:

@@ -80,6 +80,9 @@ pub(crate) fn json(setup: &Setup, at: &[String], others: bool) -> Result<String,
     Ok(serde_json::to_string(&ModesReport::new(setup, &*mechanism, all)?)?)
 }
 
+/// An equilibrium with its modes, or why there are none.
+type WithModes = (Equilibrium, Result<Modes, Error>);
+
 /// Equilibria with their modes, that near the start first; `is_asked` as in [`start::nearest`].
 fn found(
     setup: &Setup,
@@ -87,7 +90,7 @@ fn found(
     start: Start,
     is_asked: bool,
     others: bool,
-) -> Result<Vec<(Equilibrium, Result<Modes, Error>)>, Error> {
+) -> Result<Vec<WithModes>, Error> {
     let tape = setup.model.tape();
     let no_modes = |reason: NoModes| failure::error(setup, reason);
     let nearest = start::nearest(setup, mechanism, &start, is_asked).map_err(no_modes)?;

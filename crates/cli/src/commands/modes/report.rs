@@ -95,11 +95,7 @@ const PRINTED: usize = 12;
 
 impl ModesReport {
     /// The report of the equilibria with their modes; the first one has all of its numbers.
-    pub(super) fn new(
-        setup: &Setup,
-        mechanism: &dyn Mechanism,
-        found: Vec<(Equilibrium, Result<Modes, Error>)>,
-    ) -> Result<Self, Error> {
+    pub(super) fn new(setup: &Setup, mechanism: &dyn Mechanism, found: Vec<super::WithModes>) -> Result<Self, Error> {
         let description = setup.description;
         let entries: Vec<EquilibriumEntry> = found.iter().map(|(at, modes)| entry(setup, at, modes)).collect();
         let mut notes = Vec::new();
