@@ -154,8 +154,9 @@ fn a_branch_goes_around_folds() {
     let (found, rows) = branch(&["tests/steady/duffing-slider.toml", "--vary", "w=0.4:2.5"]);
     let special = found["special"].as_array().expect("special points");
     assert_eq!((special.len(), &found["end"]), (2, &Value::from("reached")));
-    for (fold, [w, x]) in
-        special.iter().zip([[1.383_856_531_999_59, -0.162_695_765_25], [1.303_045_969_455_67, -0.519_404_453_94]])
+    for (fold, [w, x]) in special
+        .iter()
+        .zip([[1.383_856_531_999_59, -0.162_695_765_249_95], [1.303_045_969_455_67, -0.519_404_453_936_45]])
     {
         assert_eq!(fold["kind"], "fold");
         within(&fold["value"], &fold["error"], w, 1e-11);
