@@ -50,7 +50,8 @@ pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<St
         style: ".qrm-frame{visibility:hidden}".to_owned(),
         data: &data(&Packed { page, style, script }),
         panel: include_str!("animation/panel.html"),
-        script: compact(include_str!("animation/loader.js")),
+        // No text in it has these signs.
+        script: compact(include_str!("animation/loader.js")).replace(" = ", "="),
     };
     Ok(document(page.title, &piece.html()))
 }
@@ -76,6 +77,7 @@ pub struct SimulatorPage<'a> {
     /// The name of the scene on a command line.
     pub command: &'a str,
     /// Whether a server writes values to the file of the scene.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub is_writable: bool,
     /// The simulator: WebAssembly, compressed by gzip, in base 91.
     pub module: &'a str,
