@@ -5,9 +5,10 @@ use num_dual::Dual64;
 use qrm_core::{Mechanism, Scalar, Tape, TapeEvaluator};
 
 use super::error::NoModes;
-use super::null_space::NullSpace;
+use super::null_space::{NullSpace, length};
 use crate::differentiated::{Differentiated, PARTS, derivative, differentiated};
-use crate::solve::Dynamics;
+use crate::position::Start;
+use crate::solve::{Dynamics, LoopConstraints};
 
 /// A number with derivatives.
 type First = Differentiated<f64>;
@@ -22,7 +23,12 @@ pub(in crate::analysis) struct RestEquations<'m> {
     second: TapeEvaluator<'m, Vec<Second>>,
     /// The values of parameters that do not have those of the scene.
     replaced: Vec<Option<f64>>,
+    /// The largest length at the start of the scene.
+    pub(in crate::analysis) length: f64,
 }
+
+/// The length of a mechanism in whose start all lengths are zero, in m.
+const NO_LENGTH: f64 = 1e-3;
 
 /// The equations at a position.
 #[derive(Clone, Debug)]
@@ -73,7 +79,11 @@ impl<'m> RestEquations<'m> {
         let replaced = replaced(tape, mechanism.parameters());
         let mut first = TapeEvaluator::<Vec<First>>::new(tape);
         first.set_parameters(|i| replaced[i].map(First::from_f64));
-        Self { mechanism, tape, first, second: TapeEvaluator::new(tape), replaced }
+        let q = Start::new(mechanism).q;
+        let jacobian = LoopConstraints::at(mechanism, 0.0, &q).constraint_jacobian;
+        let length = length(mechanism.description(), &q, |k, i| jacobian[k][i]);
+        let length = if length.is_normal() { length } else { NO_LENGTH };
+        Self { mechanism, tape, first, second: TapeEvaluator::new(tape), replaced, length }
     }
 
     /// The values of the parameters.
@@ -124,8 +134,9 @@ impl<'m> RestEquations<'m> {
                 }
             }
         }
-        let null_space = NullSpace::new(self.mechanism.description(), q, (&jacobian, &curvature), preferred)
-            .ok_or_else(|| NoModes::Singular { q: q.to_vec() })?;
+        let null_space =
+            NullSpace::new(self.mechanism.description(), q, (&jacobian, &curvature), (preferred, self.length))
+                .ok_or_else(|| NoModes::Singular { q: q.to_vec() })?;
         let multipliers = null_space.multipliers(&forces);
         let mut stiffness_terms = stiffness.abs();
         for (j, curvature) in curvature.iter().enumerate() {
