@@ -99,7 +99,7 @@ impl ModesReport {
         let description = setup.description;
         let entries: Vec<EquilibriumEntry> = found.iter().map(|(at, modes)| entry(setup, at, modes)).collect();
         let mut notes = Vec::new();
-        if description.coordinates.len() - description.constraints.len() > MOST_FREEDOM {
+        if description.coordinates.len().saturating_sub(description.constraints.len()) > MOST_FREEDOM {
             notes.push(format!("other equilibria are sought with up to {MOST_FREEDOM} degrees of freedom"));
         }
         if depends_on_time(&setup.scene) {
