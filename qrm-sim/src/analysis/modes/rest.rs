@@ -6,12 +6,11 @@ use qrm_core::{Mechanism, Scalar, Tape, TapeEvaluator};
 
 use super::error::NoModes;
 use super::null_space::{NullSpace, length};
+use super::seeds::{First, constants, seeded, unit};
 use crate::differentiated::{Differentiated, PARTS, derivative, differentiated};
 use crate::position::Start;
 use crate::solve::{Dynamics, LoopConstraints};
 
-/// A number with derivatives.
-type First = Differentiated<f64>;
 /// A number with derivatives, and the derivatives of these along a direction.
 type Second = Differentiated<Dual64>;
 
@@ -270,26 +269,6 @@ impl RestState {
     pub(in crate::analysis) fn unbalanced(&self) -> DVector<f64> {
         self.null_space.basis.transpose() * (self.jacobian.transpose() * &self.multipliers - &self.forces)
     }
-}
-
-/// Numbers of these values, without derivatives.
-pub(in crate::analysis) fn constants(values: &[f64]) -> Vec<First> {
-    values.iter().map(|value| First::from_f64(*value)).collect()
-}
-
-/// Numbers of these values, which are the seeds from `first` on, with derivatives by those from `from` on.
-pub(in crate::analysis) fn seeded(values: &[f64], first: usize, from: usize) -> Vec<First> {
-    let part = |i: usize| (first + i).checked_sub(from).filter(|part| *part < PARTS);
-    let number = |(i, value): (usize, &f64)| match part(i) {
-        None => First::from_f64(*value),
-        Some(part) => differentiated(*value, unit(part)),
-    };
-    values.iter().enumerate().map(number).collect()
-}
-
-/// The derivatives of the seed at a place.
-fn unit(place: usize) -> [f64; PARTS] {
-    std::array::from_fn(|part| if part == place { 1.0 } else { 0.0 })
 }
 
 /// The parameters whose values differ from those that the scene gives them, with these values; the scene computes some
