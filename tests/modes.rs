@@ -157,6 +157,9 @@ fn a_damped_oscillator_has_the_eigenvalues_of_its_closed_form() {
     assert!(
         (number(&value["damping_ratio"]) - 0.15).abs() < 1e-14 && (number(&value["time"]) - 4.0 / 3.0).abs() < 1e-13
     );
+    // From elsewhere to zero.
+    let relaxed = modes(&[scene, "--set", "F=1e-300", "--at", "x=0.3"]);
+    within(&relaxed["equilibrium"]["coordinates"]["x"], &relaxed["equilibrium"]["errors"]["x"], 0.0, 1e-15);
     // Critical damping: both eigenvalues are -5, and have half of the digits.
     let critical = modes(&[scene, "--set", "c=20"]);
     for value in critical["eigenvalues"].as_array().expect("eigenvalues") {

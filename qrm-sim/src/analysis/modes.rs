@@ -5,6 +5,7 @@ mod damped;
 mod error;
 mod null_space;
 mod rest;
+mod seeds;
 mod undamped;
 
 use nalgebra::{Complex, DMatrix, DVector};
@@ -16,7 +17,8 @@ pub use damped::DampedMode;
 pub use error::NoModes;
 pub use undamped::{Mode, ModeKind};
 
-pub(super) use rest::{RestEquations, RestState, constants, seeded};
+pub(super) use rest::{RestEquations, RestState};
+pub(super) use seeds::{constants, seeded};
 use undamped::ReducedEquations;
 
 /// Rounding errors of a sum or product in the equations, in parts of its terms.

@@ -5,6 +5,7 @@ mod pictures;
 mod report;
 pub(super) mod start;
 mod table;
+mod text;
 
 use clap::Args;
 use qrm_core::{Mechanism, Model};

@@ -101,8 +101,7 @@ impl<'m> Search<'m> {
     fn difference(&self, a: &[f64], b: &[f64]) -> DVector<f64> {
         let description = self.equations.mechanism.description();
         let lengths = (0..a.len()).filter(|&i| !description.is_angle(i));
-        let length = lengths.map(|i| a[i].abs().max(b[i].abs())).fold(0.0, f64::max);
-        let length = if length > 0.0 { length } else { 1.0 };
+        let length = lengths.map(|i| a[i].abs().max(b[i].abs())).fold(self.equations.length, f64::max);
         DVector::from_fn(a.len(), |i, _| {
             let difference = a[i] - b[i];
             if description.is_angle(i) { (difference + PI).rem_euclid(TAU) - PI } else { difference / length }

@@ -28,15 +28,17 @@ const GOOD: f64 = 1e-2;
 
 impl NullSpace {
     /// Chooses the preferred coordinates as the independent ones where they determine the others well, else those that
-    /// do best. `None` at a singular position. `curvature` has the derivatives of the Jacobian by each coordinate.
+    /// do best. `None` at a singular position. `curvature` has the derivatives of the Jacobian by each coordinate, and no length is
+    /// smaller than the least one.
     pub(in crate::analysis) fn new(
         description: &Description,
         q: &[f64],
         (jacobian, curvature): (&DMatrix<f64>, &[DMatrix<f64>]),
-        preferred: &[bool],
+        (preferred, least_length): (&[bool], f64),
     ) -> Option<Self> {
         let (m, n) = jacobian.shape();
-        let sizes = sizes(description, q, jacobian);
+        let length = length(description, q, |k, i| jacobian[(k, i)]).max(least_length);
+        let sizes: Vec<f64> = (0..n).map(|i| if description.is_angle(i) { 1.0 } else { length }).collect();
         let mut scaled = DMatrix::from_fn(m, n, |k, i| jacobian[(k, i)] * sizes[i]);
         for (k, mut row) in scaled.row_iter_mut().enumerate() {
             // A gradient is small if it is so against its change in a radian.
@@ -135,18 +137,17 @@ fn pivots(mut matrix: DMatrix<f64>, left_out: &[bool]) -> Option<(Vec<usize>, f6
     Some((dependent, smallest))
 }
 
-/// The size of each coordinate: one for angles, for lengths the largest of them or of the lever arms of angles.
-fn sizes(description: &Description, q: &[f64], jacobian: &DMatrix<f64>) -> Vec<f64> {
+/// The largest length among coordinates and lever arms of angles; zero without one.
+pub(super) fn length(description: &Description, q: &[f64], jacobian: impl Fn(usize, usize) -> f64) -> f64 {
     let mut length = 0.0_f64;
     for i in 0..q.len() {
         if !description.is_angle(i) {
             length = length.max(q[i].abs());
             continue;
         }
-        for k in (0..jacobian.nrows()).filter(|&k| description.constraints[k].unit != "rad") {
-            length = length.max(jacobian[(k, i)].abs());
+        for k in (0..description.constraints.len()).filter(|&k| description.constraints[k].unit != "rad") {
+            length = length.max(jacobian(k, i).abs());
         }
     }
-    let length = if length > 0.0 { length } else { 1.0 };
-    (0..q.len()).map(|i| if description.is_angle(i) { 1.0 } else { length }).collect()
+    length
 }

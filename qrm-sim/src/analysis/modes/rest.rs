@@ -5,12 +5,12 @@ use num_dual::Dual64;
 use qrm_core::{Mechanism, Scalar, Tape, TapeEvaluator};
 
 use super::error::NoModes;
-use super::null_space::NullSpace;
+use super::null_space::{NullSpace, length};
+use super::seeds::{First, constants, seeded, unit};
 use crate::differentiated::{Differentiated, PARTS, derivative, differentiated};
-use crate::solve::Dynamics;
+use crate::position::Start;
+use crate::solve::{Dynamics, LoopConstraints};
 
-/// A number with derivatives.
-type First = Differentiated<f64>;
 /// A number with derivatives, and the derivatives of these along a direction.
 type Second = Differentiated<Dual64>;
 
@@ -22,7 +22,12 @@ pub(in crate::analysis) struct RestEquations<'m> {
     second: TapeEvaluator<'m, Vec<Second>>,
     /// The values of parameters that do not have those of the scene.
     replaced: Vec<Option<f64>>,
+    /// The largest length at the start of the scene.
+    pub(in crate::analysis) length: f64,
 }
+
+/// The length of a mechanism in whose start all lengths are zero, in m.
+const NO_LENGTH: f64 = 1e-3;
 
 /// The equations at a position.
 #[derive(Clone, Debug)]
@@ -73,7 +78,11 @@ impl<'m> RestEquations<'m> {
         let replaced = replaced(tape, mechanism.parameters());
         let mut first = TapeEvaluator::<Vec<First>>::new(tape);
         first.set_parameters(|i| replaced[i].map(First::from_f64));
-        Self { mechanism, tape, first, second: TapeEvaluator::new(tape), replaced }
+        let q = Start::new(mechanism).q;
+        let jacobian = LoopConstraints::at(mechanism, 0.0, &q).constraint_jacobian;
+        let length = length(mechanism.description(), &q, |k, i| jacobian[k][i]);
+        let length = if length.is_normal() { length } else { NO_LENGTH };
+        Self { mechanism, tape, first, second: TapeEvaluator::new(tape), replaced, length }
     }
 
     /// The values of the parameters.
@@ -124,8 +133,9 @@ impl<'m> RestEquations<'m> {
                 }
             }
         }
-        let null_space = NullSpace::new(self.mechanism.description(), q, (&jacobian, &curvature), preferred)
-            .ok_or_else(|| NoModes::Singular { q: q.to_vec() })?;
+        let null_space =
+            NullSpace::new(self.mechanism.description(), q, (&jacobian, &curvature), (preferred, self.length))
+                .ok_or_else(|| NoModes::Singular { q: q.to_vec() })?;
         let multipliers = null_space.multipliers(&forces);
         let mut stiffness_terms = stiffness.abs();
         for (j, curvature) in curvature.iter().enumerate() {
@@ -259,26 +269,6 @@ impl RestState {
     pub(in crate::analysis) fn unbalanced(&self) -> DVector<f64> {
         self.null_space.basis.transpose() * (self.jacobian.transpose() * &self.multipliers - &self.forces)
     }
-}
-
-/// Numbers of these values, without derivatives.
-pub(in crate::analysis) fn constants(values: &[f64]) -> Vec<First> {
-    values.iter().map(|value| First::from_f64(*value)).collect()
-}
-
-/// Numbers of these values, which are the seeds from `first` on, with derivatives by those from `from` on.
-pub(in crate::analysis) fn seeded(values: &[f64], first: usize, from: usize) -> Vec<First> {
-    let part = |i: usize| (first + i).checked_sub(from).filter(|part| *part < PARTS);
-    let number = |(i, value): (usize, &f64)| match part(i) {
-        None => First::from_f64(*value),
-        Some(part) => differentiated(*value, unit(part)),
-    };
-    values.iter().enumerate().map(number).collect()
-}
-
-/// The derivatives of the seed at a place.
-fn unit(place: usize) -> [f64; PARTS] {
-    std::array::from_fn(|part| if part == place { 1.0 } else { 0.0 })
 }
 
 /// The parameters whose values differ from those that the scene gives them, with these values; the scene computes some

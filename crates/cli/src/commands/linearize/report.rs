@@ -79,6 +79,15 @@ impl LinearReport {
             let own = &description.parameters[i];
             Quantity { name: own.name.to_owned(), unit: own.unit.to_owned(), value: values[i] }
         };
+        let mut notes = Vec::new();
+        if depends_on_time(&setup.scene) {
+            notes.push("loads that depend on time are those at t = 0");
+        }
+        if modes.stability == Stability::Unstable {
+            notes.push(
+                "the equilibrium is unstable: the response is that of the equations, and no motion settles to it",
+            );
+        }
         let [a, b, c, d] = model.matrices.clone();
         let errors = ["A", "B", "C", "D"].map(str::to_owned).into_iter().zip(model.errors.clone());
         Self {
@@ -101,11 +110,7 @@ impl LinearReport {
             c,
             d,
             errors: Named(errors.collect()),
-            notes: if depends_on_time(&setup.scene) {
-                vec!["loads that depend on time are those at t = 0"]
-            } else {
-                Vec::new()
-            },
+            notes,
             coordinate_units: coordinates.iter().map(|coordinate| coordinate.unit).collect(),
         }
     }
