@@ -83,7 +83,7 @@ impl LinearReport {
         if depends_on_time(&setup.scene) {
             notes.push("loads that depend on time are those at t = 0");
         }
-        if modes.stability == Stability::Unstable {
+        if modes.stability == EquilibriumStability::Unstable {
             notes.push(
                 "the equilibrium is unstable: the response is that of the equations, and no motion settles to it",
             );
