@@ -181,6 +181,33 @@ fn a_branch_goes_around_folds() {
     within(&doubling["multipliers"][0]["re"], &doubling["multipliers"][0]["error"], -1.0, 1e-9);
 }
 
+/// Each point of a linear oscillator through its resonance has a closed form.
+#[test]
+#[ignore = "full tier: engine"]
+fn errors_are_stated_all_along_a_branch() {
+    let (_, rows) = branch(&["tests/steady/duffing-slider.toml", "--set", "k3=0", "--vary", "w=0.5:3"]);
+    let (c, force) = (0.2, 0.3);
+    let mut worst: f64 = 0.0;
+    for row in 1..rows.len() {
+        let w = cell(&rows, row, "w");
+        let amplitude = force / (1.0 - w * w).hypot(c * w);
+        let phase = (c * w).atan2(1.0 - w * w);
+        let work = std::f64::consts::PI * force * amplitude * phase.sin();
+        for (name, expected) in [
+            ("start_x", amplitude * phase.cos()),
+            ("start_x_dot", amplitude * w * phase.sin()),
+            ("x_dot_max", amplitude * w),
+            ("P_drive_work", work),
+            ("P_damper_work", -work),
+        ] {
+            let error = (cell(&rows, row, name) - expected).abs();
+            worst = worst.max(error / cell(&rows, row, &format!("{name}_error")));
+            assert!(error < 1e-10, "{name} at w = {w}: off by {error:e}");
+        }
+    }
+    assert!(worst <= 3.0 && rows.len() < 200, "{worst} times the stated error, {} points", rows.len());
+}
+
 /// The speed of a machine over its flywheel, at both ends.
 #[test]
 fn a_branch_ends_where_a_search_would() {

@@ -79,7 +79,7 @@ const FARTHER: f64 = 1.2;
 /// The most iterations of Newton's method that allow longer steps.
 const FEW: u32 = 4;
 /// Near a fold the cosine between the branch and the axis of the parameter is less: errors are given along the branch.
-const STEEP: f64 = 0.1;
+const STEEP: f64 = 1e-3;
 /// The most iterations for a special point.
 const MOST_ITERATIONS: u32 = 40;
 /// The part of a step within which a special point is located.
@@ -146,7 +146,7 @@ pub fn steady_branch(
                 next = last.next(&map, length, bound);
             }
         }
-        let next = match next {
+        let mut next = match next {
             Err(reason) if length < SHORTEST || matches!(reason, NoSteadyMotion::Interrupted { .. }) => {
                 return lost(reason);
             }
@@ -167,7 +167,15 @@ pub fn steady_branch(
         special.sort_by(|a, b| a.0.total_cmp(&b.0));
         special.into_iter().for_each(|(_, special)| point(special));
         let is_straight = last.direction.dot(&next.direction) > STRAIGHT && next.found.iterations <= FEW;
-        map.move_to(&next.found.orbit, &next.found.at);
+        let sizes = map.unknown_sizes().to_vec();
+        if map.move_to(&next.found.orbit, &next.found.at) {
+            let sizes = DVector::from_vec(sizes).component_div(&DVector::from_column_slice(map.unknown_sizes()));
+            let direction = next.direction.component_mul(&sizes);
+            next = match Tangent::new(&map, next.found, Some(&direction), 1.0) {
+                Ok(next) => next,
+                Err(reason) => return lost(reason),
+            };
+        }
         match next.point(&map, PointKind::Regular) {
             Ok(next) => point(next),
             Err(reason) => return lost(reason),

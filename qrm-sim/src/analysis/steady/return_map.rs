@@ -66,6 +66,8 @@ impl Place {
 const REST: f64 = 0.01;
 /// A rate below this part of the size of its coordinate in the time of a radian of the cycle tells no phase.
 const HARDLY: f64 = 1e-2;
+/// Sizes grow with values that are this many times as large.
+const GROWN: f64 = 1.5;
 /// The period stays within these multiples of that of the motion nearby: `P(x, 0) = x` for all `x`.
 const NEAR: [f64; 2] = [0.5, 1.8];
 /// The least number of steps in a period: where nothing moves, the method would choose none of its own.
@@ -321,9 +323,23 @@ impl<'a> ReturnMap<'a> {
         largest_of(&at_ends.collect::<Vec<f64>>())
     }
 
-    /// Takes an orbit as the motion nearby.
-    pub(super) fn move_to(&mut self, orbit: &Orbit, at: &EndByStart) {
+    /// Takes an orbit as the motion nearby; true if sizes have grown with it.
+    pub(super) fn move_to(&mut self, orbit: &Orbit, at: &EndByStart) -> bool {
         (self.period_nearby, self.rate_nearby) = (orbit.period, self.fastest(at));
+        let mut has_grown = false;
+        for (row, place) in self.places.iter().enumerate() {
+            // The size of an angle is a radian.
+            let is_angle = !place.is_rate && self.mechanism.description().is_angle(place.coordinate);
+            let value = place.of([&at.first.q, &at.first.qd]).abs();
+            if !is_angle && value > GROWN * self.sizes[row] {
+                self.sizes[row] = value;
+                has_grown = true;
+                if self.phase != Some(row) {
+                    self.unknown_sizes[row] = value;
+                }
+            }
+        }
+        has_grown
     }
 
     /// Returns an error if the coordinate of the phase hardly moves at the start: it tells no phase.
