@@ -175,10 +175,17 @@ fn a_branch_goes_around_folds() {
     assert!((works.0 - works.1).abs() < 1e-10, "{works:?}");
 
     let (found, _) = branch(&["tests/steady/driven-pendulum.toml", "--vary", "T=1.07:1.05"]);
+    assert_eq!((&found["end"], found["special"].as_array().map(Vec::len)), (&Value::from("reached"), Some(1)));
     let doubling = &found["special"][0];
     assert_eq!(doubling["kind"], "period_doubling");
     within(&doubling["value"], &doubling["error"], 1.066_372_862_455_207, 1e-10);
     within(&doubling["multipliers"][0]["re"], &doubling["multipliers"][0]["error"], -1.0, 1e-9);
+
+    // A symmetric motion loses its symmetry: from `det(M + I) = 0` of half a period, with the sign changed.
+    let (found, _) = branch(&["tests/steady/driven-pendulum.toml", "--vary", "T=0.9:1.1"]);
+    let crossing = found["special"].as_array().expect("special points");
+    assert_eq!((crossing.len(), &crossing[0]["kind"]), (1, &Value::from("branch_point")));
+    within(&crossing[0]["value"], &crossing[0]["error"], 1.004_319_477_426_47, 1e-8);
 }
 
 /// Each point of a linear oscillator through its resonance has a closed form.

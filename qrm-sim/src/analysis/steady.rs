@@ -9,6 +9,8 @@ mod newton;
 mod repetition;
 mod return_map;
 mod solution;
+mod special_point;
+mod tangent;
 mod varied;
 
 use qrm_core::{Mechanism, Tape};

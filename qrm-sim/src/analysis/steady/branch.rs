@@ -1,17 +1,15 @@
 //! A branch of steady motions over a parameter.
 
-use nalgebra::linalg::SVD;
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::DVector;
 use qrm_core::{Mechanism, Tape};
 
 use super::error::NoSteadyMotion;
-use super::multipliers::values;
-use super::newton::{Equations, Found, Plane, bordered};
+use super::newton::Equations;
 use super::repetition::check_repetition;
-use super::return_map::{Orbit, ReturnMap};
-use super::solution::Solution;
+use super::special_point::special_point;
+use super::tangent::{BENT, SHORTEST, Tangent};
 use super::varied::Varied;
-use super::{SteadyMotion, SteadyRequest, motion, periods_to_compare, search};
+use super::{SteadyMotion, SteadyRequest, periods_to_compare, search};
 
 /// A request for a branch of steady motions.
 #[derive(Clone, Default)]
@@ -67,27 +65,13 @@ pub enum BranchEnd {
     Lost(NoSteadyMotion),
 }
 
-/// The first, the longest and the shortest step along a branch, in parts of the sizes and of the range.
+/// The first and the longest step along a branch, in parts of the sizes and of the range.
 const FIRST: f64 = 0.01;
 const LONGEST: f64 = 0.1;
-const SHORTEST: f64 = 1e-6;
-/// The least cosine of the angle between the directions at neighbouring points, and one that allows longer steps.
-const BENT: f64 = 0.95;
+/// The least cosine of the angle between the directions at neighbouring points that allows longer steps.
 const STRAIGHT: f64 = 0.995;
-/// The largest distance between neighbouring points, in steps: a farther one lies on another branch.
-const FARTHER: f64 = 1.2;
 /// The most iterations of Newton's method that allow longer steps.
 const FEW: u32 = 4;
-/// Near a fold the cosine between the branch and the axis of the parameter is less: errors are given along the branch.
-const STEEP: f64 = 1e-3;
-/// The most iterations for a special point.
-const MOST_ITERATIONS: u32 = 40;
-/// The part of a step within which a special point is located.
-const LOCATED: f64 = 1e-9;
-/// Far more rotations than singular values of such matrices need.
-const MOST_ROTATIONS: usize = 10_000;
-/// The largest distance from the unit circle of a pair of multipliers that passes it.
-const ON_CIRCLE: f64 = 1e-3;
 
 /// Follows the steady motion of a mechanism over a parameter, by steps along the arc of the branch (Keller's
 /// pseudo-arclength continuation), around folds.
@@ -200,216 +184,4 @@ fn lost(reason: NoSteadyMotion) -> Result<BranchEnd, NoSteadyMotion> {
         NoSteadyMotion::Interrupted { .. } => Err(reason),
         reason => Ok(BranchEnd::Lost(reason)),
     }
-}
-
-/// A point with the direction of the branch there.
-#[derive(Clone)]
-struct Tangent {
-    found: Found,
-    unknowns: DVector<f64>,
-    /// The direction, of length one.
-    direction: DVector<f64>,
-    /// The values that change their signs at special points: fold, period doubling, Neimark-Sacker, branch point.
-    tests: [f64; 4],
-}
-
-const KINDS: [PointKind; 4] = [PointKind::Fold, PointKind::PeriodDoubling, PointKind::Torus, PointKind::BranchPoint];
-
-impl Tangent {
-    /// The direction at a solution, on the side of the one before it, or else with this sign of the parameter.
-    fn new(map: &ReturnMap, found: Found, before: Option<&DVector<f64>>, sign: f64) -> Result<Self, NoSteadyMotion> {
-        let by = map.residuals_by(&found.orbit, &found.at);
-        let count = by.ncols();
-        let padded = bordered(by.clone(), &DVector::zeros(count));
-        let svd = SVD::try_new(padded, false, true, f64::EPSILON, MOST_ROTATIONS);
-        let rows = svd.ok_or(NoSteadyMotion::NoEigenvalues)?;
-        let least = rows.singular_values.imin();
-        let right = rows.v_t.ok_or(NoSteadyMotion::NoEigenvalues)?;
-        let mut direction: DVector<f64> = right.row(least).transpose();
-        let side = before.map_or(sign * direction[count - 1], |before| before.dot(&direction));
-        if side < 0.0 {
-            direction.neg_mut();
-        }
-        let multipliers = values(map, &found.at)?;
-        let tests = [direction[count - 1], doubling(&multipliers), torus(&multipliers), determinant(by, &direction)];
-        Ok(Self { unknowns: map.unknowns(&found.orbit), found, direction, tests })
-    }
-
-    /// The end of the range that a step would pass.
-    fn bound(&self, range: [f64; 2], length: f64, map: &ReturnMap) -> Option<f64> {
-        let slope = self.direction[self.direction.len() - 1];
-        let size = map.unknown_sizes().last().copied().unwrap_or(1.0);
-        let at = self.found.orbit.parameter;
-        let reached = at + length * slope * size;
-        // The first point lies on an end.
-        let passes = |end: &f64| (reached - end) * (at - end) <= 0.0 && (end - at) * slope > 0.0;
-        range.into_iter().find(passes)
-    }
-
-    /// The end of the range behind which another point lies.
-    fn passed_end(&self, range: [f64; 2], next: &Self) -> Option<f64> {
-        let reached = next.found.orbit.parameter;
-        let (low, high) = (range[0].min(range[1]), range[0].max(range[1]));
-        if reached < low {
-            Some(low)
-        } else if reached > high {
-            Some(high)
-        } else {
-            None
-        }
-    }
-
-    /// The point at a distance along the branch, or at a value of the parameter.
-    fn next(&self, map: &ReturnMap, length: f64, bound: Option<f64>) -> Result<Self, NoSteadyMotion> {
-        let count = self.direction.len();
-        let length = match bound {
-            Some(bound) => {
-                let size = map.unknown_sizes()[count - 1];
-                (bound - self.found.orbit.parameter) / (size * self.direction[count - 1])
-            }
-            None => length,
-        };
-        let lost = || NoSteadyMotion::NotFound {
-            residual: f64::NAN,
-            start: Box::new(self.found.orbit.start.clone()),
-            period: self.found.orbit.period,
-        };
-        let mut guess = map.moved(&self.found.orbit, &self.direction, length).ok_or_else(lost)?;
-        let found = match bound {
-            Some(bound) => {
-                guess = map.with_parameter(guess, bound).ok_or_else(lost)?;
-                Equations { map, is_halved: false, plane: None }.solve(guess)?
-            }
-            None => self.solve(map, guess, length, false)?,
-        };
-        map.check_phase(&found.at)?;
-        check_repetition(map, &found, &[1])?;
-        let next = Self::new(map, found, Some(&self.direction), 1.0)?;
-        let distance = (&next.unknowns - &self.unknowns).norm();
-        if distance <= FARTHER * length.abs().max(SHORTEST) { Ok(next) } else { Err(lost()) }
-    }
-
-    /// The solution on the plane across the branch at a distance.
-    fn solve(&self, map: &ReturnMap, guess: Orbit, length: f64, is_halved: bool) -> Result<Found, NoSteadyMotion> {
-        let plane = Plane { normal: self.direction.clone(), point: &self.unknowns + &self.direction * length };
-        Equations { map, is_halved, plane: Some(&plane) }.solve(guess)
-    }
-
-    /// The kinds of special points between two points.
-    fn passed(&self, next: &Self) -> Vec<PointKind> {
-        let passed = |(kind, (a, b)): (PointKind, (&f64, &f64))| {
-            (a.is_finite() && b.is_finite() && (*a < 0.0) != (*b < 0.0)).then_some(kind)
-        };
-        KINDS.into_iter().zip(self.tests.iter().zip(&next.tests)).filter_map(passed).collect()
-    }
-
-    /// The point with the errors of its motion.
-    fn point(&self, map: &ReturnMap, kind: PointKind) -> Result<BranchPoint, NoSteadyMotion> {
-        let count = self.direction.len();
-        let plane = Plane { normal: self.direction.clone(), point: self.unknowns.clone() };
-        let is_steep = self.direction[count - 1].abs() < STEEP || kind != PointKind::Regular;
-        let plane = is_steep.then_some(&plane);
-        let solution = Solution::refine(map, self.found.clone(), plane)?;
-        let parameter_error = if is_steep { solution.errors(map)[count - 1] } else { 0.0 };
-        let motion = motion(map, &solution, self.found.iterations, 1)?;
-        Ok(BranchPoint { parameter: self.found.orbit.parameter, parameter_error, kind, motion })
-    }
-}
-
-/// The special point between two points, and its distance from the first along its direction; `None` if it is of another
-/// kind than its test.
-fn special_point(
-    map: &ReturnMap,
-    ends: [&Tangent; 2],
-    kind: PointKind,
-) -> Result<Option<(f64, BranchPoint)>, NoSteadyMotion> {
-    let place = KINDS.iter().position(|other| *other == kind).unwrap_or(0);
-    let (own, width) = zero(map, ends, place, false)?;
-    if kind == PointKind::Torus && !is_on_circle(&values(map, &own.found.at)?) {
-        return Ok(None);
-    }
-    let (other, other_width) = zero(map, ends, place, true)?;
-    let mut point = match own.point(map, kind) {
-        Err(NoSteadyMotion::Interrupted { t }) => return Err(NoSteadyMotion::Interrupted { t }),
-        // The equations are singular there. The point before it is known.
-        Err(_) => ends[0].point(map, kind)?,
-        Ok(point) => point,
-    };
-    let between = (other.found.orbit.parameter - own.found.orbit.parameter).abs().max(width).max(other_width);
-    point.parameter_error = between.max(point.parameter_error).max(f64::EPSILON * point.parameter.abs());
-    point.motion.move_by(&own.found.orbit, &other.found.orbit);
-    let place = ends[0].direction.dot(&(&own.unknowns - &ends[0].unknowns));
-    Ok(Some((place, point)))
-}
-
-/// The point between two others at which a test is zero (by the Illinois method), and the error of the parameter there.
-/// Another branch may be near: the search ends at the last point on this one.
-fn zero(map: &ReturnMap, ends: [&Tangent; 2], place: usize, is_halved: bool) -> Result<(Tangent, f64), NoSteadyMotion> {
-    let [from, to] = ends;
-    let whole = from.direction.dot(&(&to.unknowns - &from.unknowns));
-    let mut low = End { part: 0.0, test: from.tests[place], at: from.clone() };
-    let mut high = End { part: 1.0, test: to.tests[place], at: to.clone() };
-    for _ in 0..MOST_ITERATIONS {
-        let part = (low.part * high.test - high.part * low.test) / (high.test - low.test);
-        let is_inside = low.part.min(high.part) < part && part < low.part.max(high.part);
-        let part = if is_inside { part } else { 0.5 * (low.part + high.part) };
-        let across = &high.at.unknowns - &low.at.unknowns;
-        let between = (part - low.part) / (high.part - low.part);
-        let Some(guess) = map.moved(&low.at.found.orbit, &across, between) else { break };
-        let found = match from.solve(map, guess, part * whole, is_halved) {
-            Err(NoSteadyMotion::Interrupted { t }) => return Err(NoSteadyMotion::Interrupted { t }),
-            Err(_) => break,
-            Ok(found) => found,
-        };
-        let at = Tangent::new(map, found, Some(&from.direction), 1.0)?;
-        if at.direction.dot(&from.direction) < BENT {
-            break;
-        }
-        let last = if high.at.tests[place].abs() < low.at.tests[place].abs() { high.part } else { low.part };
-        let test = at.tests[place];
-        if test == 0.0 || (part - last).abs() <= LOCATED {
-            return Ok((at, 0.0));
-        }
-        if test * high.test <= 0.0 {
-            low = std::mem::replace(&mut high, End { part, test, at });
-        } else {
-            // The end that stays counts half.
-            low.test *= 0.5;
-            high = End { part, test, at };
-        }
-    }
-    let size = map.unknown_sizes().last().copied().unwrap_or(1.0);
-    let width = (&high.at.unknowns - &low.at.unknowns).norm() * size;
-    let nearest = if high.at.tests[place].abs() < low.at.tests[place].abs() { high } else { low };
-    Ok((nearest.at, width))
-}
-
-/// An end of the interval in which a test changes its sign.
-struct End {
-    /// The distance along the first direction, in parts of the step.
-    part: f64,
-    /// The value of the test, or a part of it.
-    test: f64,
-    at: Tangent,
-}
-
-/// `det(M + I)`.
-fn doubling(multipliers: &[Complex<f64>]) -> f64 {
-    multipliers.iter().map(|m| m + 1.0).product::<Complex<f64>>().re
-}
-
-/// The product of all `m_i m_j - 1`; one without pairs.
-fn torus(multipliers: &[Complex<f64>]) -> f64 {
-    let pairs = multipliers.iter().enumerate().flat_map(|(i, a)| multipliers[..i].iter().map(move |b| a * b - 1.0));
-    pairs.product::<Complex<f64>>().re
-}
-
-/// Whether a pair of complex multipliers lies on the unit circle.
-fn is_on_circle(multipliers: &[Complex<f64>]) -> bool {
-    multipliers.iter().any(|m| (m.norm() - 1.0).abs() < ON_CIRCLE && m.im.abs() > ON_CIRCLE)
-}
-
-/// The determinant of the equations with the direction as their last row.
-fn determinant(by: DMatrix<f64>, direction: &DVector<f64>) -> f64 {
-    bordered(by, direction).determinant()
 }

@@ -42,8 +42,8 @@ const MOST_ITERATIONS: u32 = 25;
 const MOST_HALVINGS: u32 = 8;
 const MOST_ITERATIONS_NEARBY: u32 = 8;
 const MOST_HALVINGS_NEARBY: u32 = 2;
-/// Far more rotations than singular values of such matrices need.
-const MOST_ROTATIONS: usize = 10_000;
+/// The most rotations for singular values, which is never reached.
+pub(super) const MOST_ROTATIONS: usize = 10_000;
 /// A step below this part of the sizes is the last one, and so is one that does not become smaller below the other.
 const CONVERGED: f64 = 1e-14;
 const SETTLED: f64 = 1e-8;
@@ -114,7 +114,8 @@ impl Equations<'_, '_> {
         parts: [f64; 2],
     ) -> Result<Option<(Orbit, EndByStart)>, NoSteadyMotion> {
         let most = if self.plane.is_some() { MOST_HALVINGS_NEARBY } else { MOST_HALVINGS };
-        for least in parts {
+        let distinct = if parts[0] == parts[1] { 1 } else { 2 };
+        for least in parts.into_iter().take(distinct) {
             let step = linearized.step(residuals, least);
             let size = largest_of(step.as_slice());
             let mut part = (LONGEST / size).min(1.0);

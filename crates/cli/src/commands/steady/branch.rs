@@ -14,7 +14,7 @@ use super::failure;
 use super::period::Rates;
 use crate::error::Error;
 use crate::options::{MethodOptions, SceneOptions, check_parameter, check_units, number, unit_of_parameter};
-use crate::output::{check_target, print, save, save_json, written};
+use crate::output::{Named, check_target, print, save, save_json, written};
 use crate::progress::Progress;
 use crate::regular_forms::DesignSpace;
 use crate::setup::Setup;
@@ -105,13 +105,11 @@ pub(super) fn run(
     let tape = setup.model.tape();
     let progress = Progress::points();
     let mut points: Vec<Point> = Vec::new();
-    let mut problem = None;
+    let mut problem: Option<Error> = None;
     let end = steady_branch(&*mechanism, tape, &request, &mut |point| {
         progress.add(1);
-        match with_columns(&mut setup, vary, phase, point) {
-            Ok(point) => points.push(point),
-            Err(error) => problem = problem.take().or(Some(error)),
-        }
+        // A point whose run fails keeps its place.
+        points.push(with_columns(&mut setup, vary, phase, point, &mut problem));
     });
     drop(progress);
     let (end, interrupted) = match end {
@@ -141,18 +139,29 @@ pub(super) fn run(
     Error::all(problems)
 }
 
-/// A point with its columns, by a run over its period.
-fn with_columns(setup: &mut Setup, vary: &Vary, phase: Option<usize>, point: BranchPoint) -> Result<Point, Error> {
+/// A point with its columns, by a run over its period; without them if that fails, which is the first problem.
+fn with_columns(
+    setup: &mut Setup,
+    vary: &Vary,
+    phase: Option<usize>,
+    point: BranchPoint,
+    problem: &mut Option<Error>,
+) -> Point {
     let motion = &point.motion;
     setup.set_parameter(&vary.name, point.parameter);
     setup.run_over([motion.start.clone(), motion.other_start.clone()], motion.period, motion.period / ROWS);
     let mut recording = Recording::new(setup.description);
-    let outcome = setup.simulate(true, &mut recording)?;
-    let columns = columns(motion, phase, &recording, &outcome);
+    let columns = match setup.simulate(true, &mut recording) {
+        Ok(outcome) => columns(motion, phase, &recording, &outcome),
+        Err(error) => {
+            problem.get_or_insert(error);
+            Columns(Named(Vec::new()))
+        }
+    };
     let range = |i: usize| {
         let extremes = recording.extremes(Kind::Coordinate(i));
         extremes.map_or([f64::NAN; 2], |e| [e.minimum.0, e.maximum.0])
     };
     let ranges = (0..setup.description.coordinates.len()).map(range).collect();
-    Ok(Point { at: point, columns, ranges })
+    Point { at: point, columns, ranges }
 }

@@ -5,6 +5,7 @@ use qrm_view::figure::{Abscissa, Curve, Figure, Panel, Scale};
 
 use super::branch::{Point, Vary};
 use super::branch_report::kind_name;
+use super::columns::ColumnEntry;
 use super::report::stability_name;
 use crate::error::Error;
 use crate::format::{full, number};
@@ -53,16 +54,19 @@ impl BranchTable<'_> {
         header.extend(["stability", "multiplier_re", "multiplier_im", "multiplier_error"].map(str::to_owned));
         header
             .extend(description.coordinates.iter().flat_map(|c| ["min", "max"].map(|end| format!("{}_{end}", c.name))));
-        if let Some(first) = self.points.first() {
-            for (name, column) in &first.columns.0.0 {
-                header.extend(["mean", "min", "max"].iter().flat_map(|part| with_errors(&format!("{name}_{part}"))));
-                header.extend(column.work.map(|_| with_errors(&format!("{name}_work"))).into_iter().flatten());
-                header.extend(
-                    column.fluctuation.map(|_| with_errors(&format!("{name}_fluctuation"))).into_iter().flatten(),
-                );
-            }
+        for (name, column) in self.columns() {
+            header.extend(["mean", "min", "max"].iter().flat_map(|part| with_errors(&format!("{name}_{part}"))));
+            header.extend(column.work.map(|_| with_errors(&format!("{name}_work"))).into_iter().flatten());
+            header
+                .extend(column.fluctuation.map(|_| with_errors(&format!("{name}_fluctuation"))).into_iter().flatten());
         }
         csv(header, self.points.iter().map(|point| self.record(point)))
+    }
+
+    /// The rates and outputs of the first point that has them.
+    fn columns(&self) -> &[(String, ColumnEntry)] {
+        let all = self.points.iter().map(|point| &point.columns.0.0);
+        all.into_iter().find(|columns| !columns.is_empty()).map_or(&[], |columns| columns)
     }
 
     fn record(&self, point: &Point) -> Vec<String> {
@@ -89,10 +93,10 @@ impl BranchTable<'_> {
             }),
         );
         record.extend(point.ranges.iter().flatten().map(|value| known(*value)));
-        for (name, column) in &self.points[0].columns.0.0 {
+        for (name, column) in self.columns() {
             let own = point.columns.0.0.iter().find(|(other, _)| other == name).map(|(_, column)| column);
             let nan = f64::NAN;
-            let value = |f: &dyn Fn(&super::columns::ColumnEntry) -> [Option<f64>; 2]| {
+            let value = |f: &dyn Fn(&ColumnEntry) -> [Option<f64>; 2]| {
                 own.map_or([nan; 2], |column| f(column).map(|value| value.unwrap_or(nan)))
             };
             let mut pairs = vec![
