@@ -137,8 +137,7 @@ impl Scene {
         let settle = whole("settle", settle, 0..=1_000_000)?;
         let rows = whole("rows", rows, 4..=1_000_000)?;
         let asked = SteadyOptions { run, period, phase, cycles, settle, rows, solve };
-        let (steady, run) =
-            detached(py, || self.loaded.steady(&asked))?.map_err(|error| exception(py, &error))?;
+        let (steady, run) = detached(py, || self.loaded.steady(&asked))?.map_err(|error| exception(py, &error))?;
         Ok((steady, run_of(py, run)?))
     }
 }
