@@ -342,11 +342,12 @@ impl<'a> ReturnMap<'a> {
         has_grown
     }
 
-    /// Returns an error if the coordinate of the phase hardly moves at the start: it tells no phase.
-    pub(super) fn check_phase(&self, at: &EndByStart) -> Result<(), NoSteadyMotion> {
+    /// Returns an error if the coordinate of the phase hardly moves at the start, or moves the other way than on the motion
+    /// before: it tells no phase.
+    pub(super) fn check_phase(&self, before: &EndByStart, at: &EndByStart) -> Result<(), NoSteadyMotion> {
         let Some(phase) = self.phase else { return Ok(()) };
         let coordinate = self.places[phase].coordinate;
-        let way = at.end.qd[coordinate].abs() * self.period_nearby / TAU;
+        let way = at.end.qd[coordinate] * before.end.qd[coordinate].signum() * self.period_nearby / TAU;
         if way < HARDLY * self.sizes[phase] { Err(NoSteadyMotion::PhaseTurnsBack { coordinate }) } else { Ok(()) }
     }
 

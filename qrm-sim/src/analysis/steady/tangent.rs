@@ -107,7 +107,7 @@ impl Tangent {
             }
             None => self.solve(map, guess, length, false)?,
         };
-        map.check_phase(&found.at)?;
+        map.check_phase(&self.found.at, &found.at)?;
         check_repetition(map, &found, &[1])?;
         let next = Self::new(map, found, Some(&self.direction), 1.0)?;
         let distance = (&next.unknowns - &self.unknowns).norm();
