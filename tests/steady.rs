@@ -215,6 +215,28 @@ fn errors_are_stated_all_along_a_branch() {
     assert!(worst <= 3.0 && rows.len() < 200, "{worst} times the stated error, {} points", rows.len());
 }
 
+#[test]
+#[ignore = "full tier: engine"]
+fn parameters_follow_the_one_that_is_varied() {
+    let source = std::fs::read_to_string("tests/steady/duffing-slider.toml").expect("a scene");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("follows.toml");
+    std::fs::write(&path, source.replace(r#"k3 = { value = 1.0, unit = "N/m^3","#, "k3 = { value = 'k/1^2',"))
+        .expect("written");
+    let scene = path.to_str().expect("a path");
+    let (_, rows) = branch(&[scene, "--vary", "k=2:3"]);
+    let motion = steady(&[scene, "--set", "k=3"]);
+    for name in ["x", "x_dot"] {
+        let found = cell(&rows, rows.len() - 1, &format!("start_{name}"));
+        assert!((found - number(&motion["start"][name])).abs() < 1e-11, "{name}: {found} {}", motion["start"]);
+    }
+    // One that is set does not follow.
+    let (_, rows) = branch(&[scene, "--set", "k3=2", "--vary", "k=2:3"]);
+    let motion = steady(&[scene, "--set", "k3=2", "--set", "k=3"]);
+    let found = cell(&rows, rows.len() - 1, "start_x");
+    assert!((found - number(&motion["start"]["x"])).abs() < 1e-11, "{found} {}", motion["start"]);
+}
+
 /// The speed of a machine over its flywheel, at both ends.
 #[test]
 fn a_branch_ends_where_a_search_would() {

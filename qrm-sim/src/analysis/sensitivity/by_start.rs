@@ -1,6 +1,6 @@
 //! The end of a motion with its derivatives by the start.
 
-use qrm_core::{Mechanism, Scalar, Tape};
+use qrm_core::{Mechanism, ParameterOverrides, Scalar, Tape};
 
 use super::SensitivityRequest;
 use super::error::SensitivityError;
@@ -34,8 +34,9 @@ pub(in crate::analysis) struct MotionByStart<'a> {
     pub(in crate::analysis) settings: MethodSettings,
     /// The start, with all coordinates and rates; derivatives are those by the given ones.
     pub(in crate::analysis) start: &'a Start,
-    /// The number of a parameter, whose derivatives are computed too.
-    pub(in crate::analysis) parameter: Option<usize>,
+    /// The number of a parameter, whose derivatives are computed too, and the values that replace those of the scene:
+    /// parameters that the scene computes from that one follow.
+    pub(in crate::analysis) parameter: Option<(usize, ParameterOverrides<'a>)>,
     pub(in crate::analysis) end_time: f64,
     /// Whether steps are half as long.
     pub(in crate::analysis) is_halved: bool,
@@ -57,7 +58,7 @@ pub(in crate::analysis) fn end_by_start(
         (0..given.len()).filter(|&i| given[i]).map(seed).collect::<Vec<Seed>>()
     };
     let mut seeds = [given(&start.given, Seed::Coordinate), given(&start.given_rates, Seed::Rate)].concat();
-    seeds.extend(parameter.map(Seed::Parameter));
+    seeds.extend(parameter.map(|(place, _)| Seed::Parameter(place)));
     if seeds.is_empty() {
         return prescribed(mechanism, settings, start, end_time);
     }
@@ -69,8 +70,11 @@ pub(in crate::analysis) fn end_by_start(
             Some(place) => differentiated(value, std::array::from_fn(|part| f64::from(u8::from(part == place)))),
             None => Number::from_f64(value),
         };
-        let values = mechanism.parameters();
-        stepper.equations.evaluator.set_parameters(|i| Some(seeded(values[i], Seed::Parameter(i))));
+        let (values, names) = (mechanism.parameters(), mechanism.description().parameters);
+        stepper.equations.evaluator.set_parameters(|i| match parameter {
+            Some((place, replace)) if i != place => replace(names[i].name).map(Number::from_f64),
+            _ => Some(seeded(values[i], Seed::Parameter(i))),
+        });
         let numbers = |values: &[f64], seed: fn(usize) -> Seed| -> Vec<Number<f64>> {
             values.iter().enumerate().map(|(i, value)| seeded(*value, seed(i))).collect()
         };

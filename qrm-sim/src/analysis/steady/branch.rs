@@ -1,7 +1,7 @@
 //! A branch of steady motions over a parameter.
 
 use nalgebra::DVector;
-use qrm_core::{Mechanism, Tape};
+use qrm_core::{Model, ParameterOverrides};
 
 use super::error::NoSteadyMotion;
 use super::newton::Equations;
@@ -14,7 +14,7 @@ use super::{SteadyMotion, SteadyRequest, periods_to_compare, search};
 /// A request for a branch of steady motions.
 #[derive(Clone, Default)]
 pub struct BranchRequest<'a> {
-    /// The search for the first motion, at the parameter's value in the mechanism.
+    /// The search for the first motion, at the value that replaces the parameter, or that of the scene.
     pub steady: SteadyRequest<'a>,
     /// The number of the parameter.
     pub parameter: usize,
@@ -88,27 +88,26 @@ const FEW: u32 = 4;
 /// # Panics
 /// There is no such parameter.
 pub fn steady_branch(
-    mechanism: &dyn Mechanism,
-    tape: &Tape,
+    model: &Model,
+    replace: ParameterOverrides,
     request: &BranchRequest,
     point: &mut dyn FnMut(BranchPoint),
 ) -> Result<BranchEnd, NoSteadyMotion> {
+    let mechanism = &*model.mechanism(replace);
     let from = mechanism.parameters()[request.parameter];
     if from == request.to {
         return Err(NoSteadyMotion::NoRange);
     }
-    if mechanism.with_parameters(mechanism.parameters().to_vec()).is_none() {
-        return Err(NoSteadyMotion::NotGenerated);
-    }
     let cycles = f64::from(request.steady.cycles.max(1));
     let of_cycles = request.period.map(|period| move |value: f64| Some(period(value)? * cycles));
     let period = of_cycles.as_ref().map(|period| period as &dyn Fn(f64) -> Option<f64>);
-    let varied = Varied { parameter: request.parameter, size: (request.to - from).abs(), period };
+    let size = (request.to - from).abs();
+    let varied = Varied { model, replace, parameter: request.parameter, size, period };
     let steady = match request.period {
         Some(period) => SteadyRequest { period: period(from), ..request.steady.clone() },
         None => request.steady.clone(),
     };
-    let (mut map, guess) = search(mechanism, tape, &steady, Some(varied))?;
+    let (mut map, guess) = search(mechanism, model.tape(), &steady, Some(varied))?;
     let found = Equations { map: &map, is_halved: false, plane: None }.solve(guess)?;
     check_repetition(&map, &found, &periods_to_compare(&steady))?;
     if found.is_singular {

@@ -74,8 +74,6 @@ pub enum NoSteadyMotion {
     },
     /// A branch begins and ends at the same value of its parameter.
     NoRange,
-    /// The mechanism cannot have other parameters: it is not generated.
-    NotGenerated,
     /// The eigenvalues of the return map cannot be computed.
     NoEigenvalues,
     /// The caller wanted no more.

@@ -185,7 +185,7 @@ impl<'a> ReturnMap<'a> {
     /// The mechanism with the parameter of an orbit.
     pub(super) fn mechanism(&self, orbit: &Orbit) -> OwnedOr<'a> {
         let varied = self.varied.as_ref();
-        varied.map_or(OwnedOr::Borrowed(self.mechanism), |varied| varied.mechanism(self.mechanism, orbit.parameter))
+        varied.map_or(OwnedOr::Borrowed(self.mechanism), |varied| OwnedOr::Owned(varied.mechanism(orbit.parameter)))
     }
 
     /// Demands a number of steps in a period.
@@ -223,7 +223,7 @@ impl<'a> ReturnMap<'a> {
         let motion = MotionByStart {
             settings: self.settings(orbit),
             start: &orbit.start,
-            parameter: self.varied.as_ref().map(|varied| varied.parameter),
+            parameter: self.varied.as_ref().map(|varied| (varied.parameter, varied.replace)),
             end_time: orbit.period,
             is_halved,
             keep_running: self.keep_running,

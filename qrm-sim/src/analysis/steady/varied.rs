@@ -2,11 +2,14 @@
 
 use std::ops::Deref;
 
-use qrm_core::Mechanism;
+use qrm_core::{Mechanism, Model, ParameterOverrides};
 
 /// A parameter that is an unknown.
 #[derive(Clone, Copy)]
 pub(super) struct Varied<'a> {
+    pub(super) model: &'a Model,
+    /// The values that replace those of the scene.
+    pub(super) replace: ParameterOverrides<'a>,
     /// Its number.
     pub(super) parameter: usize,
     /// Its size: the range of its values.
@@ -19,11 +22,10 @@ pub(super) struct Varied<'a> {
 const SHIFT: f64 = 1e-5;
 
 impl Varied<'_> {
-    /// A mechanism with another value of the parameter.
-    pub(super) fn mechanism<'m>(&self, own: &'m dyn Mechanism, value: f64) -> OwnedOr<'m> {
-        let mut parameters = own.parameters().to_vec();
-        parameters[self.parameter] = value;
-        own.with_parameters(parameters).map_or(OwnedOr::Borrowed(own), OwnedOr::Owned)
+    /// The mechanism with a value of the parameter; the parameters that the scene computes from it follow.
+    pub(super) fn mechanism(&self, value: f64) -> Box<dyn Mechanism> {
+        let own = self.model.description.parameters[self.parameter].name;
+        self.model.mechanism(&|name| if name == own { Some(value) } else { (self.replace)(name) })
     }
 
     /// The derivative of the period by the parameter; zero if the motion has its own.

@@ -101,12 +101,12 @@ pub(super) fn run(
         Some(_) => Some(&constant),
     };
     let request = BranchRequest { steady, parameter: place.unwrap_or(0), to: vary.range[1], period, most_points };
-    let mechanism = setup.mechanism();
-    let tape = setup.model.tape();
+    let (model, set) = (setup.model, setup.set.clone());
+    let replace = |name: &str| set.get(name).copied();
     let progress = Progress::points();
     let mut points: Vec<Point> = Vec::new();
     let mut problem: Option<Error> = None;
-    let end = steady_branch(&*mechanism, tape, &request, &mut |point| {
+    let end = steady_branch(model, &replace, &request, &mut |point| {
         progress.add(1);
         // A point whose run fails keeps its place.
         points.push(with_columns(&mut setup, vary, phase, point, &mut problem));

@@ -112,7 +112,6 @@ pub(super) fn error(setup: &Setup, cycles: u32, reason: NoSteadyMotion) -> Error
         }
         NoSteadyMotion::NoRange => Error::usage("a branch begins and ends at the same value of its parameter")
             .help("give another end of the range"),
-        NoSteadyMotion::NotGenerated => Error::run("the parameters of this mechanism cannot be changed"),
         NoSteadyMotion::NoEigenvalues => Error::run("the linear equations of the search have no finite solution")
             .help("begin elsewhere with --start: the motion may be near a singular position"),
         NoSteadyMotion::Interrupted { t } => {
