@@ -1,58 +1,14 @@
 //! `qrm modes` and `qrm linearize` against closed forms, 40 digits and runs.
 
 use std::f64::consts::TAU;
-use std::path::Path;
-use std::process::Output;
 
 use serde_json::Value;
-use tempfile::TempDir;
 
-use crate::common::qrm;
-
-/// `qrm COMMAND ARGUMENTS --out` into a fresh folder.
-fn output(arguments: &[&str]) -> (TempDir, Output) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut command = qrm(arguments);
-    command.arg("--out").arg(folder.path());
-    let output = command.output().expect("the command starts");
-    (folder, output)
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(path).expect("it was written")).expect("it is JSON")
-}
-
-/// The contents of a file of a command that succeeds.
-fn file(arguments: &[&str], name: &str) -> Value {
-    let (folder, output) = output(arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    json(&folder.path().join(name))
-}
+use crate::common::{error, number, within, writing, written};
 
 /// The contents of `modes.json`.
 fn modes(arguments: &[&str]) -> Value {
-    file(&[&["modes", "--no-figures"], arguments].concat(), "modes.json")
-}
-
-/// The error of a command that fails.
-fn error(arguments: &[&str]) -> String {
-    let (_, output) = output(arguments);
-    assert!(!output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().expect("a number")
-}
-
-/// Compares a number with its value: its error is at most three times the stated one, which is small.
-fn within(found: &Value, stated: &Value, expected: f64, most: f64) {
-    let (found, stated) = (number(found), number(stated));
-    let error = (found - expected).abs();
-    assert!(
-        error <= 3.0 * stated && stated <= most,
-        "{found} instead of {expected}: off by {error:e}, stated {stated:e}"
-    );
+    written(&[&["modes", "--no-figures"], arguments].concat(), "modes.json")
 }
 
 /// Compares derivatives to this part of their values.
@@ -88,15 +44,15 @@ fn a_double_pendulum_has_the_frequencies_of_its_closed_form() {
 
 #[test]
 fn a_mode_is_drawn_and_is_a_row_of_a_table() {
-    let (folder, output) = output(&["modes", "double-pendulum", "--at", "a=10deg,b=3deg"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8_lossy(&output.stdout);
+    let run = writing(&["modes", "double-pendulum", "--at", "a=10deg,b=3deg"]);
+    assert!(run.output.status.success(), "{}", run.stderr());
+    let text = run.stdout();
     assert!(text.contains("stable: deviations oscillate") && text.contains("mode-2.gif"), "{text}");
     for name in ["mode-1.gif", "mode-2.gif"] {
-        assert!(std::fs::read(folder.path().join(name)).is_ok_and(|bytes| bytes.starts_with(b"GIF89a")), "{name}");
+        assert!(std::fs::read(run.path(name)).is_ok_and(|bytes| bytes.starts_with(b"GIF89a")), "{name}");
     }
-    assert!(!folder.path().join("mode-3.gif").exists());
-    let table = crate::common::Table::read(&folder.path().join("modes.csv"));
+    assert!(!run.path("mode-3.gif").exists());
+    let table = crate::common::Table::read(&run.path("modes.csv"));
     let header =
         "mode kind frequency frequency_error rate rate_error square square_error shape_a shape_b by_l by_m by_g by_a0";
     assert_eq!(table.columns.join(" "), header);
@@ -205,7 +161,7 @@ fn laguerre(n: u32, x: f64) -> f64 {
 }
 
 /// A scene file of point masses on rods, one below the other.
-fn chain(count: u32) -> (TempDir, String) {
+fn chain(count: u32) -> (tempfile::TempDir, String) {
     let list = |part: &dyn Fn(u32) -> String, between: &str| (0..count).map(part).collect::<Vec<_>>().join(between);
     let coordinates = list(&|i| format!("{{ name = \"a{i}\", unit = \"rad\" }}"), ", ");
     let point = |i: u32| {
@@ -293,7 +249,7 @@ fn a_linear_model_of_a_four_bar_follows_a_run() {
     let scene = "tests/modes/four-bar-springs.toml";
     let outputs = ["c", "a_dot", "c_ddot", "Rx"];
     let named: Vec<&str> = outputs.iter().flat_map(|name| ["--output", name]).collect();
-    let model = file(&[&["linearize", scene, "--input", "T"], &named[..]].concat(), "linear.json");
+    let model = written(&[&["linearize", scene, "--input", "T"], &named[..]].concat(), "linear.json");
     let states: Vec<&Value> = model["states"].as_array().expect("states").iter().map(|state| &state["name"]).collect();
     assert_eq!(states, ["a", "a_dot"]);
     let entry = |matrix: &str, row: usize, column: usize| number(&model[matrix][row][column]);
@@ -350,9 +306,9 @@ fn a_linear_model_of_a_four_bar_follows_a_run() {
 #[ignore = "full tier: engine"]
 fn a_frequency_response_is_that_of_its_closed_form() {
     let arguments = ["linearize", "tests/modes/oscillator.toml", "--input", "F", "--output", "x", "--output", "grip"];
-    let (folder, output) = output(&arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let table = crate::common::Table::read(&folder.path().join("frequency_response.csv"));
+    let run = writing(&arguments);
+    assert!(run.output.status.success(), "{}", run.stderr());
+    let table = crate::common::Table::read(&run.path("frequency_response.csv"));
     assert_eq!(table.rows.len(), 1000);
     let column = |name: &str| table.columns.iter().position(|column| column == name).expect("a column");
     let places = ["rate", "x/F_re", "x/F_im", "x/F_gain", "x/F_phase_deg", "grip/F_re", "grip/F_im"].map(column);
@@ -369,10 +325,10 @@ fn a_frequency_response_is_that_of_its_closed_form() {
         near(grip_re, (50.0 * real + imaginary * imaginary) / size, 50.0 / size.sqrt() + 1.0);
         near(grip_im, (imaginary * real - 50.0 * imaginary) / size, 50.0 / size.sqrt() + 1.0);
     }
-    assert!(folder.path().join("frequency_response.svg").exists());
+    assert!(run.path("frequency_response.svg").exists());
     let script = std::process::Command::new("octave-cli")
         .args(["--quiet", "--norc", "--eval", "linear; printf('%.17g ', A, B, C, D)"])
-        .current_dir(folder.path())
+        .current_dir(run.path(""))
         .output()
         .expect("octave-cli");
     let printed = String::from_utf8_lossy(&script.stdout);
@@ -383,8 +339,8 @@ fn a_frequency_response_is_that_of_its_closed_form() {
     assert!(numbers.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12), "{printed}");
 }
 
-/// The start of the toggle clamp leads to a position where the force is smallest. Near one it is an error, with the force
-/// there.
+/// The start of the toggle clamp leads to a position where the force is smallest. Near one it is an error, with the
+/// force there.
 #[test]
 #[ignore = "full tier: engine"]
 fn what_is_near_is_found_or_said() {
@@ -394,7 +350,7 @@ fn what_is_near_is_found_or_said() {
         (&found["is_from_start"], &found["equilibrium"]["stability"]),
         (&false.into(), &"asymptotically_stable".into())
     );
-    let model = file(&["linearize", scene, "--input", "F", "--output", "clamping"], "linear.json");
+    let model = written(&["linearize", scene, "--input", "F", "--output", "clamping"], "linear.json");
     assert_eq!(model["equilibrium"], found["equilibrium"]["coordinates"]);
     let error = error(&["modes", scene, "--at", "phi_link=80deg"]);
     assert!(error.contains("no equilibrium was found. Nearest is phi_link ="), "{error}");

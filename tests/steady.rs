@@ -1,56 +1,25 @@
 //! `qrm steady` against 40 digits, long runs, closed forms and difference quotients.
 
-use std::path::Path;
-use std::process::Output;
-
 use qrm_sim::integrate::{DOP853, MethodSettings};
 use qrm_sim::position::Start;
 use qrm_sim::run::{End, Request, simulate};
 use serde_json::Value;
-use tempfile::TempDir;
 
-use crate::common::{mechanism, qrm};
+use crate::common::{self, Run, Table, mechanism, number, within};
 
 /// `qrm steady ARGUMENTS --out` into a fresh folder.
-fn output(arguments: &[&str]) -> (TempDir, Output) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut command = qrm(&["steady"]);
-    command.args(arguments).arg("--out").arg(folder.path());
-    let output = command.output().expect("the command starts");
-    (folder, output)
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(path).expect("it was written")).expect("it is JSON")
+fn run(arguments: &[&str]) -> Run {
+    common::writing(&[&["steady"], arguments].concat())
 }
 
 /// The contents of `steady.json`.
 fn steady(arguments: &[&str]) -> Value {
-    let (folder, output) = output(arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    json(&folder.path().join("steady.json"))
+    common::written(&[&["steady"], arguments].concat(), "steady.json")
 }
 
-/// The error of a command that fails.
+/// The error of a search that fails.
 fn error(arguments: &[&str]) -> String {
-    let (_, output) = output(arguments);
-    assert!(!output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().expect("a number")
-}
-
-/// Compares a number with its value; its error may be three times the stated one, and must not be overstated without
-/// bounds.
-fn within(found: &Value, stated: &Value, expected: f64, most: f64) {
-    let (found, stated) = (number(found), number(stated));
-    let error = (found - expected).abs();
-    assert!(
-        error <= 3.0 * stated && stated <= most,
-        "{found} instead of {expected}: off by {error:e}, stated {stated:e}"
-    );
+    common::error(&[&["steady"], arguments].concat())
 }
 
 /// Compares the multipliers, the largest first, with real and imaginary parts.
@@ -120,8 +89,11 @@ fn a_linear_oscillator_at_resonance() {
 #[test]
 #[ignore = "full tier: engine"]
 fn where_a_period_doubles_two_cycles_are_attracting() {
-    let (_, output) = output(&["tests/steady/driven-pendulum.toml"]);
-    assert!(String::from_utf8_lossy(&output.stdout).contains("seek a motion of twice the period with --cycles 2"));
+    assert!(
+        run(&["tests/steady/driven-pendulum.toml"])
+            .stdout()
+            .contains("seek a motion of twice the period with --cycles 2")
+    );
     let motion = steady(&["tests/steady/driven-pendulum.toml", "--cycles", "2"]);
     assert_eq!(motion["stability"], "attracting");
     // Liouville's formula: the product of all multipliers is exp(-b T / J).
@@ -130,20 +102,12 @@ fn where_a_period_doubles_two_cycles_are_attracting() {
     assert!((product / (-0.5 * period).exp() - 1.0).abs() < 1e-6, "{product}");
 }
 
-/// A branch: `branch.json`, and the rows of `branch.csv`.
-fn branch(arguments: &[&str]) -> (Value, Vec<Vec<String>>) {
-    let (folder, output) = output(arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let table = std::fs::read_to_string(folder.path().join("branch.csv")).expect("a table");
-    assert!(folder.path().join("branch.svg").exists());
-    let rows = table.lines().map(|line| line.split(',').map(str::to_owned).collect());
-    (json(&folder.path().join("branch.json")), rows.collect())
-}
-
-/// The value of a column in a row of `branch.csv`.
-fn cell(rows: &[Vec<String>], row: usize, name: &str) -> f64 {
-    let column = rows[0].iter().position(|other| other == name).expect("a column");
-    rows[row][column].parse().expect("a number")
+/// A branch: `branch.json` and `branch.csv`.
+fn branch(arguments: &[&str]) -> (Value, Table) {
+    let run = run(arguments);
+    assert!(run.output.status.success(), "{}", run.stderr());
+    assert!(run.path("branch.svg").exists());
+    (run.json("branch.json"), Table::read(&run.path("branch.csv")))
 }
 
 /// The folds come from the harmonic balance with 16 odd harmonics, the period doubling from Newton's method on the
@@ -167,11 +131,11 @@ fn a_branch_goes_around_folds() {
     let stabilities: Vec<&Value> = parts.iter().map(|part| &part["stability"]).collect();
     assert_eq!(stabilities, ["attracting", "repelling", "attracting"]);
     // The last row is the motion at the end of the range.
-    let last = rows.len() - 1;
-    assert!(cell(&rows, last, "w") == 2.5 && last > 20);
+    let last = rows.last();
+    assert!(rows.number(last, "w") == 2.5 && last > 20);
     let motion = steady(&["tests/steady/duffing-slider.toml", "--set", "w=2.5"]);
-    assert!((cell(&rows, last, "start_x") - number(&motion["start"]["x"])).abs() < 1e-11);
-    let works = (cell(&rows, last, "P_drive_work"), number(&motion["columns"]["P_drive"]["work"]));
+    assert!((rows.number(last, "start_x") - number(&motion["start"]["x"])).abs() < 1e-11);
+    let works = (rows.number(last, "P_drive_work"), number(&motion["columns"]["P_drive"]["work"]));
     assert!((works.0 - works.1).abs() < 1e-10, "{works:?}");
 
     let (found, _) = branch(&["tests/steady/driven-pendulum.toml", "--vary", "T=1.07:1.05"]);
@@ -195,8 +159,8 @@ fn errors_are_stated_all_along_a_branch() {
     let (_, rows) = branch(&["tests/steady/duffing-slider.toml", "--set", "k3=0", "--vary", "w=0.5:3"]);
     let (c, force) = (0.2, 0.3);
     let mut worst: f64 = 0.0;
-    for row in 1..rows.len() {
-        let w = cell(&rows, row, "w");
+    for row in 0..rows.rows.len() {
+        let w = rows.number(row, "w");
         let amplitude = force / (1.0 - w * w).hypot(c * w);
         let phase = (c * w).atan2(1.0 - w * w);
         let work = std::f64::consts::PI * force * amplitude * phase.sin();
@@ -207,12 +171,12 @@ fn errors_are_stated_all_along_a_branch() {
             ("P_drive_work", work),
             ("P_damper_work", -work),
         ] {
-            let error = (cell(&rows, row, name) - expected).abs();
-            worst = worst.max(error / cell(&rows, row, &format!("{name}_error")));
+            let error = (rows.number(row, name) - expected).abs();
+            worst = worst.max(error / rows.number(row, &format!("{name}_error")));
             assert!(error < 1e-10, "{name} at w = {w}: off by {error:e}");
         }
     }
-    assert!(worst <= 3.0 && rows.len() < 200, "{worst} times the stated error, {} points", rows.len());
+    assert!(worst <= 3.0 && rows.rows.len() < 200, "{worst} times the stated error, {} points", rows.rows.len());
 }
 
 #[test]
@@ -227,13 +191,13 @@ fn parameters_follow_the_one_that_is_varied() {
     let (_, rows) = branch(&[scene, "--vary", "k=2:3"]);
     let motion = steady(&[scene, "--set", "k=3"]);
     for name in ["x", "x_dot"] {
-        let found = cell(&rows, rows.len() - 1, &format!("start_{name}"));
+        let found = rows.number(rows.last(), &format!("start_{name}"));
         assert!((found - number(&motion["start"][name])).abs() < 1e-11, "{name}: {found} {}", motion["start"]);
     }
     // One that is set does not follow.
     let (_, rows) = branch(&[scene, "--set", "k3=2", "--vary", "k=2:3"]);
     let motion = steady(&[scene, "--set", "k3=2", "--set", "k=3"]);
-    let found = cell(&rows, rows.len() - 1, "start_x");
+    let found = rows.number(rows.last(), "start_x");
     assert!((found - number(&motion["start"]["x"])).abs() < 1e-11, "{found} {}", motion["start"]);
 }
 
@@ -242,11 +206,11 @@ fn parameters_follow_the_one_that_is_varied() {
 fn a_branch_ends_where_a_search_would() {
     let (found, rows) = branch(&["shaper", "--vary", "J2=30:60"]);
     assert_eq!((&found["end"], &found["special"]), (&Value::from("reached"), &serde_json::json!([])));
-    for (row, value) in [(1, "J2=30"), (rows.len() - 1, "J2=60")] {
+    for (row, value) in [(0, "J2=30"), (rows.last(), "J2=60")] {
         let motion = steady(&["shaper", "--set", value]);
-        assert!((cell(&rows, row, "period") - number(&motion["period"])).abs() < 1e-10);
+        assert!((rows.number(row, "period") - number(&motion["period"])).abs() < 1e-10);
         let fluctuation = number(&motion["columns"]["phi2_dot"]["fluctuation"]);
-        assert!((cell(&rows, row, "phi2_dot_fluctuation") - fluctuation).abs() < 1e-9);
+        assert!((rows.number(row, "phi2_dot_fluctuation") - fluctuation).abs() < 1e-9);
     }
     // Nothing chooses its speed.
     let failed = error(&["quick-return", "--vary", "J2=10:20"]);
@@ -351,16 +315,16 @@ fn a_drive_prescribes_the_motion() {
 
 #[test]
 fn the_period_is_an_ordinary_run() {
-    let (folder, output) = output(&["shaper", "--rows", "90"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let summary = json(&folder.path().join("summary.json"));
+    let run = run(&["shaper", "--rows", "90"]);
+    assert!(run.output.status.success(), "{}", run.stderr());
+    let summary = run.summary();
     assert_eq!((&summary["status"], &summary["rows"]), (&Value::from("completed"), &Value::from(91)));
-    let motion = json(&folder.path().join("steady.json"));
+    let motion = run.json("steady.json");
     // The end of the period is its start, a turn later.
     let end = number(&summary["end_state"]["phi2_dot"]);
     assert!((end - number(&motion["start"]["phi2_dot"])).abs() < 1e-10);
     assert!((number(&summary["end_state"]["phi2"]) - std::f64::consts::TAU).abs() < 1e-10);
-    assert!(folder.path().join("figures/rates.svg").exists() && folder.path().join("trajectory.csv").exists());
+    assert!(run.path("figures/rates.svg").exists() && run.path("trajectory.csv").exists());
 }
 
 #[test]

@@ -64,10 +64,29 @@ pub fn mechanism(name: &str, replaced: &[(&str, f64)]) -> Box<dyn Mechanism> {
 
 /// `qrm run ARGUMENTS --out` into a fresh folder.
 pub fn run(arguments: &[&str]) -> Run {
+    writing(&[&["run"], arguments].concat())
+}
+
+/// `qrm COMMAND ARGUMENTS --out` into a fresh folder.
+pub fn writing(arguments: &[&str]) -> Run {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut command = qrm(&["run"]);
-    command.args(arguments).arg("--out").arg(folder.path());
+    let mut command = qrm(arguments);
+    command.arg("--out").arg(folder.path());
     Run { output: command.output().expect("the command starts"), folder }
+}
+
+/// The contents of a file of a command that succeeds.
+pub fn written(arguments: &[&str], file: &str) -> Value {
+    let run = writing(arguments);
+    assert!(run.output.status.success(), "{}", run.stderr());
+    run.json(file)
+}
+
+/// The error of a command that fails.
+pub fn error(arguments: &[&str]) -> String {
+    let run = writing(arguments);
+    assert!(!run.output.status.success(), "{}", run.stdout());
+    run.stderr()
 }
 
 /// A scene of the program with another formula for the slot of its rocker, in a file.
@@ -100,9 +119,12 @@ impl Run {
     }
 
     pub fn summary(&self) -> Value {
-        let text =
-            std::fs::read_to_string(self.path("summary.json")).unwrap_or_else(|e| panic!("{e}: {}", self.stderr()));
-        serde_json::from_str(&text).expect("the summary is JSON")
+        self.json("summary.json")
+    }
+
+    pub fn json(&self, file: &str) -> Value {
+        let text = std::fs::read_to_string(self.path(file)).unwrap_or_else(|e| panic!("{e}: {}", self.stderr()));
+        serde_json::from_str(&text).expect("it is JSON")
     }
 
     pub fn trajectory(&self) -> Table {
@@ -150,6 +172,21 @@ pub fn near(what: &str, got: f64, expected: f64, allowed: f64) {
         (got - expected).abs() <= allowed,
         "{what}: {got:?} instead of {expected:?}, off by {:e}",
         (got - expected).abs()
+    );
+}
+
+pub fn number(value: &Value) -> f64 {
+    value.as_f64().expect("a number")
+}
+
+/// Compares a number with its value; its error may be three times the stated one, which must not be above the most.
+#[track_caller]
+pub fn within(found: &Value, stated: &Value, expected: f64, most: f64) {
+    let (found, stated) = (number(found), number(stated));
+    let error = (found - expected).abs();
+    assert!(
+        error <= 3.0 * stated && stated <= most,
+        "{found} instead of {expected}: off by {error:e}, stated {stated:e}"
     );
 }
 

@@ -92,6 +92,21 @@ pub(crate) fn number(value: f64) -> String {
     }
 }
 
+/// The coordinates of a position.
+pub(crate) fn position(description: &Description, q: &[f64]) -> String {
+    let coordinates = description.coordinates.iter().zip(q);
+    coordinates.map(|(c, q)| format!("{} = {}", c.name, quantity(*q, c.unit))).collect::<Vec<_>>().join(", ")
+}
+
+/// The unit of the generalized force on a coordinate.
+pub(crate) fn unit_of_force(coordinate: &str) -> String {
+    match coordinate {
+        "m" => "N".to_owned(),
+        "rad" => "N m".to_owned(),
+        other => format!("J/{other}"),
+    }
+}
+
 /// An angle in degrees, or a length unchanged.
 pub(crate) fn quantity(value: f64, unit: &str) -> String {
     if unit == "rad" {

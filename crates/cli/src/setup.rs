@@ -272,11 +272,17 @@ impl Setup {
         if rank == count {
             return Ok(());
         }
-        Err(Error::usage(format!(
+        Err(self.redundant(rank))
+    }
+
+    /// The error of a command that needs independent constraints; `rank` of them are.
+    pub(crate) fn redundant(&self, rank: usize) -> Error {
+        let count = self.description.constraints.len();
+        Error::usage(format!(
             "C_q has rank {rank} with {count} constraints: some of them repeat others, and this command needs \
              independent ones"
         ))
-        .help("take the constraints out that follow from the others; `qrm run` and `qrm check` do with them"))
+        .help("take the constraints out that follow from the others; `qrm run` and `qrm check` do with them")
     }
 
     /// Whether the command line changes a parameter.

@@ -33,7 +33,7 @@ pub struct Equilibrium {
 /// [`static_equilibrium`](super::static_equilibrium) is another question: which forces hold a given position.
 ///
 /// # Errors
-/// There is none near, or none at all: see [`NoModes`].
+/// No equilibrium is near, or none exists: see [`NoModes`].
 pub fn equilibrium(mechanism: &dyn Mechanism, tape: &Tape, start: Option<Start>) -> Result<Equilibrium, NoModes> {
     let mut search = prepared(mechanism, tape, start)?;
     let from = search.from.clone();

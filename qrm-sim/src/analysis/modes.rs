@@ -22,7 +22,7 @@ pub(super) use seeds::{constants, seeded};
 use undamped::ReducedEquations;
 
 /// Rounding errors of a sum or product in the equations, in parts of its terms.
-const ROUNDING: f64 = 2.0 * f64::EPSILON;
+pub(super) const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
 /// The modes about an equilibrium.
 #[derive(Clone, Debug)]
@@ -34,13 +34,13 @@ pub struct Modes {
     pub complex_squares: Vec<Complex<f64>>,
     /// The eigenvalues with damping, one of each complex pair, the slowest decay first.
     pub damped: Vec<DampedMode>,
-    /// What becomes of small deviations from the equilibrium.
+    /// The stability of the equilibrium.
     pub stability: EquilibriumStability,
     /// The estimated errors of the coordinates of the equilibrium.
     pub q_errors: Vec<f64>,
 }
 
-/// What becomes of small deviations from an equilibrium.
+/// The stability of an equilibrium: the fate of small deviations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EquilibriumStability {
     /// They die down.
@@ -82,7 +82,7 @@ struct Rounding {
     constraints: DVector<f64>,
 }
 
-/// What the last digits of coordinates and parameters change, and the rounding of sums.
+/// The changes by the last digits of coordinates and parameters, and the rounding of sums.
 fn rounding(
     equations: &RestEquations,
     at: &RestState,

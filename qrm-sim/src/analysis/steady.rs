@@ -77,7 +77,7 @@ pub struct SteadyMotion {
     pub turns: Vec<f64>,
     /// The multipliers of small deviations in a period, the largest first; without that of a shift in time.
     pub multipliers: Vec<Multiplier>,
-    /// What becomes of small deviations.
+    /// The stability: the fate of small deviations.
     pub stability: MotionStability,
     /// The number of times that the motion repeats within the period; one if the period is the shortest.
     pub repetitions: u32,

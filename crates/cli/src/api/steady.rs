@@ -34,7 +34,7 @@ impl LoadedScene {
     /// Finds a steady motion: `qrm steady`. Returns the text of `steady.json`, and a run over the period.
     ///
     /// # Errors
-    /// There is none, or it is not found.
+    /// No steady motion exists, or the search does not find it.
     pub fn steady(&self, options: &SteadyOptions) -> Result<(String, Run), Error> {
         let (scene, start, how) = options.run.parsed()?;
         let how = method_options(&how)?;

@@ -101,12 +101,3 @@ fn inputs(setup: &Setup) -> Result<Vec<QuantityDescription>, Error> {
     let coordinates = mechanism.description().coordinates.iter().zip(Start::new(&*mechanism).given);
     Ok(coordinates.filter(|(_, given)| *given).map(|(coordinate, _)| *coordinate).collect())
 }
-
-/// The unit of a generalized force.
-fn unit_of_force(unit: &str) -> String {
-    match unit {
-        "m" => "N".to_owned(),
-        "rad" => "N m".to_owned(),
-        other => format!("J/{other}"),
-    }
-}

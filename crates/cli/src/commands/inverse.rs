@@ -15,7 +15,7 @@ use qrm_sim::analysis::{MotionStatistics, NotPossible, PrescribedMotion, Prescri
 use qrm_sim::position::Start;
 
 use crate::error::Error;
-use crate::format::{number as number_of, quantity};
+use crate::format::{number as number_of, position, quantity};
 use crate::options::{MethodOptions, OutFolder, SceneName, SceneOptions, StartOptions, number, optional_positive};
 use crate::output::{print, save, save_json, written};
 use crate::progress::interrupted;
@@ -279,10 +279,7 @@ fn states(
 }
 
 fn not_possible(setup: &Setup, reason: &NotPossible) -> Error {
-    let position = |q: &[f64]| {
-        let coordinates = setup.description.coordinates.iter().zip(q);
-        coordinates.map(|(c, q)| format!("{} = {}", c.name, quantity(*q, c.unit))).collect::<Vec<_>>().join(", ")
-    };
+    let position = |q: &[f64]| position(setup.description, q);
     match reason {
         NotPossible::NotAssembled(reason) => setup.not_assembled(reason),
         NotPossible::Singular => Error::usage(

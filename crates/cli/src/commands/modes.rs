@@ -2,7 +2,7 @@
 
 pub(super) mod failure;
 mod pictures;
-mod report;
+pub(super) mod report;
 pub(super) mod start;
 mod table;
 mod text;

@@ -164,7 +164,7 @@ impl SearchOptions {
     /// Finds the motion of a scene, and makes the run of the scene one over its period.
     ///
     /// # Errors
-    /// There is none, or it is not found.
+    /// No steady motion exists, or the search does not find it.
     pub(crate) fn find(&self, setup: &mut Setup) -> Result<FoundMotion, Error> {
         let mut request = self.request(setup)?;
         let solved = match self.solve.as_ref().zip(self.condition.as_ref()) {
@@ -187,7 +187,7 @@ impl SearchOptions {
 /// A motion that was found.
 pub(crate) struct FoundMotion {
     motion: SteadyMotion,
-    /// The coordinate that tells cycles of a period of its own.
+    /// The coordinate that tells cycles, where the period is that of the motion.
     phase: Option<usize>,
     cycles: u32,
     /// The periods of the ordinary motion before the search.

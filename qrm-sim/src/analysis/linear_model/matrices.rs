@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use qrm_core::{Scalar, TapeEvaluator};
 
 use super::LinearOutput;
-use crate::analysis::modes::{NoModes, RestEquations, RestState, constants, seeded};
+use crate::analysis::modes::{NoModes, ROUNDING, RestEquations, RestState, constants, seeded};
 use crate::differentiated::{Differentiated, PARTS, derivative};
 
 /// The derivatives of outputs by coordinates, rates, accelerations, multipliers and inputs, one row an output.
@@ -105,9 +105,6 @@ pub(super) struct Matrices<'a> {
     of_inputs: DMatrix<f64>,
     outputs: &'a OutputDerivatives,
 }
-
-/// A rounding error, in parts of the terms.
-const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
 impl<'a> Matrices<'a> {
     /// # Errors

@@ -106,13 +106,14 @@ fn improved(
         let product = |matrix: &DMatrix<Complex<f64>>| left.dotc(&(matrix * &right));
         let [sizes_left, sizes_right] = [&left, &right].map(|vector| vector.map(|entry| entry.norm()));
         let sizes = |matrix: &DMatrix<f64>| sizes_left.dot(&(matrix.abs() * &sizes_right));
-        // The errors of the squares of undamped frequencies contain those of the stiffness, where all of them are known.
+        // The errors of the squares of undamped frequencies contain those of the stiffness, where all of them are
+        // known.
         let of_stiffness = if reduced.is_symmetric { 0.0 } else { sizes(&reduced.stiffness_terms) };
         let of_terms = of_stiffness
             + value.norm() * sizes(&reduced.damping_terms)
             + value.norm_sqr() * sizes_left.dot(&sizes_right);
         let residual = ROUNDING * of_terms
-            + of_squares(reduced, undamped, [&sizes_left, &sizes_right], [&left, &right])
+            + residual_by_squares(reduced, undamped, [&sizes_left, &sizes_right], [&left, &right])
             + moved * value.norm() * sizes(&reduced.damping_terms);
         let slope = product(&(&identity * (value * 2.0) + &damping));
         let curvature = product(&identity).norm();
@@ -120,7 +121,7 @@ fn improved(
         let root = (residual / curvature).sqrt();
         error = residual / slope.norm();
         let change = product(&pencil(value)) / slope;
-        // What is left of the equation, also at a repeated eigenvalue, from which Newton's method goes half of the way.
+        // The residual of the equation, also at a repeated eigenvalue, from which Newton's method goes half of the way.
         let left_over = product(&pencil(value)).norm();
         error = error.min(root).max((2.0 * left_over / slope.norm()).min(2.0 * (left_over / curvature).sqrt()));
         if slope.norm() > 4.0 * (residual * curvature).sqrt() && change.norm() <= NEAR * (root + 1e-6 * value.norm()) {
@@ -139,7 +140,7 @@ fn improved(
 }
 
 /// The residual by the errors of the squares of the undamped frequencies.
-fn of_squares(
+fn residual_by_squares(
     reduced: &ReducedEquations,
     undamped: &[Mode],
     [sizes_left, sizes_right]: [&DVector<f64>; 2],

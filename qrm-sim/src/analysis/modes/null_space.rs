@@ -28,8 +28,8 @@ const GOOD: f64 = 1e-2;
 
 impl NullSpace {
     /// Chooses the preferred coordinates as the independent ones where they determine the others well, else those that
-    /// do best. `None` at a singular position. `curvature` has the derivatives of the Jacobian by each coordinate, and no length is
-    /// smaller than the least one.
+    /// do best. `None` at a singular position. `curvature` has the derivatives of the Jacobian by each coordinate, and
+    /// no length is smaller than the least one.
     pub(in crate::analysis) fn new(
         description: &Description,
         q: &[f64],
@@ -110,7 +110,8 @@ impl NullSpace {
     }
 }
 
-/// The dependent coordinates by Gaussian elimination with full pivoting, without those left out, and the smallest pivot.
+/// The dependent coordinates by Gaussian elimination with full pivoting, without those left out, and the smallest
+/// pivot.
 fn pivots(mut matrix: DMatrix<f64>, left_out: &[bool]) -> Option<(Vec<usize>, f64)> {
     let (m, n) = matrix.shape();
     let mut open: Vec<usize> = (0..n).filter(|&i| !left_out[i]).collect();

@@ -24,7 +24,7 @@ pub struct Mode {
     pub(super) scaled: [DVector<f64>; 2],
 }
 
-/// What a mode does.
+/// The kind of motion of a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ModeKind {
     /// It oscillates.
@@ -36,7 +36,7 @@ pub enum ModeKind {
 }
 
 impl Mode {
-    /// What the mode does.
+    /// The kind of motion of the mode.
     #[must_use]
     pub fn kind(&self) -> ModeKind {
         if self.square > self.square_error {

@@ -76,11 +76,11 @@ const FEW: u32 = 4;
 /// Follows the steady motion of a mechanism over a parameter, by steps along the arc of the branch (Keller's
 /// pseudo-arclength continuation), around folds.
 ///
-/// The unknowns are those of [`steady_motion`](super::steady_motion) and the parameter. A step along the tangent predicts
-/// the next point; Newton's method finds it on the plane across the tangent. Between neighbouring points, folds are
-/// zeros of the tangent's component along the parameter, period doublings of `det(M + I)`, Neimark-Sacker points of the
-/// product of all `m_i m_j - 1`, and branch points of the determinant of the equations with the tangent; `M` is the
-/// matrix of the return map, and `m` are its eigenvalues. `point` takes the points in their order.
+/// The unknowns are those of [`steady_motion`](super::steady_motion) and the parameter. A step along the tangent
+/// predicts the next point; Newton's method finds it on the plane across the tangent. Between neighbouring points,
+/// folds are zeros of the tangent's component along the parameter, period doublings of `det(M + I)`, Neimark-Sacker
+/// points of the product of all `m_i m_j - 1`, and branch points of the determinant of the equations with the tangent;
+/// `M` is the matrix of the return map, and `m` are its eigenvalues. `point` takes the points in their order.
 ///
 /// # Errors
 /// The first motion is not found, or the search is interrupted: see [`NoSteadyMotion`].

@@ -213,8 +213,8 @@ fn passing(from: &State, to: &State, coordinate: usize, value: f64) -> State {
     at
 }
 
-/// The start of a period at a state, with the given angles nearest to those of the first state: whole turns are left out
-/// where the position remains the same.
+/// The start of a period at a state, with the given angles nearest to those of the first state: whole turns are left
+/// out where the position remains the same.
 fn with_few_turns(mechanism: &dyn Mechanism, start: &Start, first: &State, at: &State) -> Start {
     if !start.given.contains(&true) {
         // Constraints prescribe it.

@@ -16,8 +16,8 @@ const RESOLVED: f64 = 1e-12;
 const MOST_PIECES: u32 = 20_000;
 const MOST_HALVINGS: u32 = 40;
 
-/// A difference at an end of a part that is a corner or a jump, in parts of the output's size; and the part of a group in
-/// which it may lie without another sign.
+/// A difference at an end of a part that is a corner or a jump, in parts of the output's size; and the part of a group
+/// in which it may lie without another sign.
 const CORNER: f64 = 1e-9;
 const BLIND: f64 = 0.03;
 /// The number of parts of a step, between whose ends the motion is a polynomial of degree 5; and that of neighbouring
@@ -27,8 +27,8 @@ const GROUP: usize = 4;
 
 /// The means of all outputs over a motion from a state to a time, and their errors.
 ///
-/// Parts of steps are integrated by Gauss's formula of order 6. Steps end at corners and jumps of loads; parts are halved
-/// where outputs have others.
+/// Parts of steps are integrated by Gauss's formula of order 6. Steps end at corners and jumps of loads; parts are
+/// halved where outputs have others.
 ///
 /// # Errors
 /// The motion does not come to its end.

@@ -22,7 +22,7 @@ pub struct Multiplier {
     pub error: f64,
 }
 
-/// What becomes of small deviations from a periodic motion.
+/// The stability of a periodic motion: the fate of small deviations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionStability {
     /// There are none: the drives leave no degree of freedom.

@@ -101,9 +101,9 @@ impl Equations<'_, '_> {
         Err(NoSteadyMotion::NotFound { residual, start: Box::new(orbit.start), period: orbit.period })
     }
 
-    /// The orbit after the first step, or part of one, that makes the next step of the same equations smaller (Deuflhard's
-    /// natural monotonicity test); `None` if there is none. Steps leave out directions with singular values up to these
-    /// parts of the largest.
+    /// The orbit after the first step, or part of one, that makes the next step of the same equations smaller
+    /// (Deuflhard's natural monotonicity test); `None` if there is none. Steps leave out directions with singular
+    /// values up to these parts of the largest.
     ///
     /// # Errors
     /// The caller wanted no more.

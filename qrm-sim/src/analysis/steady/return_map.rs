@@ -41,8 +41,8 @@ pub(super) struct ReturnMap<'a> {
     turns: Vec<f64>,
     /// The size of each given value.
     sizes: Vec<f64>,
-    /// The size of each unknown: of the given values, but of the period in the place of the phase where it is free; then
-    /// of the varied parameter.
+    /// The size of each unknown: of the given values, but of the period in the place of the phase where it is free;
+    /// then of the varied parameter.
     unknown_sizes: Vec<f64>,
     /// The period of the motion nearby, and its fastest given rate.
     period_nearby: f64,
@@ -57,7 +57,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    pub(super) fn of(self, [q, qd]: [&[f64]; 2]) -> f64 {
+    pub(super) fn value_in(self, [q, qd]: [&[f64]; 2]) -> f64 {
         if self.is_rate { qd[self.coordinate] } else { q[self.coordinate] }
     }
 }
@@ -139,10 +139,11 @@ impl<'a> ReturnMap<'a> {
 
     /// The sizes of the given values over a period: the largest values of coordinates and rates.
     fn ranges(&self, orbit: &Orbit, first: &State) -> Result<Vec<f64>, NoSteadyMotion> {
-        let mut largest = self.places.iter().map(|place| place.of([&first.q, &first.qd]).abs()).collect::<Vec<_>>();
+        let mut largest =
+            self.places.iter().map(|place| place.value_in([&first.q, &first.qd]).abs()).collect::<Vec<_>>();
         for at in self.states_along(orbit, first)? {
             for (largest, place) in largest.iter_mut().zip(&self.places) {
-                *largest = largest.max(place.of([&at.q, &at.qd]).abs());
+                *largest = largest.max(place.value_in([&at.q, &at.qd]).abs());
             }
         }
         let travel = orbit.period / TAU;
@@ -238,12 +239,12 @@ impl<'a> ReturnMap<'a> {
 
     fn by(&self, at: &EndByStart, row: usize, column: usize) -> f64 {
         let [q, qd] = &at.by[column];
-        self.places[row].of([q, qd])
+        self.places[row].value_in([q, qd])
     }
 
     /// The derivatives of the given values at the end by time.
     pub(super) fn rates(&self, at: &EndByStart) -> DVector<f64> {
-        DVector::from_fn(self.places.len(), |row, _| self.places[row].of([&at.end.qd, &at.end.qdd]))
+        DVector::from_fn(self.places.len(), |row, _| self.places[row].value_in([&at.end.qd, &at.end.qdd]))
     }
 
     /// The differences between end and start, in parts of the sizes.
@@ -251,7 +252,7 @@ impl<'a> ReturnMap<'a> {
         DVector::from_fn(self.places.len(), |row, _| {
             let place = self.places[row];
             let turns = if place.is_rate { 0.0 } else { TAU * self.turns[place.coordinate] };
-            let [end, first] = [&at.end, &at.first].map(|at| place.of([&at.q, &at.qd]));
+            let [end, first] = [&at.end, &at.first].map(|at| place.value_in([&at.q, &at.qd]));
             (end - turns - first) / self.sizes[row]
         })
     }
@@ -280,14 +281,14 @@ impl<'a> ReturnMap<'a> {
             let value = match self.places.get(column) {
                 None => orbit.parameter,
                 Some(_) if self.phase == Some(column) => orbit.period,
-                Some(place) => place.of([&orbit.start.q, &orbit.start.qd]),
+                Some(place) => place.value_in([&orbit.start.q, &orbit.start.qd]),
             };
             value / self.unknown_sizes[column]
         })
     }
 
-    /// An orbit moved by a part of a step, in parts of the sizes; `None` if it cannot be assembled, or its period is far
-    /// from that of the motion nearby. A step of the given values alone keeps the parameter.
+    /// An orbit moved by a part of a step, in parts of the sizes; `None` if it cannot be assembled, or its period is
+    /// far from that of the motion nearby. A step of the given values alone keeps the parameter.
     pub(super) fn moved(&self, orbit: &Orbit, step: &DVector<f64>, part: f64) -> Option<Orbit> {
         let mut moved = orbit.clone();
         for (column, step) in step.iter().enumerate() {
@@ -330,7 +331,7 @@ impl<'a> ReturnMap<'a> {
         for (row, place) in self.places.iter().enumerate() {
             // The size of an angle is a radian.
             let is_angle = !place.is_rate && self.mechanism.description().is_angle(place.coordinate);
-            let value = place.of([&at.first.q, &at.first.qd]).abs();
+            let value = place.value_in([&at.first.q, &at.first.qd]).abs();
             if !is_angle && value > GROWN * self.sizes[row] {
                 self.sizes[row] = value;
                 has_grown = true;
@@ -342,8 +343,8 @@ impl<'a> ReturnMap<'a> {
         has_grown
     }
 
-    /// Returns an error if the coordinate of the phase hardly moves at the start, or moves the other way than on the motion
-    /// before: it tells no phase.
+    /// Returns an error if the coordinate of the phase hardly moves at the start, or moves the other way than on the
+    /// motion before: it tells no phase.
     pub(super) fn check_phase(&self, before: &EndByStart, at: &EndByStart) -> Result<(), NoSteadyMotion> {
         let Some(phase) = self.phase else { return Ok(()) };
         let coordinate = self.places[phase].coordinate;

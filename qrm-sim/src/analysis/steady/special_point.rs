@@ -13,8 +13,8 @@ const MOST_STRAYS: u32 = 12;
 /// The part of a step within which a special point is located.
 const LOCATED: f64 = 1e-9;
 
-/// The special point between two points, and its distance from the first along its direction; `None` if it is of another
-/// kind than its test.
+/// The special point between two points, and its distance from the first along its direction; `None` if it is of
+/// another kind than its test.
 pub(super) fn special_point(
     map: &ReturnMap,
     ends: [&Tangent; 2],

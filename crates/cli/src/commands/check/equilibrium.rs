@@ -7,9 +7,8 @@ use qrm_sim::analysis::{NoEquilibrium, static_equilibrium};
 use qrm_sim::position::Start;
 
 use super::motors::Motors;
-use super::unit_of_force;
 use crate::error::Error;
-use crate::format::quantity;
+use crate::format::{position, quantity, unit_of_force};
 use crate::options::number;
 use crate::setup::Setup;
 
@@ -125,9 +124,7 @@ fn no_equilibrium(setup: &Setup, mechanism: &dyn Mechanism, reason: &NoEquilibri
         NoEquilibrium::NotFinite => Error::usage("forces at this position are not finite")
             .help("the position is a limit of the mechanism, or a formula leaves its domain"),
         NoEquilibrium::LimitPosition { q, constraint } => {
-            let coordinates = description.coordinates.iter().zip(q);
-            let at: Vec<String> = coordinates.map(|(c, q)| format!("{} = {}", c.name, quantity(*q, c.unit))).collect();
-            let at = at.join(", ");
+            let at = position(description, q);
             let why = constraint.map_or_else(
                 || "another branch begins there".to_owned(),
                 |i| format!("constraint `{}` cannot be closed beyond", description.constraints[i].name),

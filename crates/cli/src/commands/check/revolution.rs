@@ -8,9 +8,9 @@ use qrm_sim::analysis::{NoRevolution, Range, Revolution, Series, revolution};
 
 use super::full_turn::{ParameterRange, parameter_ranges};
 use super::motors::Motors;
-use super::{Topic, equilibrium, released, unit_of_force};
+use super::{Topic, equilibrium, released};
 use crate::error::Error;
-use crate::format::{number, quantity};
+use crate::format::{number, quantity, unit_of_force};
 use crate::setup::Setup;
 
 /// The lines about the revolution of the driven coordinate, or of each drive.

@@ -4,6 +4,7 @@ use qrm_scene::time_scales::depends_on_time;
 use qrm_sim::analysis::{Equilibrium, EquilibriumStability, LinearModel, LinearOutput, Modes};
 use serde::Serialize;
 
+use super::super::modes::report::stability_name;
 use super::response::FrequencyResponse;
 use crate::format::{counted, heading, quantity, with_error};
 use crate::output::{Named, written};
@@ -95,13 +96,7 @@ impl LinearReport {
             scene: description.name,
             equilibrium: named(&at.q),
             equilibrium_errors: named(&modes.q_errors),
-            stability: match modes.stability {
-                EquilibriumStability::AsymptoticallyStable => "asymptotically_stable",
-                EquilibriumStability::Stable => "stable",
-                EquilibriumStability::Free => "free",
-                EquilibriumStability::Unstable => "unstable",
-                EquilibriumStability::Undecided => "undecided",
-            },
+            stability: stability_name(modes.stability),
             states: states.map(|(i, dots)| per_time(i, dots)).collect(),
             inputs: inputs.iter().map(input).collect(),
             outputs: outputs.iter().zip(&model.values).map(output).collect(),

@@ -32,7 +32,7 @@ const BEYOND: f64 = 10.0;
 const WITHOUT_OSCILLATION: [f64; 2] = [0.1, 10.0];
 
 impl FrequencyResponse {
-    /// The response at this number of frequencies, in Hz, of which the first and the last may be given.
+    /// The response at a number of frequencies. The first and the last may be given, in Hz.
     pub(super) fn new(
         model: &LinearModel,
         modes: &Modes,

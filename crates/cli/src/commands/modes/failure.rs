@@ -3,17 +3,14 @@
 use qrm_sim::analysis::NoModes;
 
 use crate::error::Error;
-use crate::format::quantity;
+use crate::format::{position, unit_of_force};
 use crate::setup::Setup;
 
 /// The error of a search that found no equilibrium, or of a linear model that does not exist.
 pub(in crate::commands) fn error(setup: &Setup, reason: NoModes) -> Error {
     let description = setup.description;
     let scene = description.name;
-    let place = |q: &[f64]| -> String {
-        let values = description.coordinates.iter().zip(q);
-        values.map(|(c, q)| format!("{} = {}", c.name, quantity(*q, c.unit))).collect::<Vec<_>>().join(", ")
-    };
+    let place = |q: &[f64]| position(description, q);
     match reason {
         NoModes::NotAssembled(reason) => setup.not_assembled(&reason),
         NoModes::Driven => {
@@ -25,12 +22,7 @@ pub(in crate::commands) fn error(setup: &Setup, reason: NoModes) -> Error {
              can oscillate",
         )
         .help("leave out what drives it to see how it moves freely"),
-        NoModes::Redundant { rank } => Error::usage(format!(
-            "C_q has rank {rank} with {} constraints: some of them repeat others, and this command needs independent \
-             ones",
-            description.constraints.len()
-        ))
-        .help("take the constraints out that follow from the others; `qrm run` and `qrm check` do with them"),
+        NoModes::Redundant { rank } => setup.redundant(rank),
         NoModes::Singular { q } => Error::run(format!(
             "the position is singular: the constraints do not say which motions they allow at {}",
             place(&q)
@@ -69,9 +61,4 @@ pub(in crate::commands) fn error(setup: &Setup, reason: NoModes) -> Error {
             .help("an input is a parameter of loads, such as a force or a torque")
         }
     }
-}
-
-/// The unit of the generalized force on a coordinate.
-pub(in crate::commands) fn unit_of_force(coordinate: &str) -> &'static str {
-    if coordinate == "rad" { "N m" } else { "N" }
 }

@@ -185,7 +185,8 @@ fn eigenvalue_entry(mode: &DampedMode) -> EigenvalueEntry {
     }
 }
 
-fn stability_name(stability: EquilibriumStability) -> &'static str {
+/// The name of a stability in files.
+pub(in crate::commands) fn stability_name(stability: EquilibriumStability) -> &'static str {
     match stability {
         EquilibriumStability::AsymptoticallyStable => "asymptotically_stable",
         EquilibriumStability::Stable => "stable",

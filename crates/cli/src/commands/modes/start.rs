@@ -51,7 +51,7 @@ pub(in crate::commands) fn start(setup: &Setup, texts: &[String]) -> Result<Star
 /// positions, unless the start `is_asked` for.
 ///
 /// # Errors
-/// There is none.
+/// No equilibrium is found.
 pub(in crate::commands) fn nearest(
     setup: &Setup,
     mechanism: &dyn Mechanism,

@@ -9,7 +9,7 @@ use qrm_sim::columns::Kind;
 
 use super::branch_report::BranchReport;
 use super::branch_table::BranchTable;
-use super::columns::{Columns, columns};
+use super::columns::{Columns, record_period};
 use super::failure;
 use super::period::Rates;
 use crate::error::Error;
@@ -18,9 +18,6 @@ use crate::output::{Named, check_target, print, save, save_json, written};
 use crate::progress::Progress;
 use crate::regular_forms::DesignSpace;
 use crate::setup::Setup;
-
-/// The number of rows in a period, between which extremes are sought.
-const ROWS: f64 = 180.0;
 
 /// A parameter and the range of its values.
 #[derive(Clone, Debug)]
@@ -94,10 +91,9 @@ pub(super) fn run(
     let own = |value: f64| rates.period(&vary.name, value);
     let constant = |_: f64| given;
     // A period that was given does not depend on the parameter.
-    let is_own = given.is_some() && own(vary.range[0]) == given;
     let period: Option<&dyn Fn(f64) -> Option<f64>> = match given {
         None => None,
-        Some(_) if is_own => Some(&own),
+        Some(_) if rates.is_own(given, &vary.name, vary.range[0]) => Some(&own),
         Some(_) => Some(&constant),
     };
     let request = BranchRequest { steady, parameter: place.unwrap_or(0), to: vary.range[1], period, most_points };
@@ -114,7 +110,7 @@ pub(super) fn run(
     drop(progress);
     let (end, interrupted) = match end {
         Ok(end) => (end, None),
-        // What was reached is written.
+        // The points so far are written.
         Err(reason) if !points.is_empty() => {
             let error = failure::error(&setup, cycles, reason.clone());
             (BranchEnd::Lost(reason), Some(error))
@@ -149,15 +145,11 @@ fn with_columns(
 ) -> Point {
     let motion = &point.motion;
     setup.set_parameter(&vary.name, point.parameter);
-    setup.run_over([motion.start.clone(), motion.other_start.clone()], motion.period, motion.period / ROWS);
     let mut recording = Recording::new(setup.description);
-    let columns = match setup.simulate(true, &mut recording) {
-        Ok(outcome) => columns(motion, phase, &recording, &outcome),
-        Err(error) => {
-            problem.get_or_insert(error);
-            Columns(Named(Vec::new()))
-        }
-    };
+    let columns = record_period(setup, motion, phase, &mut recording).unwrap_or_else(|error| {
+        problem.get_or_insert(error);
+        Columns(Named(Vec::new()))
+    });
     let range = |i: usize| {
         let extremes = recording.extremes(Kind::Coordinate(i));
         extremes.map_or([f64::NAN; 2], |e| [e.minimum.0, e.maximum.0])

@@ -1,13 +1,12 @@
 //! A branch in words and numbers.
 
 use qrm_sim::analysis::{BranchEnd, MotionStability, NoSteadyMotion, PointKind};
-use qrm_sim::position::Start;
 use serde::Serialize;
 
 use super::branch::Point;
 use super::branch_table::BranchTable;
 use super::failure;
-use super::report::{MultiplierEntry, stability_name};
+use super::report::{MultiplierEntry, stability_name, start_errors};
 use crate::format::{counted, heading, number, with_error};
 use crate::output::Named;
 
@@ -82,8 +81,6 @@ impl BranchReport {
         };
         let special = |point: &&Point| {
             let motion = &point.at.motion;
-            let errors =
-                Start { q: motion.start_errors[0].clone(), qd: motion.start_errors[1].clone(), ..motion.start.clone() };
             SpecialPoint {
                 kind: kind_name(point.at.kind),
                 value: point.at.parameter,
@@ -91,7 +88,7 @@ impl BranchReport {
                 period: motion.period,
                 period_error: motion.period_error,
                 start: Named(motion.start.given_values(description)),
-                start_errors: Named(errors.given_values(description)),
+                start_errors: Named(start_errors(motion).given_values(description)),
                 multipliers: motion.multipliers.iter().map(MultiplierEntry::from).collect(),
             }
         };

@@ -6,7 +6,7 @@ use qrm_view::figure::{Abscissa, Curve, Figure, Panel, Scale};
 use super::branch::{Point, Vary};
 use super::branch_report::kind_name;
 use super::columns::ColumnEntry;
-use super::report::stability_name;
+use super::report::{stability_name, start_errors};
 use crate::error::Error;
 use crate::format::{full, number};
 use crate::options::unit_of_parameter;
@@ -16,7 +16,7 @@ use crate::setup::Setup;
 /// The most special points that a figure marks.
 const MOST_MARKED: usize = 4;
 
-/// A number of a point with its name in the legend; `None` where there is none.
+/// The name of a curve, and its value at a point; `None` where it is not known.
 type Named<'a> = (&'a str, &'a dyn Fn(&Point) -> Option<f64>);
 
 /// The points of a branch.
@@ -72,16 +72,11 @@ impl BranchTable<'_> {
     fn record(&self, point: &Point) -> Vec<String> {
         let description = self.setup.description;
         let motion = &point.at.motion;
-        let errors = qrm_sim::position::Start {
-            q: motion.start_errors[0].clone(),
-            qd: motion.start_errors[1].clone(),
-            ..motion.start.clone()
-        };
         let known = |value: f64| if value.is_finite() { full(value) } else { String::new() };
         let mut record = vec![kind_name(point.at.kind).to_owned()];
         record.extend([point.at.parameter, point.at.parameter_error, motion.period, motion.period_error].map(known));
         for ((_, value), (_, error)) in
-            motion.start.given_values(description).iter().zip(errors.given_values(description))
+            motion.start.given_values(description).iter().zip(start_errors(motion).given_values(description))
         {
             record.extend([*value, error].map(known));
         }
@@ -94,7 +89,7 @@ impl BranchTable<'_> {
         );
         record.extend(point.ranges.iter().flatten().map(|value| known(*value)));
         for (name, column) in self.columns() {
-            let own = point.columns.0.0.iter().find(|(other, _)| other == name).map(|(_, column)| column);
+            let own = point.columns.0.get(name);
             let nan = f64::NAN;
             let value = |f: &dyn Fn(&ColumnEntry) -> [Option<f64>; 2]| {
                 own.map_or([nan; 2], |column| f(column).map(|value| value.unwrap_or(nan)))
@@ -111,7 +106,7 @@ impl BranchTable<'_> {
         record
     }
 
-    /// The largest and the smallest value of the coordinate and its rate, and the largest multiplier, over the parameter.
+    /// The range of the coordinate and its rate, and the largest multiplier, over the parameter.
     pub(super) fn figure(&self) -> Figure {
         let description = self.setup.description;
         let given = self.points.first().map(|point| &point.at.motion.start.given);
@@ -125,11 +120,10 @@ impl BranchTable<'_> {
                 panels.push(self.panel(coordinate.name, coordinate.unit, &[("largest", &high), ("smallest", &low)]));
             }
             let name = format!("{}_dot", coordinate.name);
-            let column = |point: &Point| point.columns.0.0.iter().position(|(other, _)| *other == name);
-            let high = |point: &Point| column(point).map(|i| point.columns.0.0[i].1.max);
-            let low = |point: &Point| column(point).map(|i| point.columns.0.0[i].1.min);
-            let mean = |point: &Point| column(point).map(|i| point.columns.0.0[i].1.mean);
-            let unit = if coordinate.unit == "rad" { "rad/s" } else { "m/s" };
+            let high = |point: &Point| point.columns.0.get(&name).map(|column| column.max);
+            let low = |point: &Point| point.columns.0.get(&name).map(|column| column.min);
+            let mean = |point: &Point| point.columns.0.get(&name).map(|column| column.mean);
+            let unit = self.columns().iter().find(|(other, _)| *other == name).map_or("", |(_, own)| own.unit.as_str());
             let curves: [Named; 3] = [("largest", &high), ("smallest", &low), ("mean", &mean)];
             panels.push(self.panel(&name, unit, if turns { &curves } else { &curves[..2] }));
         }
@@ -150,10 +144,8 @@ impl BranchTable<'_> {
 
     /// A panel of some curves, with the first special points as dots on the first of them.
     fn panel(&self, quantity: &str, unit: &str, curves: &[Named]) -> Panel {
-        let points = |value: &dyn Fn(&Point) -> Option<f64>, is_shown: &dyn Fn(&Point) -> bool| -> Vec<(f64, f64)> {
-            let shown = self.points.iter().filter(|point| is_shown(point));
-            let pairs = shown.filter_map(|point| Some((point.at.parameter, value(point)?)));
-            pairs.filter(|(_, value)| value.is_finite()).collect()
+        let pair = |point: &Point, value: &dyn Fn(&Point) -> Option<f64>| {
+            value(point).filter(|value| value.is_finite()).map(|value| (point.at.parameter, value))
         };
         let curve = |name: String, points: Vec<(f64, f64)>, has_dots: bool| Curve {
             name,
@@ -162,14 +154,15 @@ impl BranchTable<'_> {
             extremes: None,
             has_dots,
         };
+        let all_points = |value| self.points.iter().filter_map(|point| pair(point, value)).collect();
         let mut all: Vec<Curve> =
-            curves.iter().map(|(name, value)| curve((*name).to_owned(), points(value, &|_| true), false)).collect();
+            curves.iter().map(|(name, value)| curve((*name).to_owned(), all_points(*value), false)).collect();
         if let Some((_, value)) = curves.first() {
             let special = self.points.iter().filter(|point| point.at.kind != PointKind::Regular);
             all.extend(special.take(MOST_MARKED).map(|point| {
                 let kind = kind_name(point.at.kind).replace('_', " ");
                 let name = format!("{kind} at {}", number(point.at.parameter));
-                curve(name, points(value, &|other| std::ptr::eq(other, point)), true)
+                curve(name, pair(point, *value).into_iter().collect(), true)
             }));
         }
         Panel {

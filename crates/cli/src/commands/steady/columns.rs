@@ -9,8 +9,10 @@ use qrm_sim::columns::{Column, Kind};
 use qrm_sim::run::Outcome;
 use serde::Serialize;
 
+use crate::error::Error;
 use crate::format::with_error;
 use crate::output::Named;
+use crate::setup::Setup;
 
 /// The rates and the outputs by their names.
 #[derive(Serialize)]
@@ -39,12 +41,26 @@ pub(super) struct ColumnEntry {
     pub(super) work_error: Option<f64>,
 }
 
+/// The number of rows in a recorded period, between which extremes are sought.
+const ROWS: f64 = 180.0;
 /// The least part of the largest rate that a mean has to be for a coefficient of fluctuation.
 const TURNING: f64 = 1e-6;
 /// Times in a shorter period, in s, are printed with an exponent.
 const SHORT: f64 = 1e-2;
 /// The coefficient of fluctuation of an even motion.
 const EVEN: f64 = 1e-12;
+
+/// The rates and the outputs of a motion, by a run over its period, which is recorded.
+pub(super) fn record_period(
+    setup: &mut Setup,
+    motion: &SteadyMotion,
+    phase: Option<usize>,
+    recording: &mut Recording,
+) -> Result<Columns, Error> {
+    setup.run_over([motion.start.clone(), motion.other_start.clone()], motion.period, motion.period / ROWS);
+    let outcome = setup.simulate(true, recording)?;
+    Ok(columns(motion, phase, recording, &outcome))
+}
 
 /// The rates and the outputs over a period that was recorded; `phase` is the coordinate that tells cycles.
 pub(super) fn columns(found: &SteadyMotion, phase: Option<usize>, recording: &Recording, outcome: &Outcome) -> Columns {
@@ -67,7 +83,7 @@ pub(super) fn columns(found: &SteadyMotion, phase: Option<usize>, recording: &Re
         };
         let e = recording.extremes(column.kind)?;
         let ((min, min_time), (max, max_time)) = (e.minimum, e.maximum);
-        // The mean beside a pole is not known.
+        // The mean next to a pole is not known.
         let mean = if min.is_finite() && max.is_finite() { mean } else { f64::NAN };
         let [min_error, max_error] = match estimates.and_then(|errors| errors.extremes(column.kind, &e)) {
             Some(errors) => errors.map(Some),

@@ -48,8 +48,8 @@ pub(super) fn error(setup: &Setup, cycles: u32, reason: NoSteadyMotion) -> Error
         }
         NoSteadyMotion::Motion(reason) => no_sensitivity(setup, &reason),
         NoSteadyMotion::NotFound { residual, start, .. } if residual.is_nan() => Error::run(format!(
-            "no motion was found behind {}: it jumps to another, or the mechanism cannot be assembled, or loads have no \
-             common period there",
+            "no motion was found behind {}: it jumps to another, or the mechanism cannot be assembled, or loads have \
+             no common period there",
             start_values(setup, &start)
         )),
         NoSteadyMotion::NotFound { residual, start, period } => {
@@ -101,8 +101,8 @@ pub(super) fn error(setup: &Setup, cycles: u32, reason: NoSteadyMotion) -> Error
             ))
         }
         NoSteadyMotion::OneOfMany => Error::usage(format!(
-            "the motion of scene `{scene}` is one of a family of motions at this value of the parameter; a branch needs \
-             single motions"
+            "the motion of scene `{scene}` is one of a family of motions at this value of the parameter; a branch \
+             needs single motions"
         ))
         .help("add what chooses one of them: a loss, a motor"),
         NoSteadyMotion::PhaseTurnsBack { coordinate } => {

@@ -74,7 +74,7 @@ pub(super) struct Rates {
     description: &'static Description,
     scene: Arc<Scene>,
     set: BTreeMap<String, f64>,
-    /// The position at which drives are looked at; `None` if there is none.
+    /// The position at the start, where the rates of drives are taken; `None` where it cannot be assembled.
     q: Option<Vec<f64>>,
 }
 
@@ -90,6 +90,11 @@ impl Rates {
         common_period(&self.at(Some((name, value))))
     }
 
+    /// Whether a period is that of the loads at a value of a parameter, and so depends on it.
+    pub(super) fn is_own(&self, period: Option<f64>, name: &str, value: f64) -> bool {
+        period.is_some() && self.period(name, value) == period
+    }
+
     /// The rates, the slowest first.
     fn at(&self, varied: Option<(&str, f64)>) -> Vec<f64> {
         let replace = |name: &str| match varied {
@@ -97,7 +102,7 @@ impl Rates {
             _ => self.set.get(name).copied(),
         };
         let mut rates = turning_rates(&self.scene, &parameter_values(&self.scene, replace));
-        rates.extend(self.of_drives(&replace));
+        rates.extend(self.drive_rates(&replace));
         rates.retain(|rate| *rate > 0.0);
         rates.sort_by(f64::total_cmp);
         rates.dedup();
@@ -105,7 +110,7 @@ impl Rates {
     }
 
     /// The rates of the angles that drives turn evenly.
-    fn of_drives(&self, replace: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
+    fn drive_rates(&self, replace: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
         let Some(q) = &self.q else { return Vec::new() };
         let mechanism = self.model.mechanism(replace);
         let at = TIMES.map(|t| LoopConstraints::at(&*mechanism, t, q));

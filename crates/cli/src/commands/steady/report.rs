@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use qrm_pictures::Recording;
-use qrm_sim::analysis::{MotionStability, Multiplier};
+use qrm_sim::analysis::{MotionStability, Multiplier, SteadyMotion};
 use qrm_sim::position::Start;
 use qrm_sim::run::Outcome;
 use serde::{Serialize, Serializer};
@@ -68,8 +68,6 @@ impl SteadyReport {
         let FoundMotion { motion: found, phase, cycles, settled, solved } = found;
         let description = setup.description;
         let coordinates = description.coordinates;
-        let errors =
-            Start { q: found.start_errors[0].clone(), qd: found.start_errors[1].clone(), ..found.start.clone() };
         let multipliers: Vec<MultiplierEntry> = found.multipliers.iter().map(MultiplierEntry::from).collect();
         let angles = (0..coordinates.len()).filter(|&i| description.is_angle(i));
         Self {
@@ -84,7 +82,7 @@ impl SteadyReport {
             settled,
             turns: Named(angles.map(|i| (coordinates[i].name.to_owned(), found.turns[i])).collect()),
             start: Named(found.start.given_values(description)),
-            start_errors: Named(errors.given_values(description)),
+            start_errors: Named(start_errors(&found).given_values(description)),
             stability: found.stability,
             cycles,
             repetitions: found.repetitions,
@@ -223,6 +221,12 @@ impl MultiplierEntry {
 
 fn as_name<S: Serializer>(stability: &MotionStability, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(stability_name(*stability))
+}
+
+/// The errors of the start of a motion, as a start.
+pub(super) fn start_errors(motion: &SteadyMotion) -> Start {
+    let [q, qd] = motion.start_errors.clone();
+    Start { q, qd, ..motion.start.clone() }
 }
 
 /// The name of a stability in files.

@@ -7,7 +7,7 @@ use qrm_sim::analysis::{SteadyMotion, SteadyRequest, steady_motion};
 use qrm_sim::position::Start;
 use serde::Serialize;
 
-use super::columns::{Columns, columns};
+use super::columns::{Columns, record_period};
 use super::condition::Condition;
 use super::failure;
 use super::period::Rates;
@@ -42,8 +42,8 @@ const SIGNIFICANT: f64 = 10.0;
 const CONVERGED: f64 = 4.0 * f64::EPSILON;
 
 impl Solved {
-    /// Finds the value near that of the scene, by the secant method inside an interval as soon as there is one, and gives
-    /// it to the parameter. Returns the start of the motion there, too.
+    /// Finds the value near that of the scene, and gives it to the parameter. Returns the start of the motion there,
+    /// too. The secant method stays inside an interval as soon as there is one.
     ///
     /// # Errors
     /// No motion is found, or none meets the condition: the nearest is named.
@@ -158,13 +158,10 @@ struct Search<'s> {
     motions: u32,
 }
 
-/// The number of rows in a period, between which extremes are sought.
-const ROWS: f64 = 180.0;
-
 impl<'s> Search<'s> {
     fn new(setup: &Setup, request: &'s SteadyRequest, name: &'s str, first: f64) -> Self {
         let rates = Rates::new(setup);
-        let has_own_period = request.period.is_some() && rates.period(name, first) == request.period;
+        let has_own_period = rates.is_own(request.period, name, first);
         Self { rates, has_own_period, request, name, motions: 0 }
     }
 
@@ -210,10 +207,7 @@ impl<'s> Search<'s> {
         }
         let found = steady_motion(&*setup.mechanism(), setup.model.tape(), &request);
         let found = found.map_err(|reason| failure::error(setup, request.cycles, reason))?;
-        setup.run_over([found.start.clone(), found.other_start.clone()], found.period, found.period / ROWS);
-        let mut recording = Recording::new(setup.description);
-        let outcome = setup.simulate(true, &mut recording)?;
-        let columns = columns(&found, request.phase, &recording, &outcome);
+        let columns = record_period(setup, &found, request.phase, &mut Recording::new(setup.description))?;
         Ok((found, columns))
     }
 }
